@@ -7,15 +7,58 @@ Standard library only.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import quoteattr, unescape
 
 VERSION = "3.22.0-Białowieża"
 CATEGORIES = "LayerConfiguration|Symbology|Symbology3D|Labeling|Temporal"
 EDGE = "#232323"
 # QGIS's key of a marker symbol layer's, line's and fill's simplest kind.
 _CLASSES = {"marker": "SimpleMarker", "line": "SimpleLine", "fill": "SimpleFill"}
+
+
+@dataclass(frozen=True)
+class Span:
+    """The label of a class of values: its ends, of which one may be open, and their unit; in words it is English."""
+
+    unit: str
+    low: float | None = None
+    high: float | None = None
+
+    def __str__(self) -> str:
+        if self.high is None:
+            return f"over {self.low:g} {self.unit}"
+        return f"{'up to' if self.low is None else f'{self.low:g} to'} {self.high:g} {self.unit}"
+
+
+Label = str | Span
+
+
+def _label(label: Label) -> str:
+    """The attribute, and for a span what it is made of, which QGIS passes over and `relabelled` reads."""
+    if isinstance(label, str):
+        return f" label={quoteattr(label)}"
+    ends = (("low", label.low), ("high", label.high))
+    facts = "".join(f' label_{name}="{end:g}"' for name, end in ends if end is not None)
+    return f" label={quoteattr(str(label))} label_unit={quoteattr(label.unit)}{facts}"
+
+
+_LABELLED = re.compile(r' label="([^"]*)"((?: label_\w+="[^"]*")*)')
+
+
+def relabelled(style: str, say: Callable[[Label], str]) -> str:
+    """A style with its labels said otherwise, such as in another language."""
+
+    def said(found: re.Match[str]) -> str:
+        facts = dict(re.findall(r'label_(\w+)="([^"]*)"', found[2]))
+        if not facts:
+            return _label(say(unescape(found[1])))
+        low, high = (float(facts[name]) if name in facts else None for name in ("low", "high"))
+        return _label(say(Span(unescape(facts["unit"]), low, high)))
+
+    return _LABELLED.sub(said, style)
 
 
 @dataclass(frozen=True)
@@ -74,10 +117,10 @@ def categorized(field: str, rows: Sequence[tuple[str, str, Symbol]]) -> str:
     )
 
 
-def graduated(field: str, rows: Sequence[tuple[float, float, str, Symbol]]) -> str:
+def graduated(field: str, rows: Sequence[tuple[float, float, Label, Symbol]]) -> str:
     """One symbol a range of values: (low, high, label, symbol)."""
     listed = "".join(
-        f'<range render="true" symbol="{k}" lower="{low:.10g}" upper="{high:.10g}" label={quoteattr(label)}/>'
+        f'<range render="true" symbol="{k}" lower="{low:.10g}" upper="{high:.10g}"{_label(label)}/>'
         for k, (low, high, label, _) in enumerate(rows)
     )
     symbols = "".join(symbol.xml(str(k)) for k, (*_, symbol) in enumerate(rows))

@@ -11,6 +11,7 @@ import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files import qml
-from deadwood_algorithms.files.qml import Stop, Symbol, fill, line, marker
+from deadwood_algorithms.files.qml import Label, Span, Stop, Symbol, fill, line, marker
 from deadwood_algorithms.schemas.looks import (
     BARRIER,
     DBH_CM,
@@ -42,10 +43,12 @@ from deadwood_algorithms.schemas.looks import (
 if TYPE_CHECKING:
     import geopandas
 
+Class = tuple[float, float, Label, Symbol]  # low and high end of the values
 _SHARES = LOOKS["shares"].stops
 SMALL = 1e-9  # less than one log of any run
 HEIGHT_STEP_M = 5.0
 BLOCK_STEP_M = 0.5
+DBH_UNIT = "cm DBH"
 STAMP = "2000-01-01T00:00:00.000Z"  # as the rest of a GeoPackage: same input, same bytes
 
 
@@ -102,12 +105,11 @@ def _ends(kind: str) -> str:
 
 def _classes(field: str, bounds: Sequence[float], unit: str, symbol: Callable[[int], Symbol]) -> str:
     """One class from each bound to the next, and an open one above the last."""
-    rows = []
+    rows: list[Class] = []
     for k, low in enumerate(bounds):
         last = k == len(bounds) - 1
         high = 1e9 if last else bounds[k + 1]
-        label = f"over {low:g} {unit}" if last else f"{low:g} to {high:g} {unit}"
-        rows.append((low, high, label, symbol(k)))
+        rows.append((low, high, Span(unit, low, None if last else high), symbol(k)))
     return qml.graduated(field, rows)
 
 
@@ -120,7 +122,7 @@ def _trees(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     if kind != "marker" or "dbh_cm" not in frame:
         return Style(qml.single(_plain(kind, TREE)))
     flat = _classes(
-        "dbh_cm", DBH_CM, "cm DBH", lambda k: marker(GREENS[k], 0.8 + 0.4 * k, edge=GREENS[-1], edge_mm=0.1)
+        "dbh_cm", DBH_CM, DBH_UNIT, lambda k: marker(GREENS[k], 0.8 + 0.4 * k, edge=GREENS[-1], edge_mm=0.1)
     )
     return Style(flat + qml.cones_3d(_trunks(frame)) if "height_m" in frame else flat)
 
@@ -146,12 +148,18 @@ def _barriers(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     return Style(qml.single(_plain(kind, BARRIER, 4.0)) + qml.walls_3d(BARRIER, 0.3, height))
 
 
+def _share_classes(kind: str, symbol: Callable[[int], Symbol]) -> list[Class]:
+    """Shares of the logs: the first class, of next to none, is drawn plainly."""
+    first: Class = (0.0, _SHARES[0], Span("%", None, 100.0 * _SHARES[0]), _plain(kind, PLAIN))
+    more = (
+        (low, high, Span("%", 100.0 * low, 100.0 * high), symbol(k)) for k, (low, high) in enumerate(pairwise(_SHARES))
+    )
+    return [first, *more]
+
+
 def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     widths = np.linspace(2.0, 6.0, len(_SHARES))
-    rows = [(0.0, _SHARES[0], "up to 0.1 %", _plain(kind, PLAIN))]
-    for k, low in enumerate(_SHARES[:-1]):
-        label = f"{100 * low:g} to {100 * _SHARES[k + 1]:g} %"
-        rows.append((low, _SHARES[k + 1], label, _plain(kind, HITS[k + 1], float(widths[k]))))
+    rows = _share_classes(kind, lambda k: _plain(kind, HITS[k + 1], float(widths[k])))
     text = f"\"line_id\" || ': ' || {_SHARE} || ' %'"
     return Style(qml.graduated("p", rows) + qml.labels(text), labelled=True)
 
@@ -189,21 +197,19 @@ def _spheres(frame: geopandas.GeoDataFrame) -> Iterable[tuple[str, float, float,
 
 def _sites(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     """By the share that reaches the line; a site that failed, or has no line, is drawn too."""
-    rows = [(-1.0, -0.5, "no line, or failed", _plain(kind, ENDS["failed"][1]))]
-    rows.append((0.0, _SHARES[0], "up to 0.1 %", _plain(kind, PLAIN)))
-    for k, low in enumerate(_SHARES[:-1]):
-        label = f"{100 * low:g} to {100 * _SHARES[k + 1]:g} %"
-        rows.append((low, _SHARES[k + 1], label, _plain(kind, HITS[k + 1], 3.0)))
+    failed = (-1.0, -0.5, "no line, or failed", _plain(kind, ENDS["failed"][1]))
+    rows = [failed, *_share_classes(kind, lambda k: _plain(kind, HITS[k + 1], 3.0))]
     return Style(qml.graduated('coalesce("p", -1)', rows) + qml.labels('"site"'), labelled=True)
 
 
 def _worth(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     """The more logs a thing keeps away, the larger and darker; what keeps none away stays small, harm is blue."""
-    rows = [(-1.0, -SMALL, "more reach it because of this", marker(LESS_MORE[0], 2.6, shape="triangle"))]
+    more = "more reach it because of this"
+    rows: list[Class] = [(-1.0, -SMALL, more, marker(LESS_MORE[0], 2.6, shape="triangle"))]
     rows.append((-SMALL, SMALL, "no difference", marker(PLAIN, 1.0)))
     low = SMALL
     for k, high in enumerate(WORTHS):
-        rows.append((low, high, f"up to {100 * high:g} %", marker(HITS[k + 1], 2.0 + 0.8 * k)))
+        rows.append((low, high, Span("%", None, 100.0 * high), marker(HITS[k + 1], 2.0 + 0.8 * k)))
         low = high
     return Style(qml.graduated("gain_p", rows))
 

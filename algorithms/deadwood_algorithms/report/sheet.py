@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
+from deadwood_algorithms.files.qml import Label
+from deadwood_algorithms.files.styles import DBH_UNIT
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report.rounded import shown_share
 from deadwood_algorithms.report.scenario_box import scenario_rows
@@ -48,19 +49,16 @@ def sheet_words(run: Run, name: str, crs: pyproj.CRS, words: Words) -> SheetWord
     )
 
 
-def in_language(english: str, words: Words) -> str:
+def in_language(english: Label, words: Words) -> str:
     """A name of the project, or the label of a class, such as ``20 to 40 cm DBH``; what is not known stays."""
     if words.language == "en":
-        return english
-    if english in PHRASES:
-        return words.say(PHRASES[english])
-    if found := re.fullmatch(r"(over|up to) (.+)", english):
-        phrase, end = ("sheet_over", "low") if found[1] == "over" else ("sheet_up_to", "high")
-        return words.say(phrase, **{end: _unit(found[2], words)})
-    if found := re.fullmatch(r"(\S+) to (.+)", english):
-        return words.say("sheet_between", low=words.signs(found[1]), high=_unit(found[2], words))
-    return english
-
-
-def _unit(end: str, words: Words) -> str:
-    return words.signs(end).replace("DBH", words.say("sheet_dbh"))
+        return str(english)
+    if isinstance(english, str):
+        return words.say(PHRASES[english]) if english in PHRASES else english
+    unit = f"cm {words.say('sheet_dbh')}" if english.unit == DBH_UNIT else english.unit
+    low, high = (None if end is None else words.signs(f"{end:g}") for end in (english.low, english.high))
+    if high is None:
+        return words.say("sheet_over", low=f"{low} {unit}")
+    if low is None:
+        return words.say("sheet_up_to", high=f"{high} {unit}")
+    return words.say("sheet_between", low=low, high=f"{high} {unit}")

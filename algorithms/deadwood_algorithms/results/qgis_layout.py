@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
+from deadwood_algorithms.files.qml import Label
+
 THEME = "Map of the run"
 EDGE_MM = 10.0
 Box = tuple[float, float, float, float]  # left, top, width, height
@@ -78,7 +80,7 @@ class SheetWords:
     answers: str
     scenario: str
     foot: str
-    of: Callable[[str], str]
+    of: Callable[[Label], str]
 
 
 def layouts_xml(words: SheetWords, extent: Box, theme: str, legend: Sequence[str]) -> str:

@@ -16,7 +16,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.sax.saxutils import escape, quoteattr, unescape
+from xml.sax.saxutils import escape, quoteattr
 
 import geopandas
 import numpy as np
@@ -77,7 +77,7 @@ LEGEND_TITLES = {
     "lines": "Roads, railways, houses",
     "hit_count": "Logs that pass a cell",
 }
-Named = Callable[[str], str]  # a name of the project, put into its language
+Named = Callable[[qml.Label], str]  # a name of the project, or the label of a class, put into its language
 MARGIN = 0.1  # of the results' extent, around them
 
 
@@ -312,7 +312,7 @@ def _maplayer(entry: Entry, system: str, of: Named) -> str:
     kind = f'type="vector" geometry="{entry.geometry}"' if entry.geometry else 'type="raster"'
     provider = '<provider encoding="UTF-8">ogr</provider>' if entry.geometry else "<provider>gdal</provider>"
     style = entry.style.replace("<renderer-3d ", f"<renderer-3d layer={quoteattr(entry.id)} ")
-    style = re.sub(' label="([^"]*)"', lambda found: f" label={quoteattr(of(unescape(found[1])))}", style)
+    style = qml.relabelled(style, of)
     style += qml.appears(log_outlines.START.item().timetuple()[:3], "duration_s") if entry.name in AT_REST else ""
     return (
         f'<maplayer {kind} hasScaleBasedVisibilityFlag="0" labelsEnabled="{int(entry.labelled)}" '

@@ -13,7 +13,7 @@ import pytest
 import shapely
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.files import styles
+from deadwood_algorithms.files import qml, styles
 from deadwood_algorithms.files.crs import parse_crs
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import write_raster
@@ -140,3 +140,21 @@ def test_boulders_are_spheres_of_their_size_at_their_height():
     assert sizes == pytest.approx([1.1, 2.5])
     assert up == pytest.approx([1.1 - 1.1, 5.0 - 2.5])
     assert rules[0].get("filter") == '"diameter_m" >= 2 and "diameter_m" < 2.5'
+
+
+def test_labels_of_classes_are_said_anew_from_their_ends_and_names_from_their_words():
+    symbol = qml.marker("#000000", 1.0)
+    rows = [
+        (0.0, 0.1, qml.Span("<% & kg>", None, 0.1), symbol),
+        (0.1, 20.5, qml.Span("m", 0.1, 20.5), symbol),
+        (20.5, 1e9, qml.Span("m", 20.5), symbol),
+        (-1.0, 0.0, "20 to 40 m", symbol),  # a name, though it reads like a class
+    ]
+    style = qml.graduated("x", rows)
+    shown = [each.get("label") for each in ElementTree.fromstring(style).iter("range")]
+    assert shown == ["up to 0.1 <% & kg>", "0.1 to 20.5 m", "over 20.5 m", "20 to 40 m"]
+    heard = []
+    again = qml.relabelled(style, lambda label: heard.append(label) or f"{len(heard)}")
+    assert heard == [label for _, _, label, _ in rows]
+    assert [each.get("label") for each in ElementTree.fromstring(again).iter("range")] == ["1", "2", "3", "4"]
+    assert qml.relabelled(style, lambda label: label) == style
