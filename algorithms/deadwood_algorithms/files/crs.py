@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pyproj
@@ -118,6 +119,21 @@ def near_its_area(crs: pyproj.CRS, x: float, y: float) -> bool:
     return within and (width == 0.0 or east_of_west <= width + 2.0 * beyond)
 
 
+class FarOff(NamedTuple):
+    """Why a place is not near the area of its CRS: x and y exchanged, or numbers of another CRS; or not known."""
+
+    exchanged: bool
+    likely: str
+
+
+def far_off(crs: pyproj.CRS, x: float, y: float) -> FarOff | None:
+    """What is likely wrong with a place [m]; None where it is near the area of its CRS."""
+    if near_its_area(crs, x, y):
+        return None
+    likely = swiss_code(x, y)
+    return FarOff(near_its_area(crs, y, x), "" if likely == crs_name(crs) else likely)
+
+
 def swiss_code(x: float, y: float) -> str:
     """The CRS of Switzerland, new or old, whose numbers these look like; else nothing."""
     for code, (east, north) in (("EPSG:2056", LV03_TO_LV95), ("EPSG:21781", (0.0, 0.0))):
@@ -140,21 +156,19 @@ def misplacement(x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float
     for e, n, exchanged in ((x, y, False), (y, x, True)):
         for shift, code in ((0.0, ""), (1.0, "EPSG:21781"), (-1.0, "EPSG:2056")):
             if (exchanged or shift) and lie(e + shift * easting, n + shift * northing):
-                return "; ".join((*[EXCHANGED][:exchanged], *[_of_another(code)][: bool(code)]))
+                mistakes = (EXCHANGED if exchanged else "", _of_another(code) if code else "")
+                return "; ".join(each for each in mistakes if each)
     return ""
 
 
 def misnamed(crs: pyproj.CRS, x: np.ndarray, y: np.ndarray) -> str:
     """The same without a DEM: by which mistake places [m] are nowhere near the area of their CRS; or nothing."""
     east, north = float(np.nanmedian(x)), float(np.nanmedian(y))
-    if near_its_area(crs, east, north):
+    far = far_off(crs, east, north)
+    if far is None:
         return ""
-    likely = swiss_code(east, north)
-    if near_its_area(crs, north, east):
-        fix = EXCHANGED
-    else:
-        fix = _of_another(likely) if likely and likely != crs_name(crs) else "name the CRS that its supplier states"
-    return f"{east:.0f}, {north:.0f} is nowhere near the area of {crs_name(crs)}; {fix}"
+    fix = _of_another(far.likely) if far.likely else "name the CRS that its supplier states"
+    return f"{east:.0f}, {north:.0f} is nowhere near the area of {crs_name(crs)}; {EXCHANGED if far.exchanged else fix}"
 
 
 def _of_another(code: str) -> str:

@@ -21,9 +21,9 @@ from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.crs import (
     LOCAL_CRS,
     crs_name,
+    far_off,
     horizontal,
     is_local,
-    near_its_area,
     parse_crs,
     same_crs,
     swiss_code,
@@ -144,13 +144,13 @@ def _warn_of_place(crs: pyproj.CRS, source: Any, path: str | Path, feedback: Fee
     """Warn of a CRS that is not used anywhere near where it puts the DEM: it was named by mistake, or for want of
     another, as of a local survey. Its cells are right in any case, layers in other CRS are not."""
     x, y = _middle(source)
-    if near_its_area(crs, x, y):
+    far = far_off(crs, x, y)
+    if far is None:
         return
-    likely = swiss_code(x, y)
-    if near_its_area(crs, y, x):
+    if far.exchanged:
         fix = "its x and y are exchanged (in Swiss and Austrian surveys Y is the easting): exchange them in its header"
-    elif likely and likely != crs_name(crs):
-        fix = f"its coordinates look like those of {likely}"
+    elif far.likely:
+        fix = f"its coordinates look like those of {far.likely}"
     else:
         fix = "name the one that its supplier states"
     feedback.warn(

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 from deadwood_algorithms.report.markup import Markup, element, scrolled
 from deadwood_algorithms.report.rounded import decimal, shown_number
 from deadwood_algorithms.report.sections import Parts
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+
+SELDOM = ("model_lying_logs", "model_blocks", "model_lines")  # no row in a box where no run has any
 
 
 def made_at(manifest: Mapping[str, Any]) -> str:
@@ -55,8 +57,16 @@ def terrain_words(source: ReportedRun, words: Words) -> str:
     return f"{cells}, {words.say('scenario_file_of', day=day)}" if day else cells
 
 
-def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[tuple[str, str]]:
-    """Names and values of what one run slid through what."""
+class ScenarioRow(NamedTuple):
+    """What of a scenario (a phrase's name), its value in words, and whether there is any of it."""
+
+    phrase: str
+    value: str
+    there: bool = True
+
+
+def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[ScenarioRow]:
+    """What one run slid through what."""
 
     def things(name: str, *sizes: tuple[str, str, str]) -> str:
         each = scenario[name]
@@ -69,19 +79,22 @@ def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[tuple[str, 
     dbh, length, height = (("dbh_cm", "scenario_dbh", "cm"), ("length_m", "scenario_length", "m"),
                            ("height_m", "scenario_height", "m"))  # fmt: skip
     rolling = scenario["rolling_friction"]
-    values = {
-        "model_logs": things("logs", length, dbh, ("density_kg_m3", "scenario_density", "kg/m³")),
-        "scenario_posture": posture_words(scenario["logs"]["posture"], words),
-        "model_friction": span_words(scenario["friction"], words),
-        "model_rolling_friction": "–" if rolling is None else span_words(rolling, words),
-        "model_restitution": span_words(scenario["restitution"], words),
-        "model_trees": things("trees", dbh, height),
-        "model_barriers": things("barriers", height),
-        **{f"model_{name}": things(name) for name in ("lying_logs", "blocks", "lines")},
-        "scenario_fidelity": str(scenario["fidelity"]),
-        "scenario_seed": str(scenario["seed"]),
-    }
-    return [(words.say(name), value) for name, value in values.items()]
+    obstacles = {"trees": (dbh, height), "barriers": (height,), "lying_logs": (), "blocks": (), "lines": ()}
+    return [
+        ScenarioRow("model_logs", things("logs", length, dbh, ("density_kg_m3", "scenario_density", "kg/m³"))),
+        ScenarioRow("scenario_posture", posture_words(scenario["logs"]["posture"], words)),
+        ScenarioRow("model_friction", span_words(scenario["friction"], words)),
+        ScenarioRow(
+            "model_rolling_friction", "–" if rolling is None else span_words(rolling, words), rolling is not None
+        ),
+        ScenarioRow("model_restitution", span_words(scenario["restitution"], words)),
+        *(
+            ScenarioRow(f"model_{name}", things(name, *sizes), scenario[name]["n"] > 0)
+            for name, sizes in obstacles.items()
+        ),
+        ScenarioRow("scenario_fidelity", str(scenario["fidelity"])),
+        ScenarioRow("scenario_seed", str(scenario["seed"])),
+    ]
 
 
 def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, project: str | None) -> Parts:
@@ -92,22 +105,22 @@ def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, p
     of_runs = [
         [
             *scenario_rows(source.summary["scenario"], words),
-            (words.say("model_terrain"), terrain_words(source, words)),
-            (words.say("scenario_made"), made_at(source.run.manifest)),
-            (words.say("engine_digest"), str(source.run.manifest.get("engine", "–"))[:12]),
+            ScenarioRow("model_terrain", terrain_words(source, words)),
+            ScenarioRow("scenario_made", made_at(source.run.manifest)),
+            ScenarioRow("engine_digest", str(source.run.manifest.get("engine", "–"))[:12]),
         ]
         for source in told
     ]
-    may_lack = {words.say(f"model_{name}") for name in ("lying_logs", "blocks", "lines")}
     whose = [(words.say(name), value) for name, value in (("project", project), ("author", author)) if value]
     body = [
         element("tr", element("th", name, scope="row"), element("td", value, colspan=str(len(told))))
         for name, value in whose
     ]
     for rows in zip(*of_runs, strict=True):
-        name, cells = rows[0][0], [value for _, value in rows]
-        if name not in may_lack or any(value != "0" for value in cells):
-            body.append(element("tr", element("th", name, scope="row"), *cells_of(cells)))
+        phrase = rows[0].phrase
+        if phrase not in SELDOM or any(each.there for each in rows):
+            cells = cells_of([each.value for each in rows])
+            body.append(element("tr", element("th", words.say(phrase), scope="row"), *cells))
     head = (
         [element("thead", element("tr", element("th", ""), *(element("th", each.name, scope="col") for each in told)))]
         if len(told) > 1

@@ -37,13 +37,11 @@ def sheet_words(run: Run, name: str, crs: pyproj.CRS, words: Words) -> SheetWord
         answers[MOST_ANSWERS:] = [words.say("sheet_more", n=more)]
     known = crs.to_authority()
     where = f"{crs.name} ({':'.join(known)})" if known else crs.name
-    things = {words.say(f"model_{name}") for name in ("trees", "barriers", "lying_logs", "blocks", "lines")}
-    rows = [(name, value) for name, value in scenario_rows(summary["scenario"], words) if value != "–"]
-    rows = [" ".join(each) for each in rows if each[0] not in things or each[1] != "0"]
+    there = [each for each in scenario_rows(summary["scenario"], words) if each.there]
     return SheetWords(
         title=words.say("sheet_title", name=name),
         answers="   ".join(answers),
-        scenario="; ".join(rows),
+        scenario="; ".join(f"{words.say(each.phrase)} {each.value}" for each in there),
         foot=words.say("sheet_foot", scale=SCALE, crs=where, version=VERSION, date=DATE),
         of=lambda english: in_language(english, words),
     )
