@@ -1,7 +1,8 @@
 """A real Chromium without a window, driven over its DevTools protocol: what a reader of a page sees, clicks and prints.
 
-Chromium comes from the system (Debian's package ``chromium``), WebGL runs in software. Where there is none, tests are
-skipped, unless the environment variable ``DEADWOOD_CHROMIUM=required`` says that there must be one.
+Chromium comes from the system (Debian's package ``chromium``), WebGL runs in software; what it prints is looked at with
+Poppler (``poppler-utils``). Where one is missing, tests are skipped, unless the environment variable
+``DEADWOOD_CHROMIUM=required`` says that both must be there.
 """
 
 from __future__ import annotations
@@ -29,10 +30,16 @@ PATIENCE_S = 90.0
 
 
 def chromium() -> str:
-    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    return program("chromium", "chromium-browser", "google-chrome")
+
+
+def program(*names: str) -> str:
+    """The first of these programs that there is; without any the test is skipped, or fails where they are required."""
+    found = next(filter(None, map(shutil.which, names)), None)
     if not found:
-        assert os.environ.get("DEADWOOD_CHROMIUM") != "required", "DEADWOOD_CHROMIUM=required, but there is no chromium"
-        pytest.skip("there is no chromium")
+        missing = f"there is no {names[0]}"
+        assert os.environ.get("DEADWOOD_CHROMIUM") != "required", f"DEADWOOD_CHROMIUM=required, but {missing}"
+        pytest.skip(missing)
     return found
 
 

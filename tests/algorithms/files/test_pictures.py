@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 import pytest
+from browser import program
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -59,11 +59,10 @@ def test_every_dot_is_in_the_vector_files(tmp_path):
     figure.savefig(tmp_path / "dots.svg")
     paths = re.findall(r' d="([^"]+)"', (tmp_path / "dots.svg").read_text(encoding="utf-8"))
     assert max(path.count("M") for path in paths) == 267
-    if not shutil.which("pdftoppm"):
-        pytest.skip("there is no pdftoppm")
+    pdftoppm = program("pdftoppm")
     figure.savefig(tmp_path / "dots.pdf")
     subprocess.run(
-        ["pdftoppm", "-r", str(DPI), "-png", "-singlefile", "dots.pdf", "pdf"], cwd=tmp_path, check=True, timeout=60
+        [pdftoppm, "-r", str(DPI), "-png", "-singlefile", "dots.pdf", "pdf"], cwd=tmp_path, check=True, timeout=60
     )
     with Image.open(tmp_path / "pdf.png") as image:
         assert counted(np.asarray(image.convert("RGB")), places, DPI) == 267

@@ -5,14 +5,13 @@ from __future__ import annotations
 import base64
 import io
 import re
-import shutil
 import subprocess
 from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Browser
+from browser import Browser, program
 from PIL import Image
 from slope_case import Case
 
@@ -221,11 +220,10 @@ def test_it_prints(browser):
 
 def test_on_paper_every_page_has_its_number_and_none_ends_in_a_heading(browser, tmp_path):
     """Two or three pages are signed, the annex begins a new one; what lies low on a page is no heading."""
-    if not shutil.which("pdftotext"):
-        pytest.skip("there is no pdftotext")
+    pdftotext = program("pdftotext")
     (tmp_path / "page.pdf").write_bytes(browser.printed())
     told = subprocess.run(
-        ["pdftotext", "-layout", "page.pdf", "-"], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60
+        [pdftotext, "-layout", "page.pdf", "-"], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60
     )
     pages = [[line.strip() for line in page.splitlines() if line.strip()] for page in told.stdout.split("\f")[:-1]]
     assert [page[-1] for page in pages] == [f"{k} / {len(pages)}" for k in range(1, len(pages) + 1)]
@@ -247,10 +245,9 @@ def test_on_paper_no_page_is_half_empty(browser, tmp_path):
 
 def pictures_of(pdf: bytes, folder: Path, dpi: int) -> list[Image.Image]:
     """The pages of a PDF."""
-    if not shutil.which("pdftoppm"):
-        pytest.skip("there is no pdftoppm")
+    pdftoppm = program("pdftoppm")
     (folder / "told.pdf").write_bytes(pdf)
-    subprocess.run(["pdftoppm", "-r", str(dpi), "-png", "told.pdf", "told"], cwd=folder, check=True, timeout=60)
+    subprocess.run([pdftoppm, "-r", str(dpi), "-png", "told.pdf", "told"], cwd=folder, check=True, timeout=60)
     found = sorted(folder.glob("told-*.png"), key=lambda each: int(each.stem.rpartition("-")[2]))
     return [Image.open(each).convert("RGB") for each in found]
 
