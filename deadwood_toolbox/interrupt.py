@@ -2,7 +2,8 @@
 
 At once ``Feedback.cancelled`` says so, and a tool that asks (the engine does, several times a second) ends in its own
 order. After ``ASKED_S`` comes ``KeyboardInterrupt`` in the main thread, so that every ``with`` removes what it had
-begun. Python runs a handler only between two bytecodes of the main thread, so a long native call holds that back too;
+begun; where it falls into a callback from which Python drops exceptions (of a weak reference, of ``ctypes``), it comes
+again. Python runs a handler only between two bytecodes of the main thread, so a long native call holds that back too;
 after ``GRACE_S`` the watchdog thread, which the C side tells of a signal through the wake-up socket, ends the process.
 Even then only temporary files stay: results get their names at the very end.
 
@@ -17,7 +18,9 @@ import contextlib
 import os
 import signal
 import socket
+import sys
 import threading
+import time
 from collections.abc import Iterator
 from types import FrameType
 
@@ -27,6 +30,7 @@ LATE = "interrupted after the work was done; the results are whole"
 ASKED_S = 0.6
 STOP_WITH_STDIN = "DEADWOOD_STOP_WITH_STDIN"
 GRACE_S = 1.5  # of the two seconds promised; the rest is for the process to end
+LOOK_S = 0.05  # how soon an interrupt that was dropped is raised again
 
 
 @contextlib.contextmanager
@@ -46,11 +50,23 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
             raised = True
             raise KeyboardInterrupt
 
+    dropped = threading.Event()
+    before_hook = sys.unraisablehook
+
+    def unraisable(what: sys.UnraisableHookArgs) -> None:
+        nonlocal raised
+        if raised and issubclass(what.exc_type, KeyboardInterrupt):
+            raised = False
+            dropped.set()
+        else:
+            before_hook(what)
+
     ears, mouth = socket.socketpair()
     mouth.setblocking(False)
     finished = threading.Event()
-    watchdog = threading.Thread(target=_watch, args=(ears, finished), name="watchdog", daemon=True)
+    watchdog = threading.Thread(target=_watch, args=(ears, finished, dropped), name="watchdog", daemon=True)
     watchdog.start()
+    sys.unraisablehook = unraisable
     before_wakeup = signal.set_wakeup_fd(mouth.fileno(), warn_on_full_buffer=False)
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     if os.environ.get(STOP_WITH_STDIN, "0") not in ("", "0"):
@@ -62,6 +78,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
         for number, handler in before.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(before_wakeup)
+        sys.unraisablehook = before_hook
         mouth.close()
         watchdog.join()
         ears.close()
@@ -74,15 +91,20 @@ def deaf() -> None:
             signal.signal(number, signal.SIG_IGN)
 
 
-def _watch(ears: socket.socket, finished: threading.Event) -> None:
+def _watch(ears: socket.socket, finished: threading.Event, dropped: threading.Event) -> None:
     while heard := ears.recv(64):
         if not {signal.SIGINT, signal.SIGTERM} & set(heard) or finished.wait(ASKED_S):
             continue
+        end = time.monotonic() + GRACE_S - ASKED_S
         _thread.interrupt_main()  # calls the handler again
-        if not finished.wait(GRACE_S - ASKED_S):
-            with contextlib.suppress(OSError):
-                os.write(2, f"deadwood-tool: {MESSAGE}\n".encode())
-            os._exit(INTERRUPTED)
+        while not finished.wait(LOOK_S):
+            if time.monotonic() > end:
+                with contextlib.suppress(OSError):
+                    os.write(2, f"deadwood-tool: {MESSAGE}\n".encode())
+                os._exit(INTERRUPTED)
+            if dropped.is_set():
+                dropped.clear()
+                _thread.interrupt_main()
 
 
 def _wait_for_end(finished: threading.Event) -> None:

@@ -24,7 +24,7 @@ def wait_for(condition, seconds: float = 20.0) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize(("how", "within_s"), [("--asks", 0.5), ("--no-asks", 1.5), ("--stuck", 2.0)])
+@pytest.mark.parametrize(("how", "within_s"), [("--asks", 0.5), ("--no-asks", 1.5), ("--drops", 1.5), ("--stuck", 2.0)])
 def test_a_signal_ends_a_run_in_two_seconds(start_toy, tmp_path, number, how, within_s):
     out = tmp_path / "result"
     program = start_toy("toy-walk", "--dem", "x", "--output", out, "--quiet", "--wait-s", "30", how)

@@ -10,6 +10,7 @@ import os
 import shutil
 import sys
 import time
+import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,9 +35,14 @@ class Ask:
     wait_s: float = declare.number("Time to wait", unit="s", minimum=0, default=0.0)
     asks: bool = declare.flag("Ask whether the user has interrupted")
     stuck: bool = declare.flag("Wait in native code, which hears no signal", advanced=True)
+    drops: bool = declare.flag("Wait in a callback from which Python drops exceptions", advanced=True)
     seed: int = declare.seed()
     output: Path = declare.output_folder("Result")
     overwrite: bool = declare.overwrite()
+
+
+class _Thing:
+    pass
 
 
 @contextlib.contextmanager
@@ -57,6 +63,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         (part / "proj.txt").write_text(os.environ.get("PROJ_LIB", "none"), encoding="utf-8")
         if ask.stuck:
             hashlib.pbkdf2_hmac("sha256", b"deadwood", b"toolbox", 150_000_000)  # half a minute of C
+        if ask.drops:
+            thing = _Thing()
+            gone = weakref.ref(thing, lambda _: [time.sleep(0.05) for _ in range(round(ask.wait_s / 0.05))])
+            del thing
+            assert gone() is None
         naps = round(ask.wait_s / 0.05)
         for nap in range(naps):
             time.sleep(0.05)
