@@ -3,14 +3,14 @@
 The model of Lu et al. (2019; Landslides 16:2353-2367). Between the surface and a rebound plane that lies ``depth`` below
 it, the ground resists the centre of mass against its velocity v, and exerts no torque:
 
-    F = -1/2 (C_f + C_s) rho A |v| v                            their eq. 9 and 12            [d]
-    depth = 0.1 M^(1/3) M_E^-0.4 |v_z|^0.8                      their eq. 11                  [m]
+    F = -1/2 (C_f + C_s) rho A |v| v                            their eq. 9 and 12            [q]
+    depth = 0.1 M^(1/3) M_E^-0.4 |v_z|^0.8                      their eq. 11                  [r]
 
 A is the area, seen along v, of what of the body is below the surface; C_f = 1 (fluid part) and rho = 1700 kg/m3 are
 theirs. depth is set by the vertical speed at the node from which a step first reaches below the surface, and holds
 until the whole body is above it again. On the rebound plane act the contacts, with friction and restitution as ever.
 
-Within a step A is constant, and of [d] the exact solution is taken: |v| falls by the factor 1 / (1 + k |v| dt) with
+Within a step A is constant, and of [q] the exact solution is taken: |v| falls by the factor 1 / (1 + k |v| dt) with
 k = (C_f + C_s) rho A / (2 M). The surface is the plane of the facet below the body's deepest corner; the body is its
 hull, cut by that plane. In the ground a step goes no farther towards the plane, or away from it, than a share of depth.
 
@@ -35,7 +35,7 @@ from .vectors import blend, cross, dot
 
 @kernel
 def scar_depth(mass, speed, strength):
-    """Eq. [m]: how far [m] below the surface the rebound plane lies; vertical speed [m/s], strength [kN/m2]."""
+    """Eq. [r]: how far [m] below the surface the rebound plane lies; vertical speed [m/s], strength [kN/m2]."""
     return 0.1 * mass ** (1.0 / 3.0) * strength**-0.4 * abs(speed) ** 0.8
 
 
@@ -84,7 +84,7 @@ def area_below(cloud, corners, p, n, along):
 
 @kernel
 def drag(cloud, terrain, frame, state, body, settings, scratch, dt):
-    """Brake a body that is in the ground for dt by eq. [d]. Returns its work [J/kg].
+    """Brake a body that is in the ground for dt by eq. [q]. Returns its work [J/kg].
 
     Logs (cloud is None) are round and hard, and so is their ground.
     """

@@ -1,6 +1,6 @@
 """Scarring drag (Lu et al. 2019): bodies that dig into level ground, without gravity, by the equations' own solutions.
 
-With F = -K A |v| v, K = (C_f + C_s) rho / 2, the speed along a straight way s falls as dv/ds = -(K / M) A(s) v.
+With [q] F = -K A |v| v, K = (C_f + C_s) rho / 2, the speed along a straight way s falls as dv/ds = -(K / M) A(s) v.
 """
 
 from itertools import pairwise
@@ -116,30 +116,33 @@ def test_hard_ground_and_strong_ground():
 
 @pytest.mark.parametrize("restitution", [0.0, 0.4])
 def test_rocks_thrown_anyhow_on_a_rough_slope_stay_above_the_plane_and_gain_nothing(restitution):
-    """240 poses, speeds to 25 m/s, spins to 10/s, on 40 degrees with 0.3 m of noise."""
+    """240 poses, speeds to 25 m/s, spins to 10/s, on 40 degrees with 0.3 m of noise and on the flat below."""
     rng = np.random.default_rng(3)
-    y = np.arange(200.0)
-    scene = Scene.prepare(
-        np.tan(np.radians(40.0)) * y[:, None] + 0.3 * rng.random((200, 200)), 1.0, 0.0, 0.0, friction=0.5
-    )
+    y = np.arange(240.0)
+    slope = np.tan(np.radians(40.0)) * np.maximum(0.0, y - 120.0)
+    scene = Scene.prepare(slope[:, None] + 0.3 * rng.random((240, 200)), 1.0, 0.0, 0.0, friction=0.5)
     points = rng.normal(size=(24, 3)) * [0.5, 0.5, 0.3]
     shape, number = Shape.of(points), 240
     logs = Logs.alike(
-        rng.uniform(30.0, 170.0, number), rng.uniform(60.0, 170.0, number), orientation=2, density=DENSITY, drop=0.3
+        rng.uniform(60.0, 140.0, number), rng.uniform(130.0, 190.0, number), orientation=2, density=DENSITY, drop=0.3
     )
     start = place_logs(scene, logs, shape)
     state = start.state.copy()
     state[:, 7:10], state[:, 10:13] = rng.uniform(-14.0, 14.0, (number, 3)), rng.uniform(-6.0, 6.0, (number, 3))
     start = Start(start.frame, state, start.body)
-    for strength in (2.0, 15.0):
+    sunk = {}
+    for strength in (None, 2.0, 15.0):
         found = slide(
             scene, start, FIDELITIES["standard"], shape=shape, restitution=restitution, soil_strength=strength,
             scar_drag=1.5, time_limit=60.0,
         )  # fmt: skip
-        assert not (found.stop_reason == STOP_REASONS.index("failed")).any()
+        assert {STOP_REASONS[k] for k in found.stop_reason} <= {"rest", "time_limit", "left_dem"}
         assert np.isfinite(found.last_state).all()
         assert found.energy_error.max() < 1e-3
-        assert found.penetration_max.max() < 0.05  # in what is hard; on hard ground it is 0.03
+        stays = found.stop_reason != STOP_REASONS.index("left_dem")  # its border lets in what comes from beyond it
+        assert stays.mean() > 0.7
+        sunk[strength] = found.penetration_max[stays].max()
+    assert max(sunk.values()) < 1.1 * sunk[None]  # in what is hard: as on hard ground
 
 
 @pytest.mark.parametrize(
