@@ -1,7 +1,7 @@
 """Scarring drag: soft ground that a rock digs into brakes it, before it meets the hard plane below.
 
-The model of Lu et al. (2019; Landslides 16:2353-2367). Between the surface and a rebound plane that lies ``depth`` below
-it, the ground resists the centre of mass against its velocity v, and exerts no torque:
+The model of Lu et al. (2019; Landslides 16:2353-2367). Between the surface and a rebound plane that lies ``depth``
+below it, the ground resists the centre of mass against its velocity v, and exerts no torque:
 
     F = -1/2 (C_f + C_s) rho A |v| v                            their eq. 9 and 12            [q]
     depth = 0.1 M^(1/3) M_E^-0.4 |v_z|^0.8                      their eq. 11                  [r]

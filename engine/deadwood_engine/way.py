@@ -32,7 +32,7 @@ WAY = np.dtype(
         ("travel", "f8"),  # m, that the obstacles allow
         ("path", "f8"),  # m, that the log can have moved since its release
         ("slip", "f8"),  # m, that friction depends on (``slip``)
-        # m, how far below the surface the ground is hard (``scarring``), 0: the body is not in it; and at the step's end
+        # m, how far below the surface the ground is hard (``scarring``), 0: not in it; now, and at the step's end
         ("scar", "f8"), ("scar_ahead", "f8"),
         ("dragged", "f8"),  # J/kg, work of the scar's drag in this step
         ("enters", "f8"),  # s, longest step of one in which the body comes into the ground

@@ -50,7 +50,8 @@ class Breaking:
 def slip_laws(shape: str, most: float | None, kappa_per_m: float | None, beta_per_s: float | None) -> dict[str, float]:
     """The law of slip-dependent friction as the engine's ``slide`` takes it; empty where it is not asked for."""
     given = {"--friction-max": most, "--friction-kappa": kappa_per_m, "--friction-beta": beta_per_s}
-    found = _of_points(shape, given, "logs have one friction coefficient", "friction that grows with slip has these three")
+    law = "friction that grows with slip has these three"
+    found = _of_points(shape, given, "logs have one friction coefficient", law)
     return dict(zip(("friction_max", "friction_kappa", "friction_beta"), found, strict=True)) if found else {}
 
 
