@@ -69,7 +69,7 @@ def test_what_lies_off_the_dem_is_left_out_and_said_once(kind, tmp_path, grid, s
     assert read(path, grid, said) == ["a", "b"]
     about = [each for each in said.warnings if "left out" in each]
     assert len(about) == 1
-    assert about[0].endswith(f"layer.gpkg, rows 1, 3: 2 of 4 {kind} lie off the DEM and are left out")
+    assert about[0].endswith(f"layer 'layer', rows 1, 3: 2 of 4 {kind} lie off the DEM and are left out")
 
 
 @pytest.mark.parametrize("kind", KINDS)
