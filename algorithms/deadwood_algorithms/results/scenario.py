@@ -163,7 +163,7 @@ def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str
         "barriers": _count_rows(layers, layers.barriers, layers.engine_barriers, scene.barriers_outside),
         "lying_logs": _count_rows(layers, layers.lying, layers.lying_logs, scene.lying_outside),
         "blocks": _points(layers.blocks.ids, layers.blocks.left_out, blocks),
-        "lines": _count(layers.lines.row_count, Counter()),
+        "lines": _count(layers.lines.row_count, _rows_off(layers.lines)),
     }
     return {name: count for name, count in counts.items() if count["read"]}
 
@@ -201,7 +201,12 @@ def _count_rows(layers: SceneLayers, items: Items, paths: Any, outside: NDArray[
     used = set(items.row[_used(len(items.row), outside)].tolist())
     lost = [np.flatnonzero(items.row == row)[0] for row in sorted(set(items.row.tolist()) - used)]
     shapes = np.array([shapely.linestrings(paths.vertices[slice(*paths.starts[k : k + 2])]) for k in lost], object)
-    return _count(items.row_count, _left_out(layers, shapes) if lost else Counter())
+    return _count(items.row_count, _rows_off(items) + (_left_out(layers, shapes) if lost else Counter()))
+
+
+def _rows_off(items: Items) -> Counter[str]:
+    """Rows of a layer of lines that lie off the DEM: those without a path."""
+    return Counter({OFF_DEM: items.row_count - np.unique(items.row).size})
 
 
 def _count(read: int, left_out: Counter[str]) -> dict[str, Any]:
