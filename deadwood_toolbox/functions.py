@@ -1207,7 +1207,7 @@ def slide_logs(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless
         friction_preset names one.
@@ -1488,7 +1488,7 @@ def run_sites(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient, where the sites name none. A number, a raster, or polygons with a field 'friction'
         or 'mu'.
@@ -1726,7 +1726,7 @@ def count_hits(
         Share of the logs that reach lines after the cell. True: beside the main output. Bands: any line, number
         of logs that passed, each line.
     reaching : line or polygon
-        Lines of that raster. Default: the lines of the run.
+        Roads, railways, houses of that raster. Default: the lines of the run.
     danger_least : >= 1, default 10
         Least number of passing logs for which a cell has a value.
     output : output, optional
@@ -1764,7 +1764,8 @@ def reach_lines(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> ReachLinesResult:
-    """Find which stored trajectories reach lines or polygons (roads, houses), with what energy, and from where.
+    """Find which stored trajectories reach roads, railways or houses (lines or polygons), with what energy, and
+    from where.
 
     A log reaches a line when any part of its plan-view outline touches it at any time, and a polygon also when
     it starts inside (paper, equation 10). Each probability comes with its 95 % Wilson interval, over the logs
@@ -1787,7 +1788,7 @@ def reach_lines(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon, required
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     edge_m : m, >= 0, default 20
         Distance from the terrain model's edges within which logs cause a warning. Edges are its border and its
         nodata; more than half a log's length is recommended.
@@ -1859,8 +1860,8 @@ def design_values(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other lines or houses than those of the run, such as profile lines across the slope. Without it, the
-        lines of the run. Lines need stored trajectories.
+        Roads, railways, houses in place of those of the run. Or profile lines across the slope. They need
+        stored trajectories. Without it, the lines of the run.
     percentiles : %, 0 < x < 100, default 50,90,95,99
         Percentiles.
     confidence : %, 50 <= x <= 99.9, default 95
@@ -1967,7 +1968,7 @@ def value_trees(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Without it, the lines of the run.
+        Roads, railways, houses in place of those of the run. Without it, the lines of the run.
     stands : polygon
         Stands whose trees are all removed together. Their id is stand_id, else name, else the row.
     plant : point
@@ -2062,7 +2063,7 @@ def break_trees(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Without it, the lines of the run.
+        Roads, railways, houses in place of those of the run. Without it, the lines of the run.
     logs : >= 1
         Logs to use (default: all of the run). A random subset.
     seed : >= 0, default 0
@@ -2164,7 +2165,7 @@ def site_barriers(
     run : required
         Folder of a run of slide-logs, with lines.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Without it, the lines of the run.
+        Roads, railways, houses in place of those of the run. Without it, the lines of the run.
     candidates : line
         Lines where a barrier could stand. With barrier_id and, optionally, height_m; without that field each
         has every height_m. Without the layer, straight pieces along contours.
@@ -2298,7 +2299,7 @@ def map_intensity(
     return_periods_years : years, > 0, default 30,100,300
         Bounds of the classes of return period.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Their reach is computed from stored trajectories.
+        Roads, railways, houses in place of those of the run. Their reach is computed from stored trajectories.
     output : output, optional
         Folder of the maps. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2362,7 +2363,7 @@ def map_origins(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Their reach is computed from stored trajectories.
+        Roads, railways, houses in place of those of the run. Their reach is computed from stored trajectories.
     cell_m : m, > 0
         Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie
         in cells with a share.
@@ -2599,8 +2600,8 @@ def compare_scenarios(
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
         barriers, lying logs, boulders), of equals the first.
     lines : line or polygon
-        Other lines or houses than those of the runs. Their reach is computed from stored trajectories, of the
-        logs that have one in every run.
+        Roads, railways, houses in place of those of the runs. Their reach is computed from stored trajectories,
+        of the logs that have one in every run.
     min_runout_m : m, >= 0
         Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
@@ -2735,7 +2736,7 @@ def calibrate_friction(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0, default 0.1,0.15,0.2,0.25,0.3,0.35,0.4,0.45,0.5
         Friction coefficients to try. Single ones with commas, or from:to:step, such as 0.1:0.5:0.05.
     friction_column : optional
@@ -2958,7 +2959,7 @@ def compare_fidelity(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless
         friction_preset names one.
@@ -3184,7 +3185,7 @@ def vary(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless
         friction_preset names one.
@@ -3393,7 +3394,7 @@ def explore(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Default: 0.25.
     friction_column : optional
@@ -3778,7 +3779,7 @@ class DemoResult(Result):
     forest = LayerPart("forest.gpkg", "forest")
     """The outline of the forest of the demo"""
     lines = LayerPart("road.gpkg", "lines")
-    """What must not be reached: roads, railways, or the outlines of houses"""
+    """Roads, railways, houses: what must not be reached, as lines or outlines"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """Protection works: thin rigid plates, vertical from the terrain up, infinitely strong"""
 

@@ -47,7 +47,7 @@ class _LayersAndLaws:
         help="Points with a field 'diameter_m' (or 'radius_m') and, optionally, 'height_m', that of the top above the "
         "terrain. They are rigid spheres, do not move, and have the ground's friction and restitution.",
     )
-    lines: str | None = tool.vector("Roads, railways, houses to be reached", "line", "polygon", default=None)
+    lines: str | None = tool.vector("Roads, railways, houses", "line", "polygon", default=None)
     friction: str | float = tool.number_or_layer(
         "Friction coefficient", minimum=0.0, help="A number, a raster, or polygons with a field 'friction' or 'mu'."
     )

@@ -62,7 +62,7 @@ class Ask:
     )
     baseline: str | None = tool.baseline()
     lines: str | None = tool.vector(
-        "Other lines or houses than those of the runs",
+        "Roads, railways, houses in place of those of the runs",
         "line",
         "polygon",
         default=None,

@@ -200,7 +200,7 @@ def test_a_run_with_next_to_nothing(case):
     bare = case.run(output=str(case.folder / "bare"), trajectories="none")
     page, data = page_of(bare)
     text = Reader(page).text
-    assert "No line to be reached was given" in text
+    assert "No roads, railways or houses were given" in text
     assert "No trajectory was kept" in text
     assert "Arrivals" not in text.replace("no arrivals", "")
     assert data["space"][0]["logs"] == []
