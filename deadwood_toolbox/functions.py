@@ -148,9 +148,9 @@ def assess_mobilisation(
       set your own.
 
     ``release_areas`` writes the connected ground above ``threshold`` as polygons for ``sample-releases
-    --areas``; the raster serves as its ``--weights``. Gullies, the preferred tracks, are detected by the depth
-    of the ground across the slope (``gully_share`` of an area); they do not affect the susceptibility.
-    ``factors`` keeps slope, roughness and depth.
+    --areas``; the raster serves as ``sample-releases --weights``. Gullies, the preferred tracks, are detected
+    by the depth of the ground across the slope (``gully_share`` of an area); they do not affect the
+    susceptibility. ``factors`` keeps slope, roughness and depth.
 
     ``assessed`` splits mapped ``deadwood`` (points) into the layers ``candidates`` and ``others``. A candidate
     is on susceptible ground and in the stage of decay in which wood is smooth but still strong, late stage II
@@ -877,7 +877,7 @@ def windthrow(
         outside (rate 0.033); beech: its mass falls by 5.3 % a year, taken off from outside (rate 0.054); pine:
         its mass falls by 3.1 % a year, taken off from outside (rate 0.032).
     years : 0 <= x <= 100
-        Years after the storm, with wood. Default: 10.
+        Years after the storm, with the wood's rate of decay. Default: 10.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
@@ -1243,14 +1243,13 @@ def slide_logs(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -1293,27 +1292,27 @@ def slide_logs(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
-        Permitted error of the reach of a line (fidelity auto). 0.02 means ±2 points from what reference would
-        give, at 95 %, by sampling and by calculation together. Needs lines.
+        Permitted error of the reach of a line, with fidelity auto. 0.02 means ±2 points from what reference
+        would give, at 95 %, by sampling and by calculation together. Needs lines.
     budget : optional
-        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the most accurate fidelity and
-        number of logs for that time on this machine, within about a tenth. report and qgis_project take
+        Time for the run in place of that error, with fidelity auto. 60s, 5min or 1h: the most accurate fidelity
+        and number of logs for that time on this machine, within about a tenth. report and qgis_project take
         additional time.
     assume : one of none, standard, draft, default standard
-        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, so that
+        Errors of calculation taken from the benchmark's slopes, with fidelity auto. none: nothing, so that
         reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
         well.
     time_step_s : s, 1e-05 <= x <= 1
@@ -1524,14 +1523,13 @@ def run_sites(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -1574,27 +1572,27 @@ def run_sites(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
-        Permitted error of the reach of a line (fidelity auto). 0.02 means ±2 points from what reference would
-        give, at 95 %, by sampling and by calculation together. Needs lines.
+        Permitted error of the reach of a line, with fidelity auto. 0.02 means ±2 points from what reference
+        would give, at 95 %, by sampling and by calculation together. Needs lines.
     budget : optional
-        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the most accurate fidelity and
-        number of logs for that time on this machine, within about a tenth. report and qgis_project take
+        Time for the run in place of that error, with fidelity auto. 60s, 5min or 1h: the most accurate fidelity
+        and number of logs for that time on this machine, within about a tenth. report and qgis_project take
         additional time.
     assume : one of none, standard, draft, default standard
-        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, so that
+        Errors of calculation taken from the benchmark's slopes, with fidelity auto. none: nothing, so that
         reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
         well.
     time_step_s : s, 1e-05 <= x <= 1
@@ -1943,8 +1941,8 @@ def value_trees(
 
     The effect of several objects together is not the sum of their effects: two trees side by side may each have
     none, and together a large one. Name them as a stand, or compare two runs (compare-scenarios). The effect of
-    a tree holds for these releases. Trees break as in the run: not, unless it had --break-trees. The damage of
-    a tree is not computed.
+    a tree holds for these releases. Trees break as in the run: not, unless it had `slide-logs --break-trees`.
+    The damage of a tree is not computed.
 
     Parameters
     ----------
@@ -1955,14 +1953,14 @@ def value_trees(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     run : required
@@ -2046,14 +2044,14 @@ def break_trees(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     run : required
@@ -2152,14 +2150,14 @@ def site_barriers(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     run : required
@@ -2281,7 +2279,8 @@ def map_intensity(
     energy_classes_kj : kJ, > 0, default 30,300
         Bounds of the classes of energy.
     energy_raster : optional
-        Other energies to classify [kJ]. Band 1; such as count-hits --energy FILE --quantiles 95.
+        Other energies to classify [kJ]. Band 1; such as that of deadwood-tool count-hits --energy FILE
+        --quantiles 95.
     least_passage : %, 0 <= x <= 100, default 1
         Least share of the logs that bring the energy of a class. 0: the largest energy of all logs, which grows
         with their number.
@@ -2583,8 +2582,8 @@ def compare_scenarios(
     For each line it gives the indices of a protection forest used in practice (after Dupire et al. 2016),
     against the baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, for
     the logs that reach it; `miri` = 1 - E95 / E95_0, for the 95 % quantile of their energies there; `orpi` = 1
-    - S / S0, for the sum of these. 1 is full protection, 0 none. Energies need stored trajectories
-    (`--trajectories all`); docs/indices.md has the details.
+    - S / S0, for the sum of these. 1 is full protection, 0 none. Energies need stored trajectories (`slide-logs
+    --trajectories all`); docs/indices.md has the details.
 
     Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many,
     and only further runs show how much another would differ.
@@ -2771,14 +2770,13 @@ def calibrate_friction(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -2815,14 +2813,14 @@ def calibrate_friction(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     observed : point or polygon
@@ -2839,7 +2837,7 @@ def calibrate_friction(
     not_reached : line or polygon
         Line or area that it did not reach.
     event_logs : 1 <= x <= 1000, default 1
-        Logs of the event, for reached and not_reached.
+        Logs of the event, of which lines or areas were reached or not.
     event_reached : 0 <= x <= 1000
         Number of these that reached it. Default: all.
     logs : >= 2, default 1000
@@ -2995,14 +2993,13 @@ def compare_fidelity(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3045,14 +3042,14 @@ def compare_fidelity(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     fidelities : default draft,standard,fine,reference
@@ -3221,14 +3218,13 @@ def vary(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3271,14 +3267,14 @@ def vary(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     vary : default friction_factor,rolling_friction,log_dbh_factor,log_length_factor
@@ -3429,14 +3425,13 @@ def explore(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1

@@ -250,7 +250,7 @@ def scheduler() -> Any:
 
 def workers() -> Any:
     return integer(
-        "With --scheduler: workers started (local) or waited for",
+        "Workers started (local) or waited for, with a scheduler",
         default=None,
         minimum=1,
         advanced=True,

@@ -475,3 +475,16 @@ def test_many_actions_leave_the_page_alive_and_its_memory_flat(page, shared):
     page.ask("document.getElementById('radius').value = 10")  # a drag of the rim may have made it larger than the slope
     page.release()
     assert complaints(shared) == []
+
+
+@pytest.mark.parametrize("width", [375, 1440])
+def test_axe_finds_nothing_serious(page, width):
+    """Before a question and with its answer, light and dark."""
+    page.browser.size(width, 812, phone=width < 500)
+    found = page.browser.hard_to_use()
+    page.ask("document.getElementById('map').focus()")
+    page.release()
+    for dark in (False, True):
+        page.browser.dark(dark)
+        found += page.browser.hard_to_use()
+    assert found == []

@@ -157,7 +157,7 @@ def test_the_pages_that_are_signed_come_first_and_paths_and_flags_last(page):
 def test_what_scrolls_can_be_scrolled_by_the_keyboard_and_has_a_name(page):
     for part in re.findall(r'<div [^>]*class="(?:scroll|frame|card)[^"]*"[^>]*>', page[0]):
         assert 'tabindex="0"' in part
-        assert re.search(r'role="region" aria-label="[^"]+"', part), part
+        assert re.search(r'role="group" aria-label="[^"]+"', part), part
 
 
 def test_the_page_asks_nothing_of_any_other_file(page):
