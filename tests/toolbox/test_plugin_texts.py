@@ -8,8 +8,12 @@ from collections import Counter
 import pytest
 from babel.messages.pofile import read_po
 
+from deadwood_algorithms.explore.phrases import PHRASES
 from deadwood_algorithms.report.languages import LANGUAGES
+from deadwood_algorithms.report.phrases import MESSAGES
 from deadwood_algorithms.report.words import read_catalogue
+from deadwood_algorithms.results.qgis_project import TITLES
+from deadwood_algorithms.schemas.brought import LINES
 from deadwood_toolbox import parameters, translations
 from deadwood_toolbox.qgis_plugin.help_text import FLAG, labelled, paragraphs
 from deadwood_toolbox.shelf import TOOLS
@@ -78,3 +82,18 @@ def test_what_qgis_shows_has_the_dialogs_words_and_no_flags(tool):
         if text[: found.start()].rstrip().rpartition(" ")[2].strip("(`") not in names
     ]
     assert bare == []
+
+
+def test_roads_railways_houses_have_one_name():
+    """In dialogs and help, the report, explore, the QGIS project, the model, the layers' page and every picture."""
+    name = "Roads, railways, houses"
+    labels = {p.label for tool in TOOLS for p in tool.parameters() if p.name in ("lines", "reaching")}
+    assert {label for label in labels if not label.startswith(name)} == set()
+    assert MESSAGES["layer_lines"] == MESSAGES["model_lines"] == name.lower()
+    assert PHRASES["layer_lines"] == TITLES["lines"] == name
+    assert LINES.meaning.startswith(name)
+    assert f'"lines": _("{name}")' in (translations.PLUGIN / "slope_model.py").read_text(encoding="utf-8")
+    assert f'value="{name}"' in (translations.PLUGIN / "models" / "slope_to_report.model3").read_text(encoding="utf-8")
+    shown = re.compile(r"label=\"[^\"]*lines to be \w+")
+    sources = sorted((translations.ROOT / "algorithms" / "deadwood_algorithms").rglob("*.py"))
+    assert [each.name for each in sources if shown.search(each.read_text(encoding="utf-8"))] == []
