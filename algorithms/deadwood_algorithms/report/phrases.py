@@ -64,9 +64,9 @@ PHRASES = {
     "sign_name": "Name",
     "sign_signature": "Signature",
     "scenario_file_of": "file of {day}",
-    "question_lines": "{n} logs are released at {where}. How many of them reach {lines}, and how do they arrive?",
+    "question_lines": "{n} logs are released in {where}. How many of them reach {lines}, and how do they arrive?",
     "question_none": (
-        "{n} logs are released at {where}. Where do they come to rest? No roads, railways or houses were given."
+        "{n} logs are released in {where}. Where do they come to rest? No roads, railways or houses were given."
     ),
     "release_areas": "{n} release areas",
     "release_area": "release area {name}",
