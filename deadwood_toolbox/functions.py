@@ -148,9 +148,9 @@ def assess_mobilisation(
       set your own.
 
     ``release_areas`` writes the connected ground above ``threshold`` as polygons for ``sample-releases
-    --areas``; the raster serves as its ``--weights``. Gullies, the preferred tracks, are detected by the depth
-    of the ground across the slope (``gully_share`` of an area); they do not affect the susceptibility.
-    ``factors`` keeps slope, roughness and depth.
+    --areas``; the raster serves as ``sample-releases --weights``. Gullies, the preferred tracks, are detected
+    by the depth of the ground across the slope (``gully_share`` of an area); they do not affect the
+    susceptibility. ``factors`` keeps slope, roughness and depth.
 
     ``assessed`` splits mapped ``deadwood`` (points) into the layers ``candidates`` and ``others``. A candidate
     is on susceptible ground and in the stage of decay in which wood is smooth but still strong, late stage II
@@ -877,7 +877,7 @@ def windthrow(
         outside (rate 0.033); beech: its mass falls by 5.3 % a year, taken off from outside (rate 0.054); pine:
         its mass falls by 3.1 % a year, taken off from outside (rate 0.032).
     years : 0 <= x <= 100
-        Years after the storm, with wood. Default: 10.
+        Years after the storm, with the wood's rate of decay. Default: 10.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
@@ -1209,7 +1209,7 @@ def slide_logs(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless
         friction_preset names one.
@@ -1245,14 +1245,13 @@ def slide_logs(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
         (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
@@ -1302,27 +1301,27 @@ def slide_logs(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
-        Permitted error of the reach of a line (fidelity auto). 0.02 means ±2 points from what reference would
-        give, at 95 %, by sampling and by calculation together. Needs lines.
+        Permitted error of the reach of a line, with fidelity auto. 0.02 means ±2 points from what reference
+        would give, at 95 %, by sampling and by calculation together. Needs lines.
     budget : optional
-        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the most accurate fidelity and
-        number of logs for that time on this machine, within about a tenth. report and qgis_project take
+        Time for the run in place of that error, with fidelity auto. 60s, 5min or 1h: the most accurate fidelity
+        and number of logs for that time on this machine, within about a tenth. report and qgis_project take
         additional time.
     assume : one of none, standard, draft, default standard
-        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, so that
+        Errors of calculation taken from the benchmark's slopes, with fidelity auto. none: nothing, so that
         reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
         well.
     time_step_s : s, 1e-05 <= x <= 1
@@ -1499,7 +1498,7 @@ def run_sites(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient, where the sites name none. A number, a raster, or polygons with a field 'friction'
         or 'mu'.
@@ -1535,14 +1534,13 @@ def run_sites(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
         (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
@@ -1592,27 +1590,27 @@ def run_sites(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
-        Permitted error of the reach of a line (fidelity auto). 0.02 means ±2 points from what reference would
-        give, at 95 %, by sampling and by calculation together. Needs lines.
+        Permitted error of the reach of a line, with fidelity auto. 0.02 means ±2 points from what reference
+        would give, at 95 %, by sampling and by calculation together. Needs lines.
     budget : optional
-        Time for the run, instead of error (fidelity auto). 60s, 5min or 1h: the most accurate fidelity and
-        number of logs for that time on this machine, within about a tenth. report and qgis_project take
+        Time for the run in place of that error, with fidelity auto. 60s, 5min or 1h: the most accurate fidelity
+        and number of logs for that time on this machine, within about a tenth. report and qgis_project take
         additional time.
     assume : one of none, standard, draft, default standard
-        Errors of calculation taken from the benchmark's slopes (fidelity auto). none: nothing, so that
+        Errors of calculation taken from the benchmark's slopes, with fidelity auto. none: nothing, so that
         reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
         well.
     time_step_s : s, 1e-05 <= x <= 1
@@ -1744,7 +1742,7 @@ def count_hits(
         Share of the logs that reach lines after the cell. True: beside the main output. Bands: any line, number
         of logs that passed, each line.
     reaching : line or polygon
-        Lines of that raster. Default: the lines of the run.
+        Roads, railways, houses of that raster. Default: the lines of the run.
     danger_least : >= 1, default 10
         Least number of passing logs for which a cell has a value.
     output : output, optional
@@ -1782,7 +1780,8 @@ def reach_lines(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> ReachLinesResult:
-    """Find which stored trajectories reach lines or polygons (roads, houses), with what energy, and from where.
+    """Find which stored trajectories reach roads, railways or houses (lines or polygons), with what energy, and
+    from where.
 
     A log reaches a line when any part of its plan-view outline touches it at any time, and a polygon also when
     it starts inside (paper, equation 10). Each probability comes with its 95 % Wilson interval, over the logs
@@ -1805,7 +1804,7 @@ def reach_lines(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon, required
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     edge_m : m, >= 0, default 20
         Distance from the terrain model's edges within which logs cause a warning. Edges are its border and its
         nodata; more than half a log's length is recommended.
@@ -1877,8 +1876,8 @@ def design_values(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other lines or houses than those of the run, such as profile lines across the slope. Without it, the
-        lines of the run. Lines need stored trajectories.
+        Roads, railways, houses in place of those of the run. Or profile lines across the slope. They need
+        stored trajectories. Without it, the lines of the run.
     percentiles : %, 0 < x < 100, default 50,90,95,99
         Percentiles.
     confidence : %, 50 <= x <= 99.9, default 95
@@ -1960,8 +1959,8 @@ def value_trees(
 
     The effect of several objects together is not the sum of their effects: two trees side by side may each have
     none, and together a large one. Name them as a stand, or compare two runs (compare-scenarios). The effect of
-    a tree holds for these releases. Trees break as in the run: not, unless it had --break-trees. The damage of
-    a tree is not computed.
+    a tree holds for these releases. Trees break as in the run: not, unless it had `slide-logs --break-trees`.
+    The damage of a tree is not computed.
 
     Parameters
     ----------
@@ -1972,20 +1971,20 @@ def value_trees(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Without it, the lines of the run.
+        Roads, railways, houses in place of those of the run. Without it, the lines of the run.
     stands : polygon
         Stands whose trees are all removed together. Their id is stand_id, else name, else the row.
     plant : point
@@ -2063,14 +2062,14 @@ def break_trees(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     run : required
@@ -2080,7 +2079,7 @@ def break_trees(
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Without it, the lines of the run.
+        Roads, railways, houses in place of those of the run. Without it, the lines of the run.
     logs : >= 1
         Logs to use (default: all of the run). A random subset.
     seed : >= 0, default 0
@@ -2169,20 +2168,20 @@ def site_barriers(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     run : required
         Folder of a run of slide-logs, with lines.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Without it, the lines of the run.
+        Roads, railways, houses in place of those of the run. Without it, the lines of the run.
     candidates : line
         Lines where a barrier could stand. With barrier_id and, optionally, height_m; without that field each
         has every height_m. Without the layer, straight pieces along contours.
@@ -2298,7 +2297,8 @@ def map_intensity(
     energy_classes_kj : kJ, > 0, default 30,300
         Bounds of the classes of energy.
     energy_raster : optional
-        Other energies to classify [kJ]. Band 1; such as count-hits --energy FILE --quantiles 95.
+        Other energies to classify [kJ]. Band 1; such as that of deadwood-tool count-hits --energy FILE
+        --quantiles 95.
     least_passage : %, 0 <= x <= 100, default 1
         Least share of the logs that bring the energy of a class. 0: the largest energy of all logs, which grows
         with their number.
@@ -2316,7 +2316,7 @@ def map_intensity(
     return_periods_years : years, > 0, default 30,100,300
         Bounds of the classes of return period.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Their reach is computed from stored trajectories.
+        Roads, railways, houses in place of those of the run. Their reach is computed from stored trajectories.
     output : output, optional
         Folder of the maps. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2380,7 +2380,7 @@ def map_origins(
     run : required
         Folder of a run of slide-logs.
     lines : line or polygon
-        Other roads, railways or houses than those of the run. Their reach is computed from stored trajectories.
+        Roads, railways, houses in place of those of the run. Their reach is computed from stored trajectories.
     cell_m : m, > 0
         Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie
         in cells with a share.
@@ -2600,8 +2600,8 @@ def compare_scenarios(
     For each line it gives the indices of a protection forest used in practice (after Dupire et al. 2016),
     against the baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, for
     the logs that reach it; `miri` = 1 - E95 / E95_0, for the 95 % quantile of their energies there; `orpi` = 1
-    - S / S0, for the sum of these. 1 is full protection, 0 none. Energies need stored trajectories
-    (`--trajectories all`); docs/indices.md has the details.
+    - S / S0, for the sum of these. 1 is full protection, 0 none. Energies need stored trajectories (`slide-logs
+    --trajectories all`); docs/indices.md has the details.
 
     Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many,
     and only further runs show how much another would differ.
@@ -2617,8 +2617,8 @@ def compare_scenarios(
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
         barriers, lying logs, boulders), of equals the first.
     lines : line or polygon
-        Other lines or houses than those of the runs. Their reach is computed from stored trajectories, of the
-        logs that have one in every run.
+        Roads, railways, houses in place of those of the runs. Their reach is computed from stored trajectories,
+        of the logs that have one in every run.
     min_runout_m : m, >= 0
         Least run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
@@ -2755,7 +2755,7 @@ def calibrate_friction(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0, default 0.1,0.15,0.2,0.25,0.3,0.35,0.4,0.45,0.5
         Friction coefficients to try. Single ones with commas, or from:to:step, such as 0.1:0.5:0.05.
     friction_column : optional
@@ -2790,14 +2790,13 @@ def calibrate_friction(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
         (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
@@ -2841,14 +2840,14 @@ def calibrate_friction(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     observed : point or polygon
@@ -2865,7 +2864,7 @@ def calibrate_friction(
     not_reached : line or polygon
         Line or area that it did not reach.
     event_logs : 1 <= x <= 1000, default 1
-        Logs of the event, for reached and not_reached.
+        Logs of the event, of which lines or areas were reached or not.
     event_reached : 0 <= x <= 1000
         Number of these that reached it. Default: all.
     logs : >= 2, default 1000
@@ -2987,7 +2986,7 @@ def compare_fidelity(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless
         friction_preset names one.
@@ -3023,14 +3022,13 @@ def compare_fidelity(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
         (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
@@ -3080,14 +3078,14 @@ def compare_fidelity(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     fidelities : default draft,standard,fine,reference
@@ -3222,7 +3220,7 @@ def vary(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Needed, unless
         friction_preset names one.
@@ -3258,14 +3256,13 @@ def vary(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
         (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
@@ -3315,14 +3312,14 @@ def vary(
         tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
         bytes. Default: threads of this process.
     workers : >= 1
-        With scheduler: workers started (local) or waited for. Default: one for each core (local), or one.
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
         Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
         time. Nothing is written.
     plan_logs : >= 10, default 400
-        Logs of the pilot of plan, at most.
+        Logs of the plan's pilot, at most.
     plan_workers : 1 <= x <= 1000000, default 16
-        Workers for which plan also states the time.
+        Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
     vary : default friction_factor,rolling_friction,log_dbh_factor,log_length_factor
@@ -3440,7 +3437,7 @@ def explore(
         'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
         ground's friction and restitution.
     lines : line or polygon
-        Roads, railways, houses to be reached.
+        Roads, railways, houses.
     friction : >= 0
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'. Default: 0.25.
     friction_column : optional
@@ -3475,14 +3472,13 @@ def explore(
         the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
         of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        With shape: friction coefficient after much slip. Friction grows from friction to this while the
+        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
         body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
         centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        With friction_max: how fast friction grows with slip. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
-        t).
+        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
         (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
@@ -3832,7 +3828,7 @@ class DemoResult(Result):
     forest = LayerPart("forest.gpkg", "forest")
     """The outline of the forest of the demo"""
     lines = LayerPart("road.gpkg", "lines")
-    """What must not be reached: roads, railways, or the outlines of houses"""
+    """Roads, railways, houses: what must not be reached, as lines or outlines"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """Protection works: thin rigid plates, vertical from the terrain up, infinitely strong"""
 

@@ -35,7 +35,7 @@ class Words:
     def reach(self, answer: Mapping[str, Any], names: Mapping[str, str]) -> str:
         """Each line's share with its interval."""
         if not answer["reach"]:
-            return _quiet(_("Choose a layer of lines to see how many logs reach a road or a house."))
+            return _quiet(_("Choose a layer of roads, railways or houses to see how many logs reach them."))
         rows = []
         for each in answer["reach"]:
             digits = digits_of(100.0 * (each["ci_high"] - each["ci_low"]))

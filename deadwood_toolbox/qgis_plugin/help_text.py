@@ -6,7 +6,7 @@ import html
 import re
 from typing import Any
 
-FLAG = re.compile(r"--[a-z][a-z-]*[a-z]")
+FLAG = re.compile(r"--[a-z][a-z0-9-]*[a-z0-9]")
 
 
 def pieces(description: str) -> list[str]:

@@ -31,7 +31,7 @@ def labels() -> dict[str, str]:
         "count": _("Logs released"),
         "trees": _("Trees"),
         "barriers": _("Barriers"),
-        "lines": _("Roads, railways or houses"),
+        "lines": _("Roads, railways, houses"),
         FRICTION: _("Friction coefficient"),
         "fidelity": _("Speed against accuracy"),
         "run": _("Folder of the run"),

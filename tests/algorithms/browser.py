@@ -8,6 +8,7 @@ Poppler (``poppler-utils``). Where one is missing, tests are skipped, unless the
 from __future__ import annotations
 
 import base64
+import importlib.util
 import itertools
 import json
 import os
@@ -15,6 +16,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +43,16 @@ def program(*names: str) -> str:
         assert os.environ.get("DEADWOOD_CHROMIUM") != "required", f"DEADWOOD_CHROMIUM=required, but {missing}"
         pytest.skip(missing)
     return found
+
+
+def axe() -> str:
+    """axe-core as a script: from axe-playwright-python, which is newer, where somebody has it; else axe-core-python."""
+    names = filter(importlib.util.find_spec, ("axe_playwright_python", "axe_core_python"))
+    package = next(names, None)
+    if package is None:
+        assert os.environ.get("DEADWOOD_CHROMIUM") != "required", "DEADWOOD_CHROMIUM=required, but there is no axe-core"
+        pytest.skip("there is no axe-core")
+    return resources.files(package).joinpath("axe.min.js").read_text(encoding="utf-8")
 
 
 class Browser:
@@ -161,6 +173,18 @@ class Browser:
         if path:
             path.write_bytes(taken)
         return taken
+
+    def hard_to_use(self) -> list[str]:
+        """What axe finds on the page that is serious or critical, whoever uses it in whatever way: rule and place."""
+        if not self.ask("'axe' in window"):
+            self.call("Runtime.evaluate", expression=axe())
+        found = self.ask("axe.run(document, {resultTypes: ['violations']}).then((told) => told.violations)")
+        return [
+            f"{each['id']}: {' '.join(map(str, node['target']))}"
+            for each in found
+            if each["impact"] in ("serious", "critical")
+            for node in each["nodes"]
+        ]
 
     def printed(self) -> bytes:
         told = self.call("Page.printToPDF", printBackground=True, preferCSSPageSize=True)

@@ -52,7 +52,7 @@ PARAMETERS = (
     Number("count", "Logs released", type=Number.Type.Integer, defaultValue=500, minValue=1),
     layer("trees", "Trees", [Kind.TypeVectorPoint], optional=True),
     layer("barriers", "Barriers", [Kind.TypeVectorLine], optional=True),
-    layer("lines", "Roads, railways or houses", [Kind.TypeVectorLine, Kind.TypeVectorPolygon]),
+    layer("lines", "Roads, railways, houses", [Kind.TypeVectorLine, Kind.TypeVectorPolygon]),
     friction,
     QgsProcessingParameterEnum(
         "fidelity", "Speed against accuracy", fidelities, defaultValue="standard", usesStaticStrings=True

@@ -8,15 +8,20 @@ from collections import Counter
 import pytest
 from babel.messages.pofile import read_po
 
+from deadwood_algorithms.explore.phrases import PHRASES
 from deadwood_algorithms.report.languages import LANGUAGES
+from deadwood_algorithms.report.phrases import MESSAGES
 from deadwood_algorithms.report.words import read_catalogue
-from deadwood_toolbox import translations
+from deadwood_algorithms.results.qgis_project import TITLES
+from deadwood_algorithms.schemas.brought import LINES
+from deadwood_toolbox import parameters, translations
+from deadwood_toolbox.qgis_plugin.help_text import FLAG, labelled, paragraphs
 from deadwood_toolbox.shelf import TOOLS
 
 OTHERS = LANGUAGES[1:]
 # What one types or reads in a file is the same in every language: placeholders, options, code, columns, files, numbers.
 KEPT = re.compile(
-    r"\{\w*\}|--[a-z][a-z-]*[a-z]|``.+?``|`[^`]+`|\b\w+_\w+\b|\b\w+\.(?:tif|gpkg|csv|json|html|qgz)\b|\d+(?:\.\d+)?"
+    r"\{\w*\}|--[a-z][a-z0-9-]*[a-z0-9]|``.+?``|`[^`]+`|\b\w+_\w+\b|\b\w+\.(?:tif|gpkg|csv|json|html|qgz)\b|\d+(?:\.\d+)?"
 )
 
 
@@ -60,3 +65,35 @@ def test_every_name_is_translated(language):
 def test_texts_of_the_plugin_and_of_the_declarations_are_found(today):
     assert {"Canceled; nothing was left behind", "Open the results in the map", "Prepare", "Hit count"} <= today
     assert any(each.startswith("A .pts file (x y z a line") for each in today)
+
+
+@pytest.mark.parametrize("tool", [each for each in TOOLS if each.in_qgis], ids=lambda each: each.name)
+def test_what_qgis_shows_has_the_dialogs_words_and_no_flags(tool):
+    """But for a command that is named whole, of this tool or of another one: `slide-logs --trajectories`."""
+    declared = parameters.describe(tool)
+    names = {each.name for each in TOOLS} | {"list"}
+    texts = [each["label"] for each in declared["parameters"]]
+    texts += [labelled(each["help"] or "", declared).partition("deadwood-tool ")[0] for each in declared["parameters"]]
+    texts += [each for each in paragraphs(declared) if not each.startswith("<pre>")]
+    bare = [
+        (found[0], text)
+        for text in texts
+        for found in FLAG.finditer(text)
+        if text[: found.start()].rstrip().rpartition(" ")[2].strip("(`") not in names
+    ]
+    assert bare == []
+
+
+def test_roads_railways_houses_have_one_name():
+    """In dialogs and help, the report, explore, the QGIS project, the model, the layers' page and every picture."""
+    name = "Roads, railways, houses"
+    labels = {p.label for tool in TOOLS for p in tool.parameters() if p.name in ("lines", "reaching")}
+    assert {label for label in labels if not label.startswith(name)} == set()
+    assert MESSAGES["layer_lines"] == MESSAGES["model_lines"] == name.lower()
+    assert PHRASES["layer_lines"] == TITLES["lines"] == name
+    assert LINES.meaning.startswith(name)
+    assert f'"lines": _("{name}")' in (translations.PLUGIN / "slope_model.py").read_text(encoding="utf-8")
+    assert f'value="{name}"' in (translations.PLUGIN / "models" / "slope_to_report.model3").read_text(encoding="utf-8")
+    shown = re.compile(r"label=\"[^\"]*lines to be \w+")
+    sources = sorted((translations.ROOT / "algorithms" / "deadwood_algorithms").rglob("*.py"))
+    assert [each.name for each in sources if shown.search(each.read_text(encoding="utf-8"))] == []

@@ -202,6 +202,29 @@ def test_the_site_is_searched_from_the_file_system(site: Path):
         browser.close()
 
 
+@pytest.mark.slow
+def test_axe_finds_nothing_serious_on_the_sites_pages(site: Path):
+    """One page of each kind, on a phone and on a wide screen."""
+    sys.path.append(str(ROOT / "tests" / "algorithms"))
+    from browser import Browser  # pyright: ignore[reportMissingImports]
+
+    kinds = (
+        "index", "start/install", "start/first-run-qgis", "start/de", "tutorials/sample-slope", "tutorials/notebook",
+        "how-to/index", "reference/tools/slide-logs", "reference/layers/deposits-slide-logs", "reference/glossary",
+        "explanation/paper", "gallery", "search",
+    )  # fmt: skip
+    browser, found = Browser(), []
+    try:
+        for kind in kinds:
+            for width in (375, 1440):
+                browser.size(width, 812, phone=width < 500)
+                browser.open(site / f"{kind}.html")
+                found += [(kind, width, each) for each in browser.hard_to_use()]
+    finally:
+        browser.close()
+    assert found == []
+
+
 def test_every_tool_every_layer_and_every_term_has_its_place(site: Path):
     for tool in TOOLS:
         page = (site / "reference" / "tools" / f"{tool.name}.html").read_text(encoding="utf-8")

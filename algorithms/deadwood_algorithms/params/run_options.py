@@ -25,7 +25,7 @@ class FidelityOptions:
         help="auto: the cheapest that keeps --error, or the best within --budget.",
     )
     error: float | None = tool.number(
-        "Permitted error of the reach of a line (--fidelity auto)",
+        "Permitted error of the reach of a line, with fidelity auto",
         default=None,
         minimum=0.0,
         maximum=0.5,
@@ -34,13 +34,13 @@ class FidelityOptions:
         "Needs --lines.",
     )
     budget: str | None = tool.text(
-        "Time for the run, instead of --error (--fidelity auto)",
+        "Time for the run in place of that error, with fidelity auto",
         default=None,
         help="60s, 5min or 1h: the most accurate fidelity and number of logs for that time on this machine, within "
         "about a tenth. --report and --qgis-project take additional time.",
     )
     assume: str = tool.choice(
-        "Errors of calculation taken from the benchmark's slopes (--fidelity auto)",
+        "Errors of calculation taken from the benchmark's slopes, with fidelity auto",
         "none",
         "standard",
         "draft",

@@ -215,7 +215,7 @@ def crs() -> Any:
 
 def other_lines(help: str = "Without it, the lines of the run.") -> Any:
     """Lines in place of those of the run that a tool reads."""
-    label = "Other roads, railways or houses than those of the run"
+    label = "Roads, railways, houses in place of those of the run"
     return vector(label, "line", "polygon", default=None, help=help)
 
 
@@ -250,7 +250,7 @@ def scheduler() -> Any:
 
 def workers() -> Any:
     return integer(
-        "With --scheduler: workers started (local) or waited for",
+        "Workers started (local) or waited for, with a scheduler",
         default=None,
         minimum=1,
         advanced=True,

@@ -38,9 +38,9 @@ class SlidingOptions:
         "Only state what the run would take",
         help="From a pilot of --plan-logs: logs, core-hours, memory, disk and time. Nothing is written.",
     )
-    plan_logs: int = tool.integer("Logs of the pilot of --plan, at most", default=400, minimum=10, advanced=True)
+    plan_logs: int = tool.integer("Logs of the plan's pilot, at most", default=400, minimum=10, advanced=True)
     plan_workers: int = tool.integer(
-        "Workers for which --plan also states the time", default=16, minimum=1, maximum=1_000_000, advanced=True
+        "Workers for which the plan also states the time", default=16, minimum=1, maximum=1_000_000, advanced=True
     )
     resume: bool = tool.flag("Continue an interrupted run")
 

@@ -85,8 +85,8 @@ def figure_of(drawing: Any, caption: str = "", *, card: bool = False) -> Markup:
 
 
 def labelled(name: str) -> dict[str, str]:
-    """What makes a part that scrolls known by its name to those who do not see it."""
-    return {"role": "region", "aria_label": name}
+    """What makes a part that scrolls known by its name to those who do not see it; no landmark, of which few help."""
+    return {"role": "group", "aria_label": name}
 
 
 def embedded_json(content: Any) -> Markup:

@@ -92,7 +92,7 @@ def report_of(
             element(
                 "section",
                 element("h1", words.say("annex"), id="annex"),
-                element("nav", element("h3", words.say("contents")), element("ul", *contents)),
+                element("nav", element("h2", words.say("contents")), element("ul", *contents)),
                 *annex,
                 *chapters,
                 class_="annex",

@@ -122,7 +122,7 @@ def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, p
             cells = cells_of([each.value for each in rows])
             body.append(element("tr", element("th", words.say(phrase), scope="row"), *cells))
     head = (
-        [element("thead", element("tr", element("th", ""), *(element("th", each.name, scope="col") for each in told)))]
+        [element("thead", element("tr", element("td", ""), *(element("th", each.name, scope="col") for each in told)))]
         if len(told) > 1
         else []
     )

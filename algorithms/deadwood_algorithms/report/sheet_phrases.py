@@ -17,7 +17,7 @@ QGIS_NAMES = (
     "Reach", "Reached by", "Deposits", "Deposited logs", "Trajectories",
     "Barrier hits", "Tree hits", "Lying hits", "Block hits",
     "Logs in motion", "Logs at rest",
-    "Lines", "Releases", "Barriers", "Lying logs", "Blocks", "Trees",
+    "Releases", "Barriers", "Lying logs", "Blocks", "Trees",
     "Hit count", "Reach probability", "Danger", "Danger count", "Deposit count", "Speed max", "Energy max", "Jump max",
     "Share of the logs that reach it", "Roads, railways, houses", "Logs that pass a cell",
     "Map of the run, A4 landscape", "Map of the run, A4 portrait", "Map of the run",

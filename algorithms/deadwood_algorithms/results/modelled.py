@@ -62,11 +62,11 @@ CLAUSES = {
     "no_terrain": "{n} left out where the DEM has no height (its last half cell, nodata)",
     "beyond_window": "{n} beyond the window",
     "barriers": "{n} rigid thin plates",
-    "lines": "{n} lines or outlines watched",
+    "lines": "{n} watched, as lines or outlines",
     "outputs": "deposits and rasters of every log, and what the layers above ask for",
     "not_computed": "not computed: {parts}",
     "no_poses": "poses and trajectories (--trajectories none)",
-    "no_lines": "reach and danger (no lines)",
+    "no_lines": "reach and danger (no roads, railways or houses)",
     "no_trees": "hits of trees (no trees)",
     "no_barriers": "hits of barriers (no barriers)",
 }

@@ -70,11 +70,10 @@ DRAPED = ("reach", "lines", "hit_count", "terrain")
 AT_REST = ("deposits", "deposited_logs", "log_solids")
 PRINTED = ("reach", "deposits", "lines", "barriers", "lying_logs", "blocks", "trees", "hit_count", "terrain")
 THEME = "Draped over the terrain in 3D"
-TITLES = {"log_outlines": "Logs in motion", "log_solids": "Logs at rest"}
+TITLES = {"log_outlines": "Logs in motion", "log_solids": "Logs at rest", "lines": "Roads, railways, houses"}
 LEGEND_TITLES = {
     "reach": "Share of the logs that reach it",
     "deposits": "Logs at rest",
-    "lines": "Roads, railways, houses",
     "hit_count": "Logs that pass a cell",
 }
 Named = Callable[[qml.Label], str]  # a name of the project, or the label of a class, put into its language

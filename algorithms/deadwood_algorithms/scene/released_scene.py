@@ -47,7 +47,7 @@ class _LayersAndLaws:
         help="Points with a field 'diameter_m' (or 'radius_m') and, optionally, 'height_m', that of the top above the "
         "terrain. They are rigid spheres, do not move, and have the ground's friction and restitution.",
     )
-    lines: str | None = tool.vector("Roads, railways, houses to be reached", "line", "polygon", default=None)
+    lines: str | None = tool.vector("Roads, railways, houses", "line", "polygon", default=None)
     friction: str | float = tool.number_or_layer(
         "Friction coefficient", minimum=0.0, help="A number, a raster, or polygons with a field 'friction' or 'mu'."
     )
@@ -127,7 +127,7 @@ class _LayersAndLaws:
         "its z axis replaces the axis of a log.",
     )
     friction_max: float | None = tool.number(
-        "With --shape: friction coefficient after much slip",
+        "Friction coefficient after much slip, of a point cloud",
         default=None,
         minimum=0.0,
         advanced=True,
@@ -136,7 +136,7 @@ class _LayersAndLaws:
         "--friction-kappa and --friction-beta.",
     )
     friction_kappa: float | None = tool.number(
-        "With --friction-max: how fast friction grows with slip",
+        "How fast friction grows with slip, of a point cloud",
         unit="1/m",
         default=None,
         minimum=0.0,
@@ -145,7 +145,7 @@ class _LayersAndLaws:
         help="After a slip of 1/kappa it is halfway.",
     )
     friction_beta: float | None = tool.number(
-        "With --friction-max: how fast slip is forgotten in the air",
+        "How fast slip is forgotten in the air, of a point cloud",
         unit="1/s",
         default=None,
         minimum=0.0,

@@ -199,7 +199,7 @@ BLOCKS = Layer(
 LINES = Layer(
     name="lines",
     geometry=("LineString", "Polygon"),
-    meaning="What must not be reached: roads, railways, or the outlines of houses",
+    meaning="Roads, railways, houses: what must not be reached, as lines or outlines",
     columns=(
         an_id("line_id", "The line; unique. Missing: name, else the row number"),
         a_text("name", "Its name, used where line_id is missing"),

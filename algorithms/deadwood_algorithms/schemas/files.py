@@ -271,7 +271,7 @@ SITED_TABLE = TableFile(
         a_number("height_m", "Its height", 0),
         a_number("above_m", "Height of its contour above the nearest place of a line; empty where it was given"),
         a_number("angle_deg", "Angle between it and the contours of the ground under it, in plan", 0, 90),
-        a_number("n_flux", "Logs that touch its line, before it stands, and a line to be protected then or later", 0),
+        a_number("n_flux", "Logs that touch its line, before it stands, and a road, railway or house then or later", 0),
         a_number("n_near", "Logs that come near it and were slid again", 0),
         a_number("n_total", "Logs that were slid", 0),
         a_number("n_reach", "Of these, the logs that reach a line with the barriers of the set", 0),

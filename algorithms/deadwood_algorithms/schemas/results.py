@@ -631,7 +631,7 @@ SITED = Layer(
         a_number("length_m", "Its length in plan", 0),
         a_number("above_m", "Height of its contour above the nearest place of a line; empty where it was given"),
         a_number("angle_deg", "Angle between it and the contours of the ground under it, in plan", 0, 90),
-        a_number("n_flux", "Logs of the run that touch its line and a line to be protected then or later", 0),
+        a_number("n_flux", "Logs of the run that touch its line and a road, railway or house then or later", 0),
         *SITED_GAIN,
         *SITED_HITS,
     ),

@@ -11,9 +11,9 @@ a quadratic surface fitted to the heights in a window of ``--window-m`` around t
   fitted surface. That roughness holds logs is a finding of the paper; the limit is a judgement: set your own.
 
 ``--release-areas`` writes the connected ground above ``--threshold`` as polygons for ``sample-releases --areas``; the
-raster serves as its ``--weights``. Gullies, the preferred tracks, are detected by the depth of the ground across the
-slope (``gully_share`` of an area); they do not affect the susceptibility. ``--factors`` keeps slope, roughness and
-depth.
+raster serves as ``sample-releases --weights``. Gullies, the preferred tracks, are detected by the depth of the ground
+across the slope (``gully_share`` of an area); they do not affect the susceptibility. ``--factors`` keeps slope,
+roughness and depth.
 
 ``--assessed`` splits mapped ``--deadwood`` (points) into the layers ``candidates`` and ``others``. A candidate is on
 susceptible ground and in the stage of decay in which wood is smooth but still strong, late stage II to early III (Maser

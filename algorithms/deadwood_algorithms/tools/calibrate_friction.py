@@ -74,7 +74,7 @@ class Ask(SlidingOptions, ReleasedScene):
     reached: str | None = tool.vector("Line or area that the event reached", "line", "polygon", default=None)
     not_reached: str | None = tool.vector("Line or area that it did not reach", "line", "polygon", default=None)
     event_logs: int = tool.integer(
-        "Logs of the event, for --reached and --not-reached", default=1, minimum=1, maximum=1000
+        "Logs of the event, of which lines or areas were reached or not", default=1, minimum=1, maximum=1000
     )
     event_reached: int | None = tool.integer(
         "Number of these that reached it", default=None, minimum=0, maximum=1000, help="Default: all."

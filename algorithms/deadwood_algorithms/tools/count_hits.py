@@ -71,7 +71,7 @@ class Ask:
         help="Bands: any line, number of logs that passed, each line.",
     )
     reaching: str | None = tool.vector(
-        "Lines of that raster", "line", "polygon", default=None, help="Default: the lines of the run."
+        "Roads, railways, houses of that raster", "line", "polygon", default=None, help="Default: the lines of the run."
     )
     danger_least: int = tool.integer(
         "Least number of passing logs for which a cell has a value", default=10, minimum=1, advanced=True
@@ -138,7 +138,7 @@ def lines_to_reach(ask: Ask, source: Run, feedback: Feedback) -> tuple[Lines, It
     from deadwood_algorithms.scene.layers import read_lines
 
     if not ask.reaching and "reach" not in layers_in(source.path):
-        raise UserError(f"{ask.run}: the run has no lines; name those to be reached with --reaching LAYER")
+        raise UserError(f"{ask.run}: the run has no roads, railways or houses; name them with --reaching LAYER")
     return read_lines(ask.reaching or f"{source.path / GEOPACKAGE}|layername=reach", source.grid, feedback)
 
 

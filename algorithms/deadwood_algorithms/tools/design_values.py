@@ -46,11 +46,11 @@ from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
     lines: str | None = tool.vector(
-        "Other lines or houses than those of the run, such as profile lines across the slope",
+        "Roads, railways, houses in place of those of the run",
         "line",
         "polygon",
         default=None,
-        help="Without it, the lines of the run. Lines need stored trajectories.",
+        help="Or profile lines across the slope. They need stored trajectories. Without it, the lines of the run.",
     )
     percentiles: tuple[float, ...] = tool.numbers(
         "Percentiles", 50.0, 90.0, 95.0, 99.0, unit="%", minimum=0.0, maximum=100.0, exclusive=True,

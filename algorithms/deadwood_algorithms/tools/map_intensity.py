@@ -59,7 +59,7 @@ class Ask:
     energy_raster: str | None = tool.raster(
         "Other energies to classify [kJ]",
         default=None,
-        help="Band 1; such as count-hits --energy FILE --quantiles 95.",
+        help="Band 1; such as that of deadwood-tool count-hits --energy FILE --quantiles 95.",
     )
     least_passage: float = tool.number(
         "Least share of the logs that bring the energy of a class",

@@ -1,4 +1,4 @@
-"""Find which stored trajectories reach lines or polygons (roads, houses), with what energy, and from where.
+"""Find which stored trajectories reach roads, railways or houses (lines or polygons), with what energy, and from where.
 
 A log reaches a line when any part of its plan-view outline touches it at any time, and a polygon also when it starts
 inside (paper, equation 10). Each probability comes with its 95 % Wilson interval, over the logs whose trajectory was
@@ -37,7 +37,7 @@ from deadwood_algorithms.stats.statistics import lost_words, percent_with_interv
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     run: str = tool.folder("Folder of a run of slide-logs")
-    lines: str = tool.vector("Roads, railways, houses to be reached", "line", "polygon")
+    lines: str = tool.vector("Roads, railways, houses", "line", "polygon")
     edge_m: float = tool.number(
         "Distance from the terrain model's edges within which logs cause a warning",
         unit="m",
@@ -113,7 +113,7 @@ def lines_of(facts: dict) -> tuple[str, ...]:
 TOOL = Tool(
     "reach-lines",
     "Evaluate",
-    "Compute the probability of reaching roads or houses, and arrivals",
+    "Compute the probability of reaching roads, railways or houses, and arrivals",
     Ask,
     run,
     then="deadwood-tool design-values --run {run} --output design_values.csv",

@@ -21,7 +21,8 @@ fewer logs would then reach each line; `--plant-lying` does so for lines of logs
 
 The effect of several objects together is not the sum of their effects: two trees side by side may each have none, and
 together a large one. Name them as a stand, or compare two runs (compare-scenarios). The effect of a tree holds for
-these releases. Trees break as in the run: not, unless it had --break-trees. The damage of a tree is not computed.
+these releases. Trees break as in the run: not, unless it had `slide-logs --break-trees`. The damage of a tree is
+not computed.
 """
 
 from __future__ import annotations

@@ -88,7 +88,11 @@ class Ask(tool.TakesPresets):
         help=presets.choices_help(presets.DECAYS),
     )
     years: float | None = tool.number(
-        "Years after the storm, with --wood", default=None, minimum=0.0, maximum=100.0, help="Default: 10."
+        "Years after the storm, with the wood's rate of decay",
+        default=None,
+        minimum=0.0,
+        maximum=100.0,
+        help="Default: 10.",
     )
     seed: int = tool.seed()
     crs: str | None = tool.crs()

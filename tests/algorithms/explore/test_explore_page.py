@@ -475,3 +475,15 @@ def test_many_actions_leave_the_page_alive_and_its_memory_flat(page, shared):
     page.ask("document.getElementById('radius').value = 10")  # a drag of the rim may have made it larger than the slope
     page.release()
     assert complaints(shared) == []
+
+
+def test_axe_finds_nothing_serious(page):
+    """Before a question and with its answer, on a phone and a wide screen, light and dark."""
+    found = page.browser.hard_to_use()
+    page.release()
+    for width in (375, 1440):
+        page.browser.size(width, 812, phone=width < 500)
+        for dark in (False, True):
+            page.browser.dark(dark)
+            found += page.browser.hard_to_use()
+    assert found == []

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 
 import geopandas as gpd
 import numpy as np
@@ -100,3 +105,21 @@ def test_a_run_has_its_layers_as_geoparquet(tmp_path, monkeypatch, changes):
             values = [[None if pd.isna(each) else each for each in of[column]] for of in (found, one)]
             assert values[0] == values[1]
     assert read_vector(run / "deposits.parquet", target_crs=None, what="deposits").crs.to_epsg() == 2056
+
+
+def test_the_validator_of_geoparquet_finds_nothing(tmp_path):
+    """Core, the boxes as a covering, and distribution; where it is installed (extra ``test``)."""
+    validator = shutil.which(
+        "geoparquet-validator", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    )
+    if validator is None:
+        pytest.skip("there is no geoparquet-validator")
+    case = Case(tmp_path)
+    run = case.run(**case.everything(), geoparquet=True)
+    files = [run / f"{name}.parquet" for name in layers_in(run) - {"layer_styles"}]
+    assert len(files) >= 6
+    for each in files:
+        told = subprocess.run([validator, "check", str(each)], capture_output=True, text=True)
+        assert told.returncode == 0, told.stdout
+        assert "covering: 6 pass, 0 fail" in told.stdout
+        assert "core: " in told.stdout

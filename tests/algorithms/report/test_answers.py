@@ -11,12 +11,15 @@ from typing import Any
 
 import geopandas as gpd
 import numpy as np
+import pandas
 import pytest
 import shapely
 from slope_case import Case, edit_manifest, write_layer
 
 from deadwood_algorithms.params.presets import BARRIERS
 from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.report import answer_figures
+from deadwood_algorithms.report.answer_figures import factor_words
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tools import make_report, map_intensity, map_origins, site_barriers, value_trees, vary
 
@@ -85,7 +88,7 @@ def results(case, run) -> dict[str, Path]:
     site_barriers.TOOL(**site, output=str(found["siting"]))
     map_intensity.TOOL(run=str(run), events_per_year=0.1, output=str(found["intensity"]))
     map_origins.TOOL(run=str(run), least=1, cell_m=10.0, output=str(found["origins"]))
-    values = case.values(output=str(found["varied"]), design="ends", vary="friction=0.2:0.6,rolling_friction")
+    values = case.values(output=str(found["varied"]), design="ends", vary="rolling_friction,friction=0.2:0.6")
     vary.TOOL(**{name: value for name, value in values.items() if name != "trajectories"}, lines=case.lines)
     return found
 
@@ -181,6 +184,23 @@ def test_the_most_influential_input_is_the_tools_answer(page, results):
     for each in facts["answers"]:
         if each["decided"]:
             assert "depends most on friction." in section
+
+
+def test_the_factors_have_one_order_in_the_file_the_table_and_the_figure(page, results):
+    """The strongest first, which is not the order in which they were asked; so has vary's own picture and its lines
+    (`tests/algorithms/evaluate/sensitivity/test_answer.py`)."""
+    facts = json.loads((results["varied"] / "summary.json").read_text(encoding="utf-8"))
+    table = pandas.read_csv(results["varied"] / "tornado.csv")
+    shown = [row[0] for row in Shown(part(page, "varied")).rows if row and row[0] in ("friction", "rolling friction")]
+    figure = answer_figures.tornado_figure(facts, Words("en"))
+    outcomes = answer_figures.outcomes_of(facts)
+    for k, (axes, outcome) in enumerate(zip(figure.axes, outcomes, strict=True)):
+        order = table.loc[table["outcome"] == outcome].sort_values("swing", key=lambda each: -each.abs(), kind="stable")
+        words = [factor_words(each, Words("en")) for each in order["factor"]]
+        assert list(table.loc[table["outcome"] == outcome, "factor"]) == list(order["factor"])
+        assert shown[k * len(words) : (k + 1) * len(words)] == words
+        assert [each.get_text().partition(",")[0] for each in axes.get_yticklabels()] == words
+    assert words == ["friction", "rolling friction"]
 
 
 def test_in_german_no_english_class_is_left(case, run, results):

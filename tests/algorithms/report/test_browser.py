@@ -208,6 +208,20 @@ def test_it_reads_on_a_phone_and_in_the_dark(browser):
     assert browser.ask("getComputedStyle(document.querySelector('.frame svg.figure text')).fill") == ink
 
 
+@pytest.mark.parametrize("width", [375, 1440])
+@pytest.mark.parametrize("dark", [False, True])
+def test_axe_finds_nothing_serious(browser, width, dark):
+    """Scrolling parts that the keyboard reaches, names of what is pressed, contrast, ids that are there once."""
+    browser.size(width, 812, phone=width < 500)
+    browser.dark(dark)
+    assert browser.hard_to_use() == []
+
+
+def test_axe_would_find_what_is_hard_to_use(browser):
+    browser.ask("document.body.insertAdjacentHTML('beforeend', '<button></button><p style=color:#ccc>pale</p>')")
+    assert {each.partition(":")[0] for each in browser.hard_to_use()} == {"button-name", "color-contrast"}
+
+
 def test_it_prints(browser):
     printed = browser.printed()
     assert printed[:5] == b"%PDF-"

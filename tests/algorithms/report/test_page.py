@@ -157,7 +157,7 @@ def test_the_pages_that_are_signed_come_first_and_paths_and_flags_last(page):
 def test_what_scrolls_can_be_scrolled_by_the_keyboard_and_has_a_name(page):
     for part in re.findall(r'<div [^>]*class="(?:scroll|frame|card)[^"]*"[^>]*>', page[0]):
         assert 'tabindex="0"' in part
-        assert re.search(r'role="region" aria-label="[^"]+"', part), part
+        assert re.search(r'role="group" aria-label="[^"]+"', part), part
 
 
 def test_the_page_asks_nothing_of_any_other_file(page):
@@ -200,7 +200,7 @@ def test_a_run_with_next_to_nothing(case):
     bare = case.run(output=str(case.folder / "bare"), trajectories="none")
     page, data = page_of(bare)
     text = Reader(page).text
-    assert "No line to be reached was given" in text
+    assert "No roads, railways or houses were given" in text
     assert "No trajectory was kept" in text
     assert "Arrivals" not in text.replace("no arrivals", "")
     assert data["space"][0]["logs"] == []

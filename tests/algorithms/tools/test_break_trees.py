@@ -127,5 +127,5 @@ def test_a_run_without_trees_or_lines_is_refused(case, tmp_path):
     with pytest.raises(UserError, match="no tree stands in the run, so none breaks"):
         break_trees.TOOL(run=str(bare), tree_capacity_kj=1.0, output=str(tmp_path / "b.gpkg"))
     nowhere = case.run(output=str(tmp_path / "nowhere"), trees=case.trees, trajectories="none")
-    with pytest.raises(UserError, match="the run watched no lines; --lines names some"):
+    with pytest.raises(UserError, match="the run has no roads, railways or houses; name them with --lines LAYER"):
         break_trees.TOOL(run=str(nowhere), tree_capacity_kj=1.0, output=str(tmp_path / "b.gpkg"))

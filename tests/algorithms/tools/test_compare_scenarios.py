@@ -251,7 +251,7 @@ def test_the_maps_have_one_size_frame_scale_and_legend(runs, tmp_path, monkeypat
     roads = [[each for each in axes.collections if isinstance(each, LineCollection)] for axes in maps]
     assert all(roads)  # the road that was compared
     shown = {text.get_text() for text in kept[0].legends[0].get_texts()}
-    assert {"releases", "lines to be reached", "fewer"} < shown
+    assert {"releases", "roads, railways, houses", "fewer"} < shown
 
 
 def test_the_changes_as_layers(runs, tmp_path):

@@ -124,7 +124,7 @@ def test_without_lines_there_is_none_and_nothing_else_changes(full, case, tmp_pa
     assert not (without / "danger.tif").exists()
     for name in ("hit_count", "deposit_count", "speed_max", "energy_max", "jump_max"):
         assert (without / f"{name}.tif").read_bytes() == (full / f"{name}.tif").read_bytes(), name
-    with pytest.raises(UserError, match="the run has no lines; name those to be reached with --reaching"):
+    with pytest.raises(UserError, match="the run has no roads, railways or houses; name them with --reaching"):
         counted(without, tmp_path)
     assert np.nanmax(counted(without, tmp_path, reaching=case.lines, danger_least=1)[ANY]) > 0.0
 

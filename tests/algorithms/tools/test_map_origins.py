@@ -205,7 +205,7 @@ def test_the_manifest_works_as_a_config(mapped, tmp_path, capsys):
 
 def test_a_run_without_lines_is_refused(case, tmp_path):
     run = case.run(output=str(tmp_path / "run"), trajectories="none")
-    with pytest.raises(UserError, match="the run watched no lines; name those to be reached with --lines LAYER"):
+    with pytest.raises(UserError, match="the run has no roads, railways or houses; name them with --lines LAYER"):
         map_origins.TOOL(run=str(run), output=str(tmp_path / "origins"))
     with pytest.raises(UserError, match="no trajectory was stored; run slide-logs with --trajectories all"):
         map_origins.TOOL(run=str(run), lines=case.lines, output=str(tmp_path / "origins"))

@@ -211,7 +211,7 @@ def refused(match: str, run: Path, out: Path, **more: Any) -> None:
 def test_what_cannot_be_asked_is_refused(case, bare, lines, tmp_path):
     out = tmp_path / "out"
     silent = case.run(output=str(tmp_path / "silent"), trajectories="none")
-    refused("the run watched no lines; --lines names some", silent, out, candidates=lines)
+    refused("the run has no roads, railways or houses; name them with --lines LAYER", silent, out, candidates=lines)
     refused("--height-m is 0 m, but must be greater than 0 m", bare, out, candidates=lines, height_m="0")
     refused("--length-m is 'long'", bare, out, length_m="long")
     refused("does not exist", tmp_path / "none", out, candidates=lines)

@@ -319,7 +319,7 @@ def test_what_cannot_be_asked_is_refused(case, wooded, tmp_path):
     bare = case.run(output=str(tmp_path / "bare"), lines=case.lines)
     refused("no tree, lying log or barrier stands in the run; --plant names places", bare, out)
     silent = case.run(output=str(tmp_path / "silent"), trees=case.trees)
-    refused("the run watched no lines; --lines names some", silent, out)
+    refused("the run has no roads, railways or houses; name them with --lines LAYER", silent, out)
     refused("must be a .gpkg file", wooded, tmp_path / "v.csv")
     nowhere = write_layer(tmp_path / "s.gpkg", [shapely.box(0.0, 1.0, 5.0, 5.0)])
     refused("none of the 1 stands holds a tree of the run", wooded, out, stands=nowhere)

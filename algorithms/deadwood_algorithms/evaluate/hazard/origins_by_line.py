@@ -36,7 +36,7 @@ def reached_rows(
     ids = source.deposits["log_id"].to_numpy(np.int64)
     if others is None:
         if "reach" not in layers_in(source.path):
-            raise UserError(f"{source.path}: the run watched no lines; name those to be reached with --lines LAYER")
+            raise UserError(f"{source.path}: the run has no roads, railways or houses; name them with --lines LAYER")
         names = read_table(f"{source.path / GEOPACKAGE}|layername=reach", what="reach")["line_id"].astype(str)
         by_line = reached_logs(source)
         nobody = np.zeros(0, np.int64)

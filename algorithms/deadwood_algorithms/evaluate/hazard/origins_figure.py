@@ -54,7 +54,7 @@ def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> Non
         fontsize=11,
     )
     if roads:
-        marks = [Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be reached")]
+        marks = [Line2D([], [], color=ROAD, linewidth=1.8, label="roads, railways, houses")]
         figure.legend(handles=marks, loc="outside lower left", ncols=2, frameon=False, fontsize=9)
     figure.savefig(path, dpi=110)
     plt.close(figure)

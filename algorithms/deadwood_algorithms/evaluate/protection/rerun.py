@@ -58,7 +58,7 @@ def open_rerun(
     """
     scene = question_of(source, **({"lines": lines} if lines else {}))
     if not scene.lines:
-        raise UserError(f"{source.path}: the run watched no lines; --lines names some")
+        raise UserError(f"{source.path}: the run has no roads, railways or houses; name them with --lines LAYER")
     with open_simulation(scene.inputs(), fidelity_of(source), where, feedback) as simulation:
         layers, releases = read_released_scene(simulation, feedback)
         rows = np.sort(hash_order(source.deposits["log_id"].to_numpy(np.int64), seed)[:logs])

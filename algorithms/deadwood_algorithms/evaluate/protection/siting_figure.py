@@ -82,7 +82,7 @@ def _map(axes: Any, source: Run, siting: Siting, frame: Any) -> None:
         *([Line2D([], [], color=CHOSEN, linewidth=3.0, label="chosen")] if any(steps) else []),
         *([Line2D([], [], color=BARRIER, linewidth=3.0, label="there already")] if not all(steps) else []),
         Line2D([], [], color=CANDIDATE, linewidth=1.4, label="candidates"),
-        Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be protected"),
+        Line2D([], [], color=ROAD, linewidth=1.8, label="roads, railways, houses"),
         Line2D([], [], color=RELEASE, marker=".", linewidth=0.0, label="releases"),
     ]
     below = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.01), "ncols": 3}

@@ -93,7 +93,7 @@ def _maps(panels: list[Axes], bands: dict[str, Band], frame: Extent, compared: C
 def _legend(figure: Figure, reference: str) -> None:
     marks = [
         Line2D([], [], linestyle="", marker="o", markersize=4, color=RELEASE, label="releases"),
-        Line2D([], [], color=ROAD, linewidth=1.8, label="lines to be reached"),
+        Line2D([], [], color=ROAD, linewidth=1.8, label="roads, railways, houses"),
         Patch(color=LESS_MORE[-2], label=f"more logs pass than in {reference}"),
         Patch(color=LESS_MORE[1], label="fewer"),
     ]

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
 
 from deadwood_algorithms.evaluate.sensitivity.answer import Measured, most_influential, order_of_strength
 from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
 from deadwood_algorithms.evaluate.sensitivity.indices import Indices, weights_of
 from deadwood_algorithms.evaluate.sensitivity.tables import index_rows, lines_of, tornado_rows
 from deadwood_algorithms.evaluate.sensitivity.tornado import bars_of
+from deadwood_algorithms.evaluate.sensitivity.tornado_figure import TOTAL, bars, indices
 from deadwood_algorithms.stats.statistics import wilson_interval
 
 FACTORS = factors_of("friction=0.2:0.3,rolling_friction,log_density_factor")
@@ -112,6 +115,19 @@ def test_every_table_has_the_factors_in_the_order_of_the_picture():
     shown = lines_of([one], [most_influential(one, LOGS)], FACTS)
     assert [next(k for k, line in enumerate(shown) if line.startswith(f"  {each}")) for each in (
         "rolling friction", "density", "friction")] == [2, 3, 4]  # fmt: skip
+
+
+def test_the_picture_has_the_factors_in_the_same_order():
+    """From the top: bars, and the indices beside them, each of its own factor."""
+    one = with_indices([0.1, 0.3, 0.2], [0.2, 0.7, 0.4])
+    left, right = Figure().subplots(1, 2)
+    bars(left, one, one.strongest_first, most_influential(one, LOGS))
+    indices(right, one, one.strongest_first)
+    told = [each.get_text().partition("\n")[0] for each in left.get_yticklabels()]
+    assert told == ["rolling friction", one.bars[one.strongest_first[1]].factor.words, "friction"]
+    totals = [each.get_width() for each in right.patches if each.get_facecolor() == to_rgba(TOTAL)]
+    assert totals == [0.7, 0.4, 0.2]
+    assert left.get_ylim()[0] > left.get_ylim()[1]
 
 
 def test_a_first_order_index_above_its_total_is_said_to_be_chance():
