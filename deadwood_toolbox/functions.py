@@ -1124,6 +1124,8 @@ def slide_logs(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -1251,6 +1253,13 @@ def slide_logs(
     friction_beta : 1/s, >= 0
         With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
         t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
+        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
+        brakes it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
+        there; it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -1397,6 +1406,8 @@ def run_sites(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -1532,6 +1543,13 @@ def run_sites(
     friction_beta : 1/s, >= 0
         With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
         t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
+        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
+        brakes it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
+        there; it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -2657,6 +2675,8 @@ def calibrate_friction(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -2778,6 +2798,13 @@ def calibrate_friction(
     friction_beta : 1/s, >= 0
         With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
         t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
+        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
+        brakes it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
+        there; it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -2891,6 +2918,8 @@ def compare_fidelity(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -3002,6 +3031,13 @@ def compare_fidelity(
     friction_beta : 1/s, >= 0
         With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
         t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
+        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
+        brakes it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
+        there; it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3110,6 +3146,8 @@ def vary(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -3228,6 +3266,13 @@ def vary(
     friction_beta : 1/s, >= 0
         With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
         t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
+        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
+        brakes it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
+        there; it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3340,6 +3385,8 @@ def explore(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -3436,6 +3483,13 @@ def explore(
     friction_beta : 1/s, >= 0
         With friction_max: how fast slip is forgotten in the air. Off the ground the slip decays as exp(-beta
         t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
+        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
+        brakes it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
+        there; it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deadwood_algorithms.results.scenario import WHYS, slip_record
+from deadwood_algorithms.results.scenario import WHYS, slip_record, soft_ground_record
 from deadwood_algorithms.scene.layers import SceneLayers
 
 if TYPE_CHECKING:
@@ -37,6 +37,10 @@ CLAUSES = {
     "slip": (
         "growing to {most} with the slip s on the ground, as (2/pi) atan({kappa} s), and in the air s decays with "
         "{beta} a second"
+    ),
+    "soft_ground": (
+        "soft: a body digs in as deep as ground of {strength} MN/m² lets it, and is braked with the drag coefficient "
+        "1 + {drag}"
     ),
     "restitution": "{e} at every contact",
     "at_stems": "{value} at stems and lying logs",
@@ -141,7 +145,9 @@ def _friction(settings: RunSettings, layers: SceneLayers) -> list[Clause]:
         ground = _clause("friction", mu=float(mu))
     law = slip_record(settings.scene)
     slip = [_clause("slip", most=law["friction_max"], kappa=law["kappa_per_m"], beta=law["beta_per_s"])] if law else []
-    return [ground, *slip, *_apart(settings.scene.tree_friction, settings.scene.barrier_friction)]
+    scar = soft_ground_record(settings.scene)
+    soft = [_clause("soft_ground", strength=scar["strength_mn_m2"], drag=scar["drag"])] if scar else []
+    return [ground, *slip, *soft, *_apart(settings.scene.tree_friction, settings.scene.barrier_friction)]
 
 
 def _breaking(layers: SceneLayers) -> list[Clause]:
