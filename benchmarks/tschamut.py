@@ -39,17 +39,22 @@ LAWS: dict[str, dict[str, float]] = {
     ),
     "0.35 to 2, kappa 2/m, beta 150/s": dict(zip(SLIP, (0.35, 2.0, 2.0, 150.0), strict=True)),
     "0.55 to 2, kappa 3/m, beta 185/s": dict(zip(SLIP, (0.55, 2.0, 3.0, 185.0), strict=True)),
+    "the same, in soft ground of 15 MN/m², drag 1.5 (Chant Sura, Lu et al. 2019)": dict(
+        zip((*SLIP, "soil_strength_mn_m2", "scar_drag"), (0.55, 2.0, 3.0, 185.0, 15.0, 1.5), strict=True)
+    ),
+    "one coefficient, 0.4, in the same soft ground": {"friction": 0.4, "soil_strength_mn_m2": 15.0, "scar_drag": 1.5},
 }
 HEAD = """# Rocks at Tschamut
 
-The toolbox is made for logs. Bodies of other shapes slide too (`--shape`), and for rocks friction can grow with slip.
+The toolbox is made for logs. Bodies of other shapes slide too (`--shape`), and for rocks friction can grow with slip,
+and soft ground brake what digs into it.
 How far that is from rocks that were measured: 80 induced rockfalls on a meadow at Tschamut, Switzerland, in 2014
 (EnviDat 34, ODbL; not part of this repository), and the same releases with this engine.
 
 **What this can tell is little.** The terrain is a reconstruction from survey points with cells of 5 m, smoother than
-the meadow. The rocks are boxes of the measured length, width and height, not the scanned shapes. The turf that rocks
-scar is not modelled, only friction on it. Nothing was fitted: the laws are the published example, two sets of numbers
-of the kind that its software uses, and one coefficient.
+the meadow. The rocks are boxes of the measured length, width and height, not the scanned shapes. Nothing was fitted:
+the laws are one coefficient, the published example of friction that grows with slip, two sets of numbers of the kind
+that its software uses (the last is the one that Lu et al. took at Chant Sura), and the soft ground of that meadow.
 
 """
 

@@ -1124,6 +1124,8 @@ def slide_logs(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -1250,6 +1252,13 @@ def slide_logs(
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -1396,6 +1405,8 @@ def run_sites(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -1530,6 +1541,13 @@ def run_sites(
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -2657,6 +2675,8 @@ def calibrate_friction(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -2777,6 +2797,13 @@ def calibrate_friction(
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -2890,6 +2917,8 @@ def compare_fidelity(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -3000,6 +3029,13 @@ def compare_fidelity(
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3108,6 +3144,8 @@ def vary(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -3225,6 +3263,13 @@ def vary(
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3337,6 +3382,8 @@ def explore(
     friction_max: float | None = None,
     friction_kappa: float | None = None,
     friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
     time_limit_s: float = 300.0,
     rest_speed_ms: float = 0.1,
     dbh_cm: float = 75.0,
@@ -3432,6 +3479,13 @@ def explore(
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1

@@ -15,7 +15,9 @@ from .asymmetric_top import move_freely
 from .cloud import matrix_of, to_world
 from .compiled import kernel
 from .contacts import add_contact, ground_contact
+from .log_body import MASS
 from .rotation import DX, DY, DZ, VZ, X, Y, Z
+from .scarring import scar_depth
 from .slip import scarred
 from .terrain import friction_at, surface
 from .vectors import blend
@@ -35,7 +37,9 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scr
     trial.x, trial.y, trial.z = turned[X], turned[Y], turned[Z]
     matrix_of(state, scratch.turns, NOW)
     matrix_of(turned, scratch.turns, AHEAD)
-    most, kappa, slip = settings.friction_max, settings.friction_kappa, scratch.way[0].slip
+    most, kappa, way = settings.friction_max, settings.friction_kappa, scratch.way[0]
+    slip, depth, inside = way.slip, way.scar, False
+    way.enters = math.inf
     count, whole = 0, True
     for k in range(cloud.points.shape[0]):
         p = to_world(scratch.turns, AHEAD, cloud.points[k])
@@ -45,13 +49,30 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scr
         if gap != gap:
             whole = False
             continue
-        if gap < 0.0:
+        if gap < 0.0 and settings.strength > 0.0:
+            inside = True
+            if way.scar == 0.0:
+                depth = scar_depth(body[MASS], state[VZ], settings.strength)
+                p_now = to_world(scratch.turns, NOW, cloud.points[k])
+                at, _, _ = surface(terrain, frame[0], frame[1], state[X] + p_now[0], state[Y] + p_now[1])
+                above = max(0.0, state[Z] + p_now[2] - at)
+                # no farther than to the surface, or a share of the depth
+                way.enters = min(
+                    way.enters, step.dt * max(above, settings.obstacle_travel * depth) / max(above - gap, above)
+                )
+        if gap + depth < 0.0:
+            before = count
             count = ground_contact(
                 terrain, frame, scratch.contacts, scratch.keys, count, state,
-                blend(0.5, p, 0.5, to_world(scratch.turns, NOW, cloud.points[k])), gap, (gx, gy),
+                blend(0.5, p, 0.5, to_world(scratch.turns, NOW, cloud.points[k])), gap + depth, (gx, gy),
                 scarred(friction_at(terrain, frame[0], frame[1], px, py), most, kappa, slip), k,
                 step, False,
             )  # fmt: skip
+            if depth > 0.0 and count > before:  # in what is hard
+                c = scratch.contacts[before]
+                height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + c.rx, state[Y] + c.ry)
+                c.gap = (state[Z] + c.rz - height + depth) / math.sqrt(1.0 + gx * gx + gy * gy)
+    way.scar_ahead = depth if inside or not whole else 0.0  # over the terrain's border nobody knows
     return count, whole
 
 

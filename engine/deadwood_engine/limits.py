@@ -44,6 +44,10 @@ MADE_ANEW = 0.7  # [-] of a step: where a contact's push leaves less than that b
 MET_AT_ONCE = 0.01  # [-] of a step: what touches so early, and rebounds, does so at its start; else the step ends there
 SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
 
+# Scarring drag (``scarring``)
+SOIL_DENSITY = 1700.0  # kg/m3, as Lu et al. (2019) have it
+SCAR_STEP = 1e-4  # [s] floor of the steps that the depth of a scar bounds: a scar of nothing at a high speed
+
 # Contact detection
 AT_ONCE = 1e-9  # [s] a step so short that the pose ahead is the pose now: contacts of the release
 IMPACT = 2.0  # [-] of g dt: an approach that is no faster is what gravity adds in two steps, no impact

@@ -46,6 +46,8 @@ class Settings(NamedTuple):
     friction_max: float = 0.0  # of the ground, after much slip (``slip``)
     friction_kappa: float = 0.0  # [1/m]; 0: friction does not depend on slip
     friction_beta: float = 0.0  # [1/s]
+    strength: float = 0.0  # [kN/m2] of soft ground (``scarring``); 0: it is hard
+    scar_drag: float = 0.0  # [-]
 
 
 class Scratch(NamedTuple):

@@ -69,6 +69,8 @@ def slide(
     friction_max: float | None = None,
     friction_kappa: float = 0.0,
     friction_beta: float = 0.0,
+    soil_strength: float | None = None,
+    scar_drag: float = 0.0,
 ) -> Result:
     """Slide logs until each rests, is held, leaves the terrain, or runs out of time.
 
@@ -92,6 +94,8 @@ def slide(
         reason to stop
     friction_max, friction_kappa, friction_beta : [-, 1/m, 1/s] of a shape: the ground's friction grows with slip, from
         the scene's to friction_max (``slip``); None: it does not
+    soil_strength, scar_drag : [MN/m2, -] of a shape: it digs into the ground, which brakes it (``scarring``); None: it
+        does not
     report : called about five times a second with the number of logs done; True stops the run
 
     Raises
@@ -119,6 +123,7 @@ def slide(
         -1.0 if barrier_friction is None else float(barrier_friction), fences,
         0 if stages is None or going_on is not None or breaks else STAGE_STEPS, bool(until_reached), breaks,
         *_slip_law(shape, friction_max, friction_kappa, friction_beta),
+        *_scar_law(shape, soil_strength, scar_drag),
     )  # fmt: skip
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
     keep = np.zeros(number, np.bool_) if keep_poses is None else np.asarray(keep_poses, np.bool_)
@@ -265,6 +270,19 @@ def _slip_law(shape: Shape | None, most: float | None, kappa: float, beta: float
             f"not {kappa}, {most} and {beta}"
         )
     return float(most), float(kappa), float(beta)
+
+
+def _scar_law(shape: Shape | None, strength: float | None, drag: float) -> tuple[float, float]:
+    """How soft the ground is, as ``Settings`` says it; to logs it is hard."""
+    if strength is None:
+        return 0.0, 0.0
+    if shape is None:
+        raise ValueError("only bodies of points scar the ground; give a shape")
+    if not (np.isfinite([strength, drag]).all() and strength > 0.0 and drag >= 0.0):
+        raise ValueError(
+            f"soil_strength must be more than nothing, and scar_drag at least nothing, not {strength} and {drag}"
+        )
+    return 1000.0 * float(strength), float(drag)
 
 
 def _check_tables(scene: Scene, start: Start, rasters: Rasters | None, keep_poses: NDArray[np.bool_] | None) -> None:

@@ -55,6 +55,7 @@ from .rest import FAILED, INTERRUPTED, LEFT_DEM, ON_ITS_WAY, TIME_LIMIT, holder,
 from .rocking import forget_windows, rocks_in_place, watch
 from .rolling import start_rolling
 from .rotation import VX, VY, VZ, WX, WY, WZ, X, Y, Z, set_axis, spin_of
+from .scarring import drag, step_in_scar
 from .slip import slip_after
 from .stages import all_reached, go_on, keep_stage
 from .surroundings import know_nothing
@@ -98,6 +99,8 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     rolling.inertia, rolling.skin = body[AXIAL], body[BASE_RADIUS]
     know_nothing(scratch.near[0])
     way.time = way.before = way.last_kick = way.path = way.work = way.slip = 0.0
+    way.scar = way.scar_ahead = way.dragged = 0.0
+    way.enters = math.inf
     way.next_look, way.next_rocking = REST_WINDOW, ROCKING_WINDOW
     way.old_count, way.kept, way.pressed, way.undermined, way.sunk, way.lost = 0, 0, False, False, math.inf, False
     count, way.travel, way.whole = contacts_at(
@@ -128,7 +131,7 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
 
 
 @inlined
-def choose_step(scene, state, body, settings, scratch, way):
+def choose_step(scene, frame, state, body, settings, scratch, way):
     """1. Gravity's second half for the step before, and the length of this one."""
     gravity = settings.gravity
     state[VZ] -= 0.5 * gravity * way.before
@@ -153,6 +156,8 @@ def choose_step(scene, state, body, settings, scratch, way):
     if scene.cloud is not None:
         turn = math.sqrt(state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2)
         dt = min(dt, CLOUD_TURN / turn) if turn > 0.0 else dt
+        if settings.strength > 0.0:
+            dt = min(dt, step_in_scar(scene.cloud, scene.terrain, frame, state, settings, way.scar))
     way.dt, way.fastest, way.bend = max(dt, SHORTEST_STEP), fastest, bend
 
 
@@ -160,17 +165,25 @@ def choose_step(scene, state, body, settings, scratch, way):
 def push(scene, frame, state, body, stations, settings, scratch, way, summary):
     """2. The contacts of the pose a step ahead, and the velocities that they allow (eq. 5).
 
-    Anew, with a shorter step, where these would pass a stem well within it, or where something rebounds late in it.
+    Anew, with a shorter step, where these would pass a stem well within it, or where something rebounds late in it, or
+    a body comes into ground that it scars.
     """
     gravity, rolling, contacts, keys = settings.gravity, scratch.rolling[0], scratch.contacts, scratch.keys
     bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
     dt, on_terrain, count, rebounds, met, anew = way.dt, True, 0, False, False, False
-    for _ in range(3):
+    vx, vy, vz, enters = state[VX], state[VY], state[VZ], False
+    for _ in range(4):
         advance = dt * (way.fastest + 0.5 * way.bend * dt)
         way.kick = 0.5 * (way.before + dt)
+        if settings.strength > 0.0:
+            state[VX], state[VY], state[VZ] = vx, vy, vz
+            way.dragged = drag(scene.cloud, scene.terrain, frame, state, body, settings, scratch, way.kick)
         count, way.travel, on_terrain = find_contacts(
             scene, frame, state, body, stations, settings, dt, way.path, advance, scratch, True
         )
+        if settings.strength > 0.0 and not enters and way.enters < dt:
+            dt, enters = max(way.enters, SHORTEST_STEP), True
+            continue
         if bounces:
             touch = first_rebound(contacts, count, gravity)
             rebounds = touch < math.inf
@@ -294,6 +307,9 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
     else:
         rolling.moment_before = 0.0
         summary.airborne += 1.0
+    if settings.strength > 0.0:
+        way.work += way.dragged
+        way.scar = way.scar_ahead
     if scene.cloud is not None and settings.friction_kappa > 0.0:
         way.slip = slip_after(contacts, keys, count, state, way.slip, settings.friction_beta, dt)
     way.pressed = pressed
@@ -408,7 +424,7 @@ def slide_log(
         if settings.stage_steps > 0 and int(summary.steps) % settings.stage_steps == 0:
             keep_stage(scratch.stages, scratch, state, summary, marks, settings.travel)
         summary.steps += 1.0
-        choose_step(scene, state, body, settings, scratch, way)
+        choose_step(scene, frame, state, body, settings, scratch, way)
         push(scene, frame, state, body, stations, settings, scratch, way, summary)
         keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, summary)
         reason = move_on(scene, frame, state, body, stations, settings, scratch, way, summary, stop)

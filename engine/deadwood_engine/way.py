@@ -32,6 +32,10 @@ WAY = np.dtype(
         ("travel", "f8"),  # m, that the obstacles allow
         ("path", "f8"),  # m, that the log can have moved since its release
         ("slip", "f8"),  # m, that friction depends on (``slip``)
+        # m, how far below the surface the ground is hard (``scarring``), 0: not in it; now, and at the step's end
+        ("scar", "f8"), ("scar_ahead", "f8"),
+        ("dragged", "f8"),  # J/kg, work of the scar's drag in this step
+        ("enters", "f8"),  # s, longest step of one in which the body comes into the ground
         ("work", "f8"),  # J/kg, of all contacts so far
         ("speed", "f8"), ("energy", "f8"), ("gap", "f8"),  # m/s, J/kg, m, of the log now
         ("height", "f8"),  # m, of its centre of mass above the terrain

@@ -194,8 +194,9 @@ def run_every_tool(folder: Path) -> list[Found]:
     }
     run("slide-logs", **(common | two), error=0.4, output=folder / "chosen")
     slip = {"friction_max": 1.2, "friction_kappa": 0.5, "friction_beta": 1.0}
+    soft = {"soil_strength_mn_m2": 15.0, "scar_drag": 1.5}
     rock = str(SAMPLE / "rock_cubic_1m3.pts")
-    run("slide-logs", **common, shape=rock, **slip, output=folder / "rocks")
+    run("slide-logs", **common, shape=rock, **slip, **soft, output=folder / "rocks")
     run(
         "count-hits",
         run=slid,

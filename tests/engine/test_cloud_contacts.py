@@ -46,7 +46,7 @@ def found(plain, scene, cloud, state, slip=0.0):
     """The contacts with the ground of a step: (records, keys, whether there is terrain below all of it)."""
     scratch = Scratch.allocate(8, 1, 1, cloud.cloud)
     step = plain("contacts").Ahead(DT, G, DT, 0.0, -1.0, 0.1)
-    law = SimpleNamespace(friction_max=2.0, friction_kappa=1.0 if slip else 0.0)
+    law = SimpleNamespace(friction_max=2.0, friction_kappa=1.0 if slip else 0.0, strength=0.0)
     scratch.way[0].slip = slip
     body = cloud.bodies(np.array([2000.0]))[0]
     count, whole = plain("cloud_contacts").cloud_terrain_contacts(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.dem_windows import DemWindows, open_windows, read_part, read_whole
 from deadwood_algorithms.files.grid import Grid, Part
-from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserError
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet
 
 WHOLE_CELLS = 25_000_000  # a DEM of so many cells at most is read whole: 100 MB of heights, read in a second
 SIDE = 2048  # cells of a block, 16 MB
@@ -60,8 +60,28 @@ class DemBlocks:
         return self.dem.bounds
 
     @property
+    def shape(self) -> tuple[int, int]:
+        return self.dem.shape
+
+    @property
+    def cell(self) -> float:
+        return self.dem.cell
+
+    @property
+    def x0(self) -> float:
+        return self.dem.x0
+
+    @property
+    def y0(self) -> float:
+        return self.dem.y0
+
+    @property
     def frame(self) -> DemBlocks:
         return self
+
+    def read(self, part: Part) -> Grid:
+        """A window of it."""
+        return read_part(self.dem, part, Quiet())
 
     def height(self, x: Any, y: Any) -> np.ndarray:
         """As `Grid.height`, block by block."""
@@ -83,26 +103,12 @@ class DemBlocks:
         """Whether the surface has a height at each position."""
         return np.isfinite(self.height(x, y))
 
-    def over(self, bounds: Any) -> Grid:
-        """The heights over an extent [m], and a little around it; the part that the DEM has of it."""
-        west, south, east, north = (float(each) for each in bounds)
-        cell, x0, y0 = self.dem.cell, self.dem.x0, self.dem.y0
-        column, row = int((west - x0) // cell) - 2, int((south - y0) // cell) - 2
-        wide = Part(column, row, int((east - x0) // cell) + 4 - column, int((north - y0) // cell) + 4 - row)
-        part = wide.cut_to(self.dem.shape)
-        if part.columns < 2 or part.rows < 2:
-            raise UserError(
-                f"{self.dem.path}: nothing of {west:.0f} to {east:.0f} east, {south:.0f} to {north:.0f} north lies on "
-                "the DEM; check the CRS of both"
-            )
-        return read_part(self.dem, part, self.feedback)
-
     def _block(self, row: int, column: int) -> Grid:
         key = row, column
         block = self._blocks.pop(key, None)
         if block is None:
             part = Part(column * SIDE, row * SIDE, SIDE + 1, SIDE + 1)  # the surface up to the next block
-            block = read_part(self.dem, part.cut_to(self.dem.shape), Quiet())
+            block = self.read(part.cut_to(self.dem.shape))
         self._blocks[key] = block  # as the last of them
         if len(self._blocks) > KEPT:
             self._blocks.pop(next(iter(self._blocks)))

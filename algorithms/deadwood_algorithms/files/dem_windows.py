@@ -23,7 +23,7 @@ from rasterio.windows import Window
 from deadwood_algorithms.files.crs import horizontal
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.embedded import tags_now
-from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out
+from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out, libtiff_silent
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.heights import (
     COLLAR_DROP_M,
@@ -298,7 +298,8 @@ class WindowWriter:
 
     def write(self, values: NDArray[Any], window: Window) -> None:
         """``values`` as they are in the file, shape (bands, rows, columns), of the file's type."""
-        self.target.write(values, window=window)
+        with libtiff_silent():
+            self.target.write(values, window=window)
         self.written.append((window, zlib.crc32(np.ascontiguousarray(values).data)))
         for of_band, band in zip(self.statistics, values, strict=False):
             of_band.take(band)
@@ -312,13 +313,14 @@ class WindowWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None:
-            for number, of_band in enumerate(self.statistics, start=1):
-                self.target.update_tags(number, **of_band.tags())
-        self.target.close()
-        if kind is None:
-            if self.final:
+        with libtiff_silent():
+            if kind is None:
+                for number, of_band in enumerate(self.statistics, start=1):
+                    self.target.update_tags(number, **of_band.tags())
+            self.target.close()
+            if kind is None and self.final:
                 lay_out(self.path, self.cells, sparse=self.sparse, of_region=self.of_region)
+        if kind is None:
             self._read_back()
 
     def _read_back(self) -> None:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,7 @@ from rasterio.crs import CRS as RasterioCRS
 from rasterio.shutil import copy
 from rasterio.transform import Affine
 
+STDERR = 2  # the descriptor, to which libraries in C write
 TILE_CELLS = 256
 # Up to 2 x 2 tiles a map shows a raster as quickly without overviews. A cloud-optimised file is made by copying, which
 # costs as much as writing did; beyond the second limit (a DEM of 46 000 x 46 000 cells) that is left to the user. Of a
@@ -51,6 +54,26 @@ def geotiff_profile(
         "bigtiff": "if_safer",
     }
     return profile if nodata is None else {**profile, "nodata": nodata}
+
+
+@contextmanager
+def libtiff_silent() -> Iterator[None]:
+    """While GeoTIFFs are written: libtiff tells of a full disk on stderr itself, past GDAL's and rasterio's handlers.
+
+    The failure comes as an exception, or by reading back, and is told in a line of ours.
+    """
+    try:
+        kept, nowhere = os.dup(STDERR), os.open(os.devnull, os.O_WRONLY)
+    except OSError:  # a program without stderr, or without a free descriptor
+        yield
+        return
+    try:
+        os.dup2(nowhere, STDERR)
+        yield
+    finally:
+        os.dup2(kept, STDERR)
+        os.close(kept)
+        os.close(nowhere)
 
 
 @dataclass

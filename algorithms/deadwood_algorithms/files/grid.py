@@ -136,9 +136,9 @@ class Grid:
         north = (1 - s) * self.values[j + 1, i] + s * self.values[j + 1, i + 1]
         return np.where(inside, (1 - t) * south + t * north, np.nan)
 
-    def over(self, bounds: Any) -> Grid:
-        """The heights over an extent: this grid, which has them all (`dem_blocks` reads a part)."""
-        return self
+    def read(self, part: Part) -> Grid:
+        """A window of it (of a large DEM `dem_blocks` reads one)."""
+        return self.window(part)
 
     def contains(self, x: Any, y: Any) -> np.ndarray:
         """Whether the surface has a height at each position."""

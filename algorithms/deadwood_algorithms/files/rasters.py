@@ -28,6 +28,7 @@ from deadwood_algorithms.files.geotiff import (
     geotiff_profile,
     is_laid_out,
     lay_out,
+    libtiff_silent,
 )
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.inputs import refuse_missing
@@ -196,7 +197,7 @@ def write_bands(
     def place(rows: slice) -> Window:
         return Window(part.column, top + rows.start, part.columns, rows.stop - rows.start)  # type: ignore[call-arg]
 
-    with rasterio.open(path, "w", **profile) as target:
+    with libtiff_silent(), rasterio.open(path, "w", **profile) as target:
         target.update_tags(**tags_now())
         for number, (description, values) in enumerate(bands.items(), start=1):
             for rows in strips:
@@ -212,7 +213,8 @@ def write_bands(
         if colours:
             table = {value: (*bytes.fromhex(colour[1:]), 255) for value, colour in colours.items()}
             target.write_colormap(1, {0: (0, 0, 0, 0)} | table)
-    lay_out(Path(path), cells, sparse=sparse)
+    with libtiff_silent():
+        lay_out(Path(path), cells, sparse=sparse)
     with rasterio.open(path) as written:
         for number, values in enumerate(bands.values(), start=1):
             for rows in strips:

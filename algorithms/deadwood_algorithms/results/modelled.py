@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deadwood_algorithms.results.scenario import WHYS, slip_record
+from deadwood_algorithms.results.scenario import WHYS, slip_record, soft_ground_record
 from deadwood_algorithms.scene.layers import SceneLayers
 
 if TYPE_CHECKING:
@@ -37,6 +37,10 @@ CLAUSES = {
     "slip": (
         "growing to {most} with the slip s on the ground, as (2/pi) atan({kappa} s), and in the air s decays with "
         "{beta} a second"
+    ),
+    "soft_ground": (
+        "soft: a body digs in as deep as ground of {strength} MN/m² lets it, and is braked with the drag coefficient "
+        "1 + {drag}"
     ),
     "restitution": "{e} at every contact",
     "at_stems": "{value} at stems and lying logs",
@@ -94,11 +98,10 @@ def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, A
     (ny, nx), scene = layers.dem.shape, layers.scene
     apart = _apart(settings.scene.tree_restitution, settings.scene.barrier_restitution)
     lying, pieces = len(layers.lying.ids), len(scene.arrays.lying.owner)
+    barriers, lines = len(layers.barriers.ids), len(layers.lines.ids)
 
     def standing(name: str) -> list[Clause]:
-        count = counted[name]
-        out = {"off_dem": 0} | {each["why"]: each["n"] for each in count["left_out"]}
-        return [_clause(name, n=count["used"]), *(_clause(why, n=out[why]) for why in WHYS if why in out)]
+        return [_clause(name, n=counted[name]["used"]), *_left_out(counted[name], off_dem=0)]
 
     found = {
         "terrain": [_clause("terrain", nx=nx, ny=ny, cell_m=layers.dem.cell)],
@@ -108,13 +111,19 @@ def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, A
         "rolling_friction": [_rolling(settings, layers)],
         "logs": [_logs(layers), _clause("whole_logs")],
         "trees": [*standing("trees"), *_breaking(layers)] if layers.tree_ids else [],
-        "barriers": [_clause("barriers", n=len(layers.barriers.ids))] if scene.barrier_count else [],
-        "lying_logs": [_clause("lying", n=lying, pieces=pieces)] if lying else [],
+        "barriers": [_clause("barriers", n=barriers), *_left_out(counted["barriers"])] if scene.barrier_count else [],
+        "lying_logs": [_clause("lying", n=lying, pieces=pieces), *_left_out(counted["lying_logs"])] if lying else [],
         "blocks": standing("blocks") if layers.blocks.ids else [],
-        "lines": [_clause("lines", n=len(layers.lines.ids))] if layers.lines.ids else [],
+        "lines": [_clause("lines", n=lines), *_left_out(counted["lines"])] if lines else [],
         "outputs": _outputs(settings, layers),
     }
     return {name: clauses or [_clause("absent")] for name, clauses in found.items()}
+
+
+def _left_out(count: Mapping[str, Any], **least: int) -> list[Clause]:
+    """Why rows of a layer had no part in the run; ``least`` is said even where it is nothing."""
+    out = least | {each["why"]: each["n"] for each in count["left_out"]}
+    return [_clause(why, n=out[why]) for why in WHYS if why in out]
 
 
 def _clause(name: str, **numbers: Any) -> Clause:
@@ -136,7 +145,9 @@ def _friction(settings: RunSettings, layers: SceneLayers) -> list[Clause]:
         ground = _clause("friction", mu=float(mu))
     law = slip_record(settings.scene)
     slip = [_clause("slip", most=law["friction_max"], kappa=law["kappa_per_m"], beta=law["beta_per_s"])] if law else []
-    return [ground, *slip, *_apart(settings.scene.tree_friction, settings.scene.barrier_friction)]
+    scar = soft_ground_record(settings.scene)
+    soft = [_clause("soft_ground", strength=scar["strength_mn_m2"], drag=scar["drag"])] if scar else []
+    return [ground, *slip, *soft, *_apart(settings.scene.tree_friction, settings.scene.barrier_friction)]
 
 
 def _breaking(layers: SceneLayers) -> list[Clause]:

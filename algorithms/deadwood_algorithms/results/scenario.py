@@ -52,6 +52,7 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
         "rolling_friction": None if layers.shape else scene.rolling_friction,
         "restitution": scene.restitution,
         "slip_friction": slip_record(scene),
+        "soft_ground": soft_ground_record(scene),
         "trees": _things(
             int(trees.sum()), dbh_cm=layers.tree_dbh_cm[trees], height_m=np.asarray(layers.trees.height)[trees]
         ),
@@ -76,6 +77,13 @@ def slip_record(scene: ReleasedScene) -> dict[str, float | None] | None:
     return {"friction_max": scene.friction_max, "kappa_per_m": scene.friction_kappa, "beta_per_s": scene.friction_beta}
 
 
+def soft_ground_record(scene: ReleasedScene) -> dict[str, float | None] | None:
+    """The ground that bodies scar; None where it is hard."""
+    if scene.soil_strength_mn_m2 is None:
+        return None
+    return {"strength_mn_m2": scene.soil_strength_mn_m2, "drag": scene.scar_drag}
+
+
 def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     """What was slid through what, in one line of a terminal; ``name`` where there are several runs."""
     logs = scenario["logs"]
@@ -93,6 +101,8 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     laws.append(f"restitution {scenario['restitution']:g}")
     if slip := scenario.get("slip_friction"):
         laws.append(f"friction up to {slip['friction_max']:g} with slip")
+    if soft := scenario.get("soft_ground"):
+        laws.append(f"soft ground ({soft['strength_mn_m2']:g} MN/m2, drag {soft['drag']:g})")
     if breaking := scenario.get("breaking"):
         laws.append(f"trees break ({breaking['capacity_kj']:g} kJ at 40 cm DBH)")
     met = [
@@ -153,7 +163,7 @@ def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str
         "barriers": _count_rows(layers, layers.barriers, layers.engine_barriers, scene.barriers_outside),
         "lying_logs": _count_rows(layers, layers.lying, layers.lying_logs, scene.lying_outside),
         "blocks": _points(layers.blocks.ids, layers.blocks.left_out, blocks),
-        "lines": _count(layers.lines.row_count, Counter()),
+        "lines": _count(layers.lines.row_count, _rows_off(layers.lines)),
     }
     return {name: count for name, count in counts.items() if count["read"]}
 
@@ -191,7 +201,12 @@ def _count_rows(layers: SceneLayers, items: Items, paths: Any, outside: NDArray[
     used = set(items.row[_used(len(items.row), outside)].tolist())
     lost = [np.flatnonzero(items.row == row)[0] for row in sorted(set(items.row.tolist()) - used)]
     shapes = np.array([shapely.linestrings(paths.vertices[slice(*paths.starts[k : k + 2])]) for k in lost], object)
-    return _count(items.row_count, _left_out(layers, shapes) if lost else Counter())
+    return _count(items.row_count, _rows_off(items) + (_left_out(layers, shapes) if lost else Counter()))
+
+
+def _rows_off(items: Items) -> Counter[str]:
+    """Rows of a layer of lines that lie off the DEM: those without a path."""
+    return Counter({OFF_DEM: items.row_count - np.unique(items.row).size})
 
 
 def _count(read: int, left_out: Counter[str]) -> dict[str, Any]:

@@ -32,7 +32,7 @@ class Paths:
 
     vertices: NDArray[np.float64]
     starts: NDArray[np.int64]
-    item: NDArray[np.int64]
+    item: NDArray[np.int64]  # the row of the layer
 
 
 @dataclass(frozen=True)
@@ -65,19 +65,23 @@ class Items:
         return out
 
 
-def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
-    """Parts and rings of line and polygon rows as polylines; a row off the grid or without length is refused."""
+def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str, feedback: Feedback) -> Paths:
+    """Parts and rings of the line and polygon rows that touch the DEM, as polylines; without length is refused.
+
+    Rows off the DEM are left out, with a warning; if all are, the CRS is wrong or the layer is another's.
+    """
     geometry = np.asarray(frame.geometry)
-    missing = np.flatnonzero(~shapely.intersects(geometry, shapely.box(*grid.frame.bounds)))
-    if missing.size:
-        x, y = shapely.get_coordinates(geometry[missing[0]]).T
-        raise UserError(
-            f"{where_of(frame)}, {rows_named(missing)}: the {what} does not touch the DEM{extent_words(x, y, grid)}"
-        )
-    short = np.flatnonzero(shapely.length(geometry) <= 0.0)
+    touches = shapely.intersects(geometry, shapely.box(*grid.frame.bounds))
+    if not touches.any():
+        off = f"the {what} does not touch" if touches.size == 1 else f"none of the {touches.size} {what}s touches"
+        x, y = shapely.get_coordinates(geometry).T
+        raise UserError(f"{where_of(frame)}: {off} the DEM{extent_words(x, y, grid)}")
+    warn_left_out(frame, ~touches, f"{what}s", feedback)
+    short = np.flatnonzero(touches & (shapely.length(geometry) <= 0.0))
     if short.size:
         raise UserError(f"{where_of(frame)}, {rows_named(short)}: the {what} has no length; delete the row")
-    parts, item = shapely.get_parts(geometry, return_index=True)
+    rows = np.flatnonzero(touches)
+    parts, item = shapely.get_parts(geometry[rows], return_index=True)
     filled = shapely.get_type_id(parts) == 3
     rings, owner = shapely.get_rings(parts[filled], return_index=True)
     strings = np.concatenate([parts[~filled], rings])
@@ -85,42 +89,46 @@ def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str) -> Paths:
     order = np.argsort(item, kind="stable")
     vertices, string = shapely.get_coordinates(strings[order], return_index=True)
     starts = np.concatenate([[0], np.cumsum(np.bincount(string, minlength=strings.size))]).astype(np.int64)
-    return Paths(vertices, starts, item[order].astype(np.int64))
+    return Paths(vertices, starts, rows[item[order]].astype(np.int64))
 
 
 def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths, feedback: Feedback) -> Items:
-    """Rows that share an id become one item, in the order of their first row, and that is reported.
+    """Rows with paths that share an id become one item, in the order of their first row, and that is reported.
 
     The first of ``names`` is the id proper; where another field serves as one, its twins may well be different things.
     """
-    ids = ids_of(frame, *names).tolist()
+    rows = np.unique(paths.item)
+    ids = ids_of(frame, *names)[rows].tolist()
     place = {each: k for k, each in enumerate(dict.fromkeys(ids))}
     unique, of_row = list(place), np.array([place[each] for each in ids], np.int64)
     named = next((name for name in names if name in frame), "")
-    twins = shared_words(frame, named, ids)
+    twins = shared_words(frame, named, ids, rows)
     if twins and named == names[0]:
         feedback.note(f"{twins} and count as one")
     elif twins:
         feedback.warn(f"{twins} and count as one; to count each for itself, give each a {names[0]} of its own")
-    geometry = np.asarray(frame.geometry)
+    geometry = np.asarray(frame.geometry)[rows]
     merged = [
-        geometry[rows[0]] if rows.size == 1 else shapely.union_all(geometry[rows])
-        for rows in np.split(np.argsort(of_row, kind="stable"), np.cumsum(np.bincount(of_row))[:-1])
+        geometry[alike[0]] if alike.size == 1 else shapely.union_all(geometry[alike])
+        for alike in np.split(np.argsort(of_row, kind="stable"), np.cumsum(np.bincount(of_row))[:-1])
     ]
     out = np.empty(len(unique), object)
     out[:] = merged
-    return Items(unique, out, of_row[paths.item], paths.item, len(frame))
+    return Items(unique, out, of_row[np.searchsorted(rows, paths.item)], paths.item, len(frame))
 
 
-def shared_words(frame: geopandas.GeoDataFrame, field: str, ids: list[Any]) -> str:
-    """Which rows share an id, in words; empty where each has its own."""
+def shared_words(
+    frame: geopandas.GeoDataFrame, field: str, ids: list[Any], rows: NDArray[np.intp] | None = None
+) -> str:
+    """Which rows share an id, in words; empty where each has its own. ``rows`` are those of the ids, where not all."""
     count = Counter(ids)
     twins = next((each for each in ids if count[each] > 1), None)
     if twins is None:
         return ""
-    rows = rows_named(np.array([row for row, each in enumerate(ids) if each == twins]))
+    alike = np.array([k for k, each in enumerate(ids) if each == twins])
+    called = rows_named(alike if rows is None else rows[alike])
     more = sum(times for times in count.values() if times > 1) - count[twins]
-    told = f"{where_of(frame)}, field '{field}': {rows} are called '{twins}'"
+    told = f"{where_of(frame)}, field '{field}': {called} are called '{twins}'"
     return told + (f", {more} more share others" if more else "")
 
 
@@ -157,6 +165,14 @@ def why_left_out(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> 
     """How many of some points that do not lie on the DEM are beyond it, and how many where it has no height."""
     within = int(np.sum(shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)))
     return Counter({OFF_DEM: x.size - within, NO_TERRAIN: within})
+
+
+def warn_left_out(frame: geopandas.GeoDataFrame, off: NDArray[np.bool_], what: str, feedback: Feedback) -> None:
+    """Warn of the rows of a layer that have no part in the run because they lie off the DEM."""
+    rows = np.flatnonzero(off)
+    if rows.size:
+        verb = "lies off the DEM and is" if rows.size == 1 else "lie off the DEM and are"
+        feedback.warn(f"{where_of(frame)}, {rows_named(rows)}: {rows.size} of {off.size} {what} {verb} left out")
 
 
 def rows_named(rows: NDArray[Any]) -> str:

@@ -1,4 +1,4 @@
-"""Laws that a scene has only where they are asked for: trees that break, and friction that grows with slip."""
+"""Laws that a scene has only where they are asked for: trees that break, friction that grows with slip, soft ground."""
 
 from __future__ import annotations
 
@@ -50,15 +50,30 @@ class Breaking:
 def slip_laws(shape: str, most: float | None, kappa_per_m: float | None, beta_per_s: float | None) -> dict[str, float]:
     """The law of slip-dependent friction as the engine's ``slide`` takes it; empty where it is not asked for."""
     given = {"--friction-max": most, "--friction-kappa": kappa_per_m, "--friction-beta": beta_per_s}
-    names = [name for name, value in given.items() if value is not None]
-    if not names:
-        return {}
+    law = "friction that grows with slip has these three"
+    found = _of_points(shape, given, "logs have one friction coefficient", law)
+    return dict(zip(("friction_max", "friction_kappa", "friction_beta"), found, strict=True)) if found else {}
+
+
+def scar_laws(shape: str, strength_mn_m2: float | None, drag: float | None) -> dict[str, float]:
+    """The law of ground that a body scars, likewise."""
+    given = {"--soil-strength-mn-m2": strength_mn_m2, "--scar-drag": drag}
+    found = _of_points(shape, given, "to logs the ground is hard", "soft ground has these two")
+    return dict(zip(("soil_strength", "scar_drag"), found, strict=True)) if found else {}
+
+
+def _of_points(shape: str, given: dict[str, float | None], logs: str, law: str) -> list[float]:
+    """The numbers of a law that bodies of points have, all of them or none; ``logs``, ``law`` : why, in an error."""
+    named = {name: value for name, value in given.items() if value is not None}
+    if not named:
+        return []
+    first = next(iter(named))
     if shape.strip().lower() == "cone":
-        raise UserError(f"{names[0]} is of bodies of points: give their --shape; logs have one friction coefficient")
-    if most is None or kappa_per_m is None or beta_per_s is None:
-        missing = next(name for name, value in given.items() if value is None)
-        raise UserError(f"{names[0]} needs {missing}, too: friction that grows with slip has these three numbers")
-    return {"friction_max": most, "friction_kappa": kappa_per_m, "friction_beta": beta_per_s}
+        raise UserError(f"{first} is of bodies of points: give their --shape; {logs}")
+    if len(named) < len(given):
+        missing = next(name for name in given if name not in named)
+        raise UserError(f"{first} needs {missing}, too: {law} numbers")
+    return list(named.values())
 
 
 def refuse_idle_capacity(breaks: bool, capacity_kj: float | None) -> None:

@@ -32,6 +32,7 @@ from deadwood_algorithms.scene.items import (
     plan_of,
     points_on,
     shared_words,
+    warn_left_out,
     why_left_out,
 )
 from deadwood_algorithms.scene.laws import Breaking
@@ -261,8 +262,7 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> StandingTree
     on = points_on(grid, x, y)
     if not on.any():
         raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
-    if not on.all():
-        feedback.note(f"{path}: {np.count_nonzero(~on)} of {len(frame)} trees stand off the DEM and are left out")
+    warn_left_out(frame, ~on, "trees", feedback)
     ids = ids_of(frame, "tree_id")
     twins = shared_words(frame, "tree_id", ids.tolist())
     if twins:
@@ -278,7 +278,7 @@ def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Bar
     frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="barriers", feedback=feedback)
     height = schema_column(frame, BARRIERS.column("height_m"))
     warn_implausible(height, BARRIERS.column("height_m"), where_of(frame), feedback)
-    paths = paths_of(frame, grid, "barrier")
+    paths = paths_of(frame, grid, "barrier", feedback)
     items = items_of(frame, ("barrier_id", "name"), paths, feedback)
     return Barriers(paths.vertices, paths.starts, height[paths.item]), items
 
@@ -300,5 +300,5 @@ def lines_of(frame: geopandas.GeoDataFrame | None, grid: Grid, feedback: Feedbac
     """
     if frame is None:
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
-    paths = paths_of(frame, grid, "line")
+    paths = paths_of(frame, grid, "line", feedback)
     return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths, feedback)

@@ -35,6 +35,6 @@ def read_lying_logs(path: str | None, grid: Grid, default_cm: float, feedback: F
             f"{where_of(frame)}, field '{TIP}', {rows_named(swapped)}: the tip is more than twice as thick as "
             "the base; draw the line from base to tip, or correct the field"
         )
-    paths = paths_of(frame, grid, "lying log")
+    paths = paths_of(frame, grid, "lying log", feedback)
     lying = LyingLogs(paths.vertices, paths.starts, base[paths.item] / 100.0, tip[paths.item] / 100.0)
     return lying, items_of(frame, ("lying_id", "tree_id", "log_id", "name"), paths, feedback)

@@ -12,7 +12,7 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.presets import FRICTIONS, Taken, choices_help
 from deadwood_algorithms.scene.default_log import DEFAULTED, DefaultLog
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS, SceneInputs
-from deadwood_algorithms.scene.laws import Breaking, slip_laws
+from deadwood_algorithms.scene.laws import Breaking, scar_laws, slip_laws
 from deadwood_algorithms.schemas import DBH_CM
 
 # Ground that a log sinks into so far that it resists more does not carry a rigid log
@@ -152,6 +152,23 @@ class _LayersAndLaws:
         advanced=True,
         help="Off the ground the slip decays as exp(-beta t).",
     )
+    soil_strength_mn_m2: float | None = tool.number(
+        "Strength of soft ground, into which a point cloud digs",
+        unit="MN/m2",
+        default=None,
+        minimum=0.0,
+        exclusive=True,
+        advanced=True,
+        help="M_E of the scarring model of Lu et al. (2019), 10 to 25 on the alpine meadow of its experiments: the "
+        "deeper a body digs in, the longer the soil brakes it. Needs --scar-drag. Without it the ground is hard.",
+    )
+    scar_drag: float | None = tool.number(
+        "Drag coefficient of the soil that compacts, of soft ground",
+        default=None,
+        minimum=0.0,
+        advanced=True,
+        help="C_s of the same model, 0.1 to 4 there; it adds to 1 for the soil that flows.",
+    )
     time_limit_s: float = tool.number(
         "Longest simulated time of a log", unit="s", default=300.0, minimum=0.0, maximum=86_400.0, exclusive=True
     )
@@ -201,6 +218,7 @@ class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
                 "time_limit": self.time_limit_s,
                 "rest_speed": self.rest_speed_ms,
                 **slip_laws(self.shape, self.friction_max, self.friction_kappa, self.friction_beta),
+                **scar_laws(self.shape, self.soil_strength_mn_m2, self.scar_drag),
             },
             breaking=Breaking.asked(self.break_trees, self.tree_capacity_kj, self.tree_capacity_power),
         )

@@ -14,7 +14,10 @@ from shapely import Polygon
 
 from deadwood_algorithms.files import dem_blocks
 from deadwood_algorithms.files.dem_windows import open_windows, read_dem
-from deadwood_algorithms.params.tool import Quiet, UserError
+from deadwood_algorithms.files.grid import Part
+from deadwood_algorithms.params.tool import Quiet
+from deadwood_algorithms.prepare.releases import weights
+from deadwood_algorithms.prepare.trees import patches
 from deadwood_algorithms.tools import generate_forest, import_trees, sample_releases, windthrow
 
 EAST, NORTH, ROWS, COLUMNS = 2_700_000.0, 1_180_000.0, 90, 70
@@ -39,6 +42,9 @@ def small_blocks(monkeypatch) -> None:
     monkeypatch.setattr(dem_blocks, "WHOLE_CELLS", 0)
     monkeypatch.setattr(dem_blocks, "SIDE", 16)
     monkeypatch.setattr(dem_blocks, "KEPT", 3)
+    monkeypatch.setattr(patches, "SIDE", 16)
+    monkeypatch.setattr(weights, "STRIP_ROWS", 8)
+    monkeypatch.setattr(weights, "STRIP_CELLS", 500)
 
 
 def test_heights_and_what_is_outside_are_those_of_the_whole(dem):
@@ -63,15 +69,13 @@ def test_small_blocks_too_and_few_are_kept(dem):
         assert len(blocks._blocks) <= 3
 
 
-def test_a_part_is_cut_from_the_whole_and_none_is_refused(dem):
+def test_a_part_is_cut_from_the_whole(dem):
     whole = read_dem(dem)
     with open_windows(dem, crs=None, feedback=Quiet(), look_through=False) as windows:
-        blocks = dem_blocks.DemBlocks(windows, Quiet())
-        part = blocks.over((EAST + 20.0, NORTH - 60.0, EAST + 50.0, NORTH - 20.0))
-        assert part.shape < whole.shape
-        np.testing.assert_array_equal(part.values, whole.values[part.part.slices])
-        with pytest.raises(UserError, match="check the CRS of both"):
-            blocks.over((EAST + 1e4, NORTH, EAST + 2e4, NORTH + 10.0))
+        part = dem_blocks.DemBlocks(windows, Quiet()).read(Part(20, 25, 30, 40))
+    assert part.shape == (40, 30)
+    np.testing.assert_array_equal(part.values, whole.values[part.part.slices])
+    np.testing.assert_array_equal(part.values, whole.read(Part(20, 25, 30, 40)).values)
 
 
 def drawn(folder: Path, dem: str) -> dict[str, Any]:
@@ -83,15 +87,18 @@ def drawn(folder: Path, dem: str) -> dict[str, Any]:
     geopandas.GeoDataFrame({"release_id": ["a"]}, geometry=[area], crs=CRS).to_file(areas)
     with rasterio.open(dem) as source:
         profile, values = source.profile, source.read(1)
-    weights = str(folder / "weights.tif")
-    with rasterio.open(weights, "w", **profile) as out:
+    density = str(folder / "weights.tif")
+    with rasterio.open(density, "w", **profile) as out:
         out.write(np.where(values > 0, np.abs(np.sin(values)), -9999.0).astype(np.float32), 1)
     sample_releases.TOOL(areas=areas, dem=dem, count=60, output=str(folder / "plain.gpkg"))
-    sample_releases.TOOL(areas=areas, dem=dem, count=60, weights=weights, output=str(folder / "weighted.gpkg"))
-    sample_releases.TOOL(dem=dem, count=60, weights=weights, output=str(folder / "anywhere.gpkg"))
+    sample_releases.TOOL(areas=areas, dem=dem, count=60, weights=density, output=str(folder / "weighted.gpkg"))
+    sample_releases.TOOL(dem=dem, count=60, weights=density, output=str(folder / "anywhere.gpkg"))
     generate_forest.TOOL(
         dem=dem, stand=areas, stems_per_ha=300.0, dbh_mean_cm=30.0, dbh_sd_cm=8.0, output=str(folder / "forest.gpkg")
     )
+    sizes: dict[str, Any] = {"dbh_mean_cm": 30.0, "dbh_sd_cm": 8.0, "dem": dem}
+    generate_forest.TOOL(**sizes, stems_per_ha=200.0, output=str(folder / "everywhere.gpkg"))
+    generate_forest.TOOL(**sizes, stems_per_ha=200.0, exclude=areas, output=str(folder / "around.gpkg"))
     import_trees.TOOL(trees=str(folder / "forest.gpkg"), dem=dem, output=str(folder / "trees.gpkg"))
     windthrow.TOOL(trees=str(folder / "trees.gpkg"), dem=dem, share=0.5, fall_deg=90.0, output=str(folder / "storm"))
     found = {path.stem: geopandas.read_file(path) for path in sorted(folder.glob("*.gpkg")) if path.stem != "areas"}
@@ -102,7 +109,7 @@ def test_tools_draw_the_same_from_blocks(dem, tmp_path, request):
     whole = drawn(tmp_path / "whole", dem)
     request.getfixturevalue("small_blocks")
     blocks = drawn(tmp_path / "blocks", dem)
-    assert len(whole) >= 7
+    assert len(whole) >= 9
     for name, frame in whole.items():
         assert frame.geometry.to_wkb().tolist() == blocks[name].geometry.to_wkb().tolist(), name
         assert frame.drop(columns="geometry").equals(blocks[name].drop(columns="geometry")), name

@@ -12,6 +12,8 @@ from slope_case import Case, layer, points, summary, write_layer
 
 from deadwood_algorithms.results.scenario import scenario_line
 
+ROAD = shapely.LineString([(0.5, 25.0), (59.5, 25.0)])
+
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Case:
@@ -33,7 +35,9 @@ def told(case, tmp_path_factory) -> dict:
         folder / "t.gpkg", stems, dbh_cm=[29.0, 40.0, 40.0, 40.0, 40.0, 40.0, 57.0], height_m=[11.0] * 6 + [23.0]
     )
     stones = points((25.0, 45.0), (25.0, 99.5), (-30.0, 45.0))
+    off = shapely.LineString([(10.0, -45.0), (35.0, -45.0)])
     plates = [
+        off,
         shapely.LineString([(10.0, 45.0), (35.0, 45.0)]),
         shapely.MultiLineString([[(40.0, 45.0), (45.0, 45.0)], [(59.8, 45.0), (59.9, 46.0)]]),
         shapely.LineString([(59.8, 20.0), (59.9, 22.0)]),
@@ -50,9 +54,11 @@ def told(case, tmp_path_factory) -> dict:
         releases=write_layer(folder / "r.gpkg", points(*((20.0 + 2.0 * k, 75.0) for k in range(8))), **logs),
         trees=trees,
         blocks=write_layer(folder / "b.gpkg", stones, diameter_m=[1.0, 1.0, 1.0]),
-        barriers=write_layer(folder / "p.gpkg", plates, height_m=[1.5, 2.5, 3.5]),
-        lying_logs=write_layer(folder / "l.gpkg", [shapely.LineString([(45, 60), (50, 60)])], diameter_cm=[29.0]),
-        lines=case.lines,
+        barriers=write_layer(folder / "p.gpkg", plates, height_m=[9.0, 1.5, 2.5, 3.5], name=list("abcd")),
+        lying_logs=write_layer(
+            folder / "l.gpkg", [off, shapely.LineString([(45, 60), (50, 60)])], diameter_cm=[70.0, 29.0]
+        ),
+        lines=write_layer(folder / "w.gpkg", [off, ROAD, shapely.box(10, 5, 30, 15)], line_id=["far", "road", "house"]),
         seed=7,
     )
     return {**summary(run), "hits": layer(run, "deposits")}
@@ -60,7 +66,7 @@ def told(case, tmp_path_factory) -> dict:
 
 def test_every_row_that_was_read_is_used_or_left_out(told):
     counted = told["counted"]
-    rows = {"releases": 8, "trees": 7, "barriers": 3, "lying_logs": 1, "blocks": 3, "lines": 2}
+    rows = {"releases": 8, "trees": 7, "barriers": 4, "lying_logs": 2, "blocks": 3, "lines": 3}
     assert {name: count["read"] for name, count in counted.items()} == rows
     for name, count in counted.items():
         assert count["read"] == count["used"] + sum(each["n"] for each in count["left_out"]), name
@@ -72,9 +78,13 @@ def test_why_rows_are_left_out(told):
     out = {name: {each["why"]: each["n"] for each in count["left_out"]} for name, count in told["counted"].items()}
     assert out["trees"] == {"off_dem": 1, "no_terrain": 4}
     assert out["blocks"] == {"off_dem": 1, "no_terrain": 1}
-    assert out["barriers"] == {"no_terrain": 1}
-    assert out["releases"] == out["lying_logs"] == out["lines"] == {}
+    assert out["barriers"] == {"off_dem": 1, "no_terrain": 1}
+    assert out["lying_logs"] == out["lines"] == {"off_dem": 1}
+    assert out["releases"] == {}
     assert "2 rigid truncated cones; 1 off the DEM left out; 4 left out where" in told["modelled"]["trees"]
+    assert "3 rigid thin plates; 1 off the DEM left out; 1 left out where" in told["modelled"]["barriers"]
+    assert told["modelled"]["lines"] == "2 lines or outlines watched; 1 off the DEM left out"
+    assert [each["line_id"] for each in told["reach"]] == ["road", "house"]
 
 
 def test_the_scenario_has_the_sizes_that_columns_gave_and_not_the_defaults(told):

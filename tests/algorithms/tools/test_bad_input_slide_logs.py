@@ -139,8 +139,8 @@ MATRIX = {
         lambda f: barriers(f, shapely.box(1, 40, 20, 50), height_m=[2.0]),
         ["bad.gpkg", "row 1", "must be lines"],
     ),
-    "lines miss the DEM": (lambda f: lines(f, LINE, OFF), ["row 2", "does not touch the DEM"]),
-    "barriers miss the DEM": (lambda f: barriers(f, OFF, height_m=[2.0]), ["row 1", "does not touch the DEM"]),
+    "lines miss the DEM": (lambda f: lines(f, OFF, OFF), ["none of the 2 lines touches the DEM", "check the CRS"]),
+    "barriers miss the DEM": (lambda f: barriers(f, OFF, height_m=[2.0]), ["the barrier does not touch the DEM"]),
     "barrier without height": (lambda f: barriers(f, LINE), ["'height_m'", "missing"]),
     "barrier of no height": (lambda f: barriers(f, LINE, height_m=[0.0]), ["'height_m'", "row 1"]),
     "trees off the DEM": (

@@ -14,7 +14,8 @@ from deadwood_algorithms.evaluate.protection.obstacles import read_candidates, w
 from deadwood_algorithms.explore.answer import changed_scene
 from deadwood_algorithms.explore.questions import Changes
 from deadwood_algorithms.params.tool import Quiet, UserError
-from deadwood_algorithms.scene.laws import Breaking, slip_laws
+from deadwood_algorithms.results.scenario import scenario_line
+from deadwood_algorithms.scene.laws import Breaking, scar_laws, slip_laws
 from deadwood_algorithms.scene.layers import SceneLayers, read_scene
 from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_algorithms.tools import break_trees, compare_fidelity, site_barriers, value_trees, vary
@@ -206,6 +207,39 @@ def test_half_a_law_of_slip_is_refused(case, tmp_path, changes, words):
         case.run(output=str(tmp_path / "x"), **({"shape": str(rock)} | changes))
 
 
+SOFT: dict[str, Any] = {"soil_strength_mn_m2": 1.0, "scar_drag": 3.0}
+
+
+def test_soft_ground_brakes_a_rock(case, tmp_path):
+    rock = tmp_path / "rock.pts"
+    rock.write_text(ROCK)
+    whole = {"lines": case.lines, "shape": str(rock), "density_kg_m3": 2700.0, "drop_m": 1.0}
+    hard = case.run(output=str(tmp_path / "hard"), **whole)
+    soft = case.run(output=str(tmp_path / "soft"), **whole, **SOFT)
+    faster, slower = (layer(run, "deposits")["speed_max_ms"].mean() for run in (hard, soft))
+    assert slower < 0.9 * faster
+    told = summary(soft)
+    assert told["scenario"]["soft_ground"] == {"strength_mn_m2": 1.0, "drag": 3.0}
+    assert "as deep as ground of 1 MN/m² lets it" in told["modelled"]["friction"]
+    assert "soft ground (1 MN/m2, drag 3)" in scenario_line(told["scenario"])
+    assert summary(hard)["scenario"]["soft_ground"] is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (SOFT | {"shape": "cone"}, "--soil-strength-mn-m2 is of bodies of points: give their --shape; to logs"),
+        (SOFT | {"scar_drag": None}, "--soil-strength-mn-m2 needs --scar-drag, too: soft ground has these two numbers"),
+        (SOFT | {"soil_strength_mn_m2": None}, "--scar-drag needs --soil-strength-mn-m2, too"),
+    ],
+)
+def test_half_a_law_of_soft_ground_is_refused(case, tmp_path, changes, words):
+    rock = tmp_path / "rock.pts"
+    rock.write_text(ROCK)
+    with pytest.raises(UserError, match=words):
+        case.run(output=str(tmp_path / "x"), **({"shape": str(rock)} | changes))
+
+
 def test_without_the_law_the_engine_is_told_nothing_of_it():
-    assert slip_laws("rock.pts", None, None, None) == {}
+    assert slip_laws("rock.pts", None, None, None) == scar_laws("rock.pts", None, None) == {}
     assert Breaking.asked(False, 3.0, 2.0) is None

@@ -126,8 +126,8 @@ def test_no_arrival_at_all_is_an_answer(full, tmp_path):
 
 
 def test_lines_that_miss_the_terrain_are_refused(full, tmp_path):
-    shapes = [shapely.LineString([(1, 25), (59, 25)]), shapely.LineString([(1, -25), (59, -25)])]
-    with pytest.raises(UserError, match="row 2: the line does not touch the DEM") as error:
+    shapes = [shapely.LineString([(1, -25), (59, -25)]), shapely.LineString([(1, -35), (59, -35)])]
+    with pytest.raises(UserError, match="none of the 2 lines touches the DEM") as error:
         reach(full, write_layer(tmp_path / "lines.gpkg", shapes), tmp_path / "reach.gpkg")
     assert "\n" not in str(error.value)
     assert not (tmp_path / "reach.gpkg").exists()

@@ -50,22 +50,20 @@ class Candidate:
 def read_given(path: str, heights: Sequence[float], layers: SceneLayers, feedback: Feedback) -> list[Candidate]:
     """Lines of a layer, each with its own height_m, or where it has none with each of ``heights`` [m]."""
     frame = read_vector(path, geometry=("line",), target_crs=layers.dem.crs, what="candidates", feedback=feedback)
-    paths_of(frame, layers.dem, "candidate")  # refuses what is off the DEM or has no length
-    ids = [str(each) for each in ids_of(frame, "barrier_id", "name").tolist()]
+    on = np.unique(paths_of(frame, layers.dem, "candidate", feedback).item)  # rows on the DEM
+    ids = np.array([str(each) for each in ids_of(frame, "barrier_id", "name").tolist()], object)
     field = next((name for name in ("barrier_id", "name") if name in frame), "")
-    if twins := shared_words(frame, field, ids):
+    if twins := shared_words(frame, field, ids.tolist()):
         raise UserError(f"{twins}; give each candidate an id of its own")
-    shapes = list(shapely.force_2d(np.asarray(frame.geometry)))
+    named = list(zip(ids[on].tolist(), shapely.force_2d(np.asarray(frame.geometry)[on]), strict=True))
     if "height_m" in frame:
-        own = schema_column(frame, BARRIERS.column("height_m"))
-        found = [Candidate(*each, np.nan) for each in zip(ids, shapes, own.tolist(), strict=True)]
+        own = schema_column(frame, BARRIERS.column("height_m"))[on].tolist()
+        found = [Candidate(*each, height, np.nan) for each, height in zip(named, own, strict=True)]
     elif len(heights) == 1:
-        found = [Candidate(*each, heights[0], np.nan) for each in zip(ids, shapes, strict=True)]
+        found = [Candidate(*each, heights[0], np.nan) for each in named]
     else:
         found = [
-            Candidate(f"{name} {height:g} m", shape, height, np.nan)
-            for name, shape in zip(ids, shapes, strict=True)
-            for height in heights
+            Candidate(f"{name} {height:g} m", shape, height, np.nan) for name, shape in named for height in heights
         ]
     taken = {str(each) for each in layers.barriers.ids} & {each.id for each in found}
     if taken:

@@ -11,7 +11,8 @@ import shapely
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
-from deadwood_algorithms.prepare.releases.places import Weights, area_m2, positions, read_weights, weighted_positions
+from deadwood_algorithms.prepare.releases.places import area_m2, positions, weighted_positions
+from deadwood_algorithms.prepare.releases.weights import Weights, read_weights
 
 if TYPE_CHECKING:
     import pandas
@@ -95,15 +96,14 @@ def read_release_areas(
     """The areas of a layer, the weights of a raster, or both."""
     import pandas
 
-    from deadwood_algorithms.files.rasters import extent_in
     from deadwood_algorithms.files.vectors import read_vector
     from deadwood_algorithms.scene.items import rows_named
 
     if path is None:
         frame = pandas.DataFrame(index=[0])
         frame.attrs["where"] = str(weights)
-        on = ground.over(extent_in(str(weights), ground.crs))
-        return ReleaseAreas(frame, [None], radius_m, read_weights(str(weights), on, feedback), named=False)
+        drawn_by = read_weights(str(weights), ground, feedback, everywhere=True)
+        return ReleaseAreas(frame, [None], radius_m, drawn_by, named=False)
     frame = read_vector(
         path, geometry=("point", "polygon"), target_crs=ground.crs, crs=crs, what="releases", feedback=feedback
     )
@@ -114,11 +114,7 @@ def read_release_areas(
             f"{where_of(frame)}, {rows_named(slivers)}: an area of {shapely.area(shapes[slivers[0]]):.2g} m2 is no "
             "place for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it"
         )
-    drawn_by = None
-    if weights:
-        west, south, east, north = shapely.total_bounds(shapes)
-        around = ground.over((west - radius_m, south - radius_m, east + radius_m, north + radius_m))
-        drawn_by = read_weights(weights, around, feedback)
+    drawn_by = read_weights(weights, ground, feedback, everywhere=False) if weights else None
     return ReleaseAreas(frame, list(shapes), radius_m, drawn_by, named=True)
 
 

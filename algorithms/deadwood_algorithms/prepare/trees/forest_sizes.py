@@ -83,7 +83,7 @@ def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Fee
     from deadwood_algorithms.files.vectors import read_vector
 
     frame = read_vector(
-        path, geometry=("point",), target_crs=grounds[0].grid.crs, crs=crs, what="trees", feedback=feedback
+        path, geometry=("point",), target_crs=grounds[0].patches.dem.crs, crs=crs, what="trees", feedback=feedback
     )
     points = np.asarray(frame.geometry.array)
     x, y = shapely.get_x(points), shapely.get_y(points)

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
+from deadwood_algorithms.prepare.trees.patches import Patches
 from deadwood_algorithms.stats import draws
 
 # Random sequential packing of discs ends at a cover of 0.547; near it the planting takes for ever.
@@ -25,40 +25,49 @@ TURNS = 2000  # of drawing a place, before it is called impossible
 class Ground:
     """Where trees may stand: the DEM, within the polygons if there are any; ``area`` [m2]."""
 
-    grid: Grid
+    patches: Patches
     polygons: Any  # shapely Polygon or MultiPolygon, None: everywhere on the DEM
     bounds: tuple[float, float, float, float]
     area: float
 
     def holds(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        on = self.grid.contains(x, y)
+        on = self.patches.hold(x, y)
         return on if self.polygons is None else on & shapely.contains_xy(self.polygons, x, y)
 
 
-def ground_of(grid: Grid, stand: Any, exclude: Any) -> Ground:
+def ground_of(patches: Patches, stand: Any, exclude: Any) -> Ground:
     """Where trees may stand; its area counts the patches between four heights, and of polygons what lies on such."""
-    ny, nx = grid.shape
-    west, south = grid.x0, grid.y0
-    box = shapely.box(west, south, west + (nx - 1) * grid.cell, south + (ny - 1) * grid.cell)
-    z = np.isfinite(grid.values)
-    patch = z[:-1, :-1] & z[1:, :-1] & z[:-1, 1:] & z[1:, 1:]
+    dem = patches.dem
+    ny, nx = dem.shape
+    west, south = dem.x0, dem.y0
+    box = shapely.box(west, south, west + (nx - 1) * dem.cell, south + (ny - 1) * dem.cell)
     if stand is None and exclude is None:
-        return Ground(grid, None, box.bounds, float(patch.sum()) * grid.cell**2)
+        return Ground(patches, None, box.bounds, patches.count * dem.cell**2)
     shape = shapely.intersection(box, stand) if stand is not None else box
     shape = shapely.difference(shape, exclude) if exclude is not None else shape
     if not shape.area > 0:
         raise UserError("--stand and --exclude leave no place on the DEM for a tree; check the polygons and their CRS")
     shapely.prepare(shape)
-    columns = west + (np.arange(nx - 1) + 0.5) * grid.cell
-    total = on = 0
-    first, last = (int((each - south) / grid.cell) for each in (shape.bounds[1], shape.bounds[3]))
-    for row in range(max(first, 0), min(last + 1, ny - 1)):  # by rows: a large DEM needs no second one in memory
-        inside = shapely.contains_xy(shape, columns, south + (row + 0.5) * grid.cell)
-        total, on = total + int(inside.sum()), on + int((inside & patch[row]).sum())
-    area = shape.area * (on / total if total else 1.0)
+    area = shape.area * (1.0 if patches.whole else _share_on(patches, shape))
     if not area > 0:
         raise UserError("--stand lies wholly on nodata of the DEM; take another DEM or stand")
-    return Ground(grid, shape, shape.bounds, area)
+    return Ground(patches, shape, shape.bounds, area)
+
+
+def _share_on(patches: Patches, shape: Any) -> float:
+    """Of the patches whose middle lies in a polygon, the share that is there; 1 where there is none such."""
+    dem = patches.dem
+    (left, low), (right, high) = (
+        [max(int((each - first) / dem.cell), 0) for each, first in zip(corner, (dem.x0, dem.y0), strict=True)]
+        for corner in (shape.bounds[:2], shape.bounds[2:])
+    )
+    column = np.arange(left, min(right + 1, dem.shape[1] - 1))
+    total = on = 0
+    for row in range(low, min(high + 1, dem.shape[0] - 1)):
+        x, y = dem.x0 + (column + 0.5) * dem.cell, dem.y0 + (row + 0.5) * dem.cell
+        inside = column[shapely.contains_xy(shape, x, y)]
+        total, on = total + inside.size, on + int(patches.has(np.full(inside.shape, row), inside).sum())
+    return on / total if total else 1.0
 
 
 def plant(

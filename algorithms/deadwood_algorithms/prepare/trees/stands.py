@@ -15,6 +15,7 @@ from deadwood_algorithms.files.columns import number_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import factor, named, scaled
 from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.prepare.trees.patches import patches_over
 from deadwood_algorithms.prepare.trees.planting import Ground, ground_of
 from deadwood_algorithms.schemas import DBH_CM, TREE_M
 
@@ -105,16 +106,16 @@ def read_stands(
     from deadwood_algorithms.files.vectors import read_vector
 
     if path is None:
-        return [Stand(ground_of(dem.over(dem.bounds), None, exclude), {})]
+        return [Stand(ground_of(patches_over(dem, dem.bounds, feedback), None, exclude), {})]
     frame = read_vector(
         path, geometry=("polygon",), target_crs=dem.crs, crs=crs, what="stand polygons", feedback=feedback
     )
     shapes = shapely.force_2d(np.asarray(frame.geometry.array))
-    grid = dem.over(shapely.total_bounds(shapes))
+    patches = patches_over(dem, shapely.total_bounds(shapes), feedback)
     frame = with_usual_names(frame)
     told = [name for name in COLUMNS if name in frame]
     if not told:
-        return [Stand(ground_of(grid, shapely.union_all(shapes), exclude), {})]
+        return [Stand(ground_of(patches, shapely.union_all(shapes), exclude), {})]
     feedback.note(f"{where_of(frame)}: each of the {len(frame)} stands has its own {', '.join(told)}")
     numbers = {}
     for name in told:
@@ -126,7 +127,7 @@ def read_stands(
         shape = shapely.difference(shapes[row], later)
         later = shapely.union(later, shapes[row])
         try:
-            ground = ground_of(grid, shape, exclude)
+            ground = ground_of(patches, shape, exclude)
         except UserError:
             off += 1
             continue

@@ -13,7 +13,7 @@ from rasterio.transform import from_origin
 from shapely import MultiPolygon, Point, box
 
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.prepare.releases.places import cells_between
+from deadwood_algorithms.prepare.releases.weights import cells_between
 
 EAST, NORTH = 2_783_000.0, 1_190_000.0
 MIDDLE = Point(EAST + 100, NORTH + 80)

@@ -9,14 +9,16 @@ import shapely
 
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Quiet, UserError
+from deadwood_algorithms.prepare.trees.patches import patches_over
 from deadwood_algorithms.prepare.trees.planting import Ground, numbers_of_trees, plant, too_near
 
 SHAPE = shapely.box(0.0, 0.0, 60.0, 40.0)
 GRID = Grid(np.zeros((50, 70)), 1.0, -5.0, -5.0, pyproj.CRS.from_epsg(2056))
+PATCHES = patches_over(GRID, GRID.bounds, Quiet())
 
 
 def ground(shape: shapely.Polygon = SHAPE) -> Ground:
-    return Ground(GRID, shape, shape.bounds, shape.area)
+    return Ground(PATCHES, shape, shape.bounds, shape.area)
 
 
 @pytest.mark.parametrize("seed", range(3))

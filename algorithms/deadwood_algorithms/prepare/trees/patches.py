@@ -1,0 +1,84 @@
+"""Where a DEM has a surface: the patches between four heights, a bit each, of a DEM of any size.
+
+For `planting`, which asks for many places in turn, so that no block of heights could be kept or read again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deadwood_algorithms.files.dem_blocks import SIDE, by_block
+from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.params.tool import Cancelled, Feedback
+
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.dem_blocks import DemBlocks
+
+
+@dataclass(frozen=True)
+class Patches:
+    """Those of the part of a DEM that was looked at; elsewhere there is none.
+
+    blocks : by row and column among the squares of `SIDE` patches; packed along the rows, or True where all are there.
+        A square that is missing has none.
+    """
+
+    dem: Grid | DemBlocks
+    blocks: dict[tuple[int, int], np.ndarray | bool] = field(default_factory=dict)
+    count: int = 0
+
+    @property
+    def whole(self) -> bool:
+        """Whether no square that was looked at lacks a patch, so that none need be counted."""
+        return all(each is True for each in self.blocks.values())
+
+    def has(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+        """Which of these patches are there."""
+        there = np.zeros(row.shape, bool)
+        for key, these in by_block(row, column, SIDE):
+            block = self.blocks.get(key, False)
+            if isinstance(block, np.ndarray):
+                i, j = (column[these] % SIDE).astype(np.int64), (row[these] % SIDE).astype(np.int64)
+                there[these] = (block[j, i >> 3] >> (7 - (i & 7))) & 1
+            else:
+                there[these] = block
+        return there
+
+    def hold(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Which places [m] lie on a patch: where `Grid.contains` finds a height."""
+        ny, nx = self.dem.shape
+        u, v = (x - self.dem.x0) / self.dem.cell, (y - self.dem.y0) / self.dem.cell
+        inside = (u >= 0) & (u <= nx - 1) & (v >= 0) & (v <= ny - 1)
+        column, row = np.clip(np.floor(u), 0, nx - 2), np.clip(np.floor(v), 0, ny - 2)
+        return inside & self.has(row, column)
+
+
+def patches_over(dem: Grid | DemBlocks, bounds: Any, feedback: Feedback) -> Patches:
+    """Look once, square by square, through the part of the DEM that an extent [m] touches."""
+    west, south, east, north = (float(each) for each in bounds)
+    ny, nx = dem.shape[0] - 1, dem.shape[1] - 1  # patches
+    (left, right), (low, high) = (
+        (max(int((a - first) / dem.cell) // SIDE, 0), min(int((b - first) / dem.cell) // SIDE + 1, -(-count // SIDE)))
+        for a, b, first, count in ((west, east, dem.x0, nx), (south, north, dem.y0, ny))
+    )
+    squares = [(row, column) for row in range(low, high) for column in range(left, right)]
+    blocks: dict[tuple[int, int], np.ndarray | bool] = {}
+    found = 0
+    for done, (row, column) in enumerate(squares):
+        if feedback.cancelled():
+            raise Cancelled
+        part = Part(column * SIDE, row * SIDE, SIDE + 1, SIDE + 1).cut_to(dem.shape)  # patches end at the next one's
+        known = np.isfinite(dem.read(part).values)
+        patch = known[:-1, :-1] & known[1:, :-1] & known[:-1, 1:] & known[1:, 1:]
+        found += int(patch.sum())
+        if patch.all():
+            blocks[row, column] = True
+        elif patch.any():
+            blocks[row, column] = np.packbits(patch, axis=1)
+        else:
+            blocks[row, column] = False
+        feedback.progress(done + 1, len(squares), "reading the DEM")
+    return Patches(dem, blocks, found)
