@@ -1253,12 +1253,12 @@ def slide_logs(
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
-        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
-        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
-        brakes it. Needs scar_drag. Without it the ground is hard.
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
-        there; it adds to 1 for the soil that flows.
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -1542,12 +1542,12 @@ def run_sites(
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
-        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
-        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
-        brakes it. Needs scar_drag. Without it the ground is hard.
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
-        there; it adds to 1 for the soil that flows.
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -2798,12 +2798,12 @@ def calibrate_friction(
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
-        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
-        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
-        brakes it. Needs scar_drag. Without it the ground is hard.
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
-        there; it adds to 1 for the soil that flows.
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3030,12 +3030,12 @@ def compare_fidelity(
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
-        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
-        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
-        brakes it. Needs scar_drag. Without it the ground is hard.
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
-        there; it adds to 1 for the soil that flows.
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3264,12 +3264,12 @@ def vary(
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
-        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
-        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
-        brakes it. Needs scar_drag. Without it the ground is hard.
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
-        there; it adds to 1 for the soil that flows.
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3480,12 +3480,12 @@ def explore(
     friction_beta : 1/s, >= 0
         How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
-        With shape: strength of soft ground, into which the body digs. M_E of the scarring model of Lu et al.
-        (2019), 10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil
-        brakes it. Needs scar_drag. Without it the ground is hard.
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        With soil_strength_mn_m2: drag coefficient of the soil that compacts. C_s of the same model, 0.1 to 4
-        there; it adds to 1 for the soil that flows.
+        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
+        adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1

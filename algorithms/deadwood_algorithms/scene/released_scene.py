@@ -153,7 +153,7 @@ class _LayersAndLaws:
         help="Off the ground the slip decays as exp(-beta t).",
     )
     soil_strength_mn_m2: float | None = tool.number(
-        "With --shape: strength of soft ground, into which the body digs",
+        "Strength of soft ground, into which a point cloud digs",
         unit="MN/m2",
         default=None,
         minimum=0.0,
@@ -163,7 +163,7 @@ class _LayersAndLaws:
         "deeper a body digs in, the longer the soil brakes it. Needs --scar-drag. Without it the ground is hard.",
     )
     scar_drag: float | None = tool.number(
-        "With --soil-strength-mn-m2: drag coefficient of the soil that compacts",
+        "Drag coefficient of the soil that compacts, of soft ground",
         default=None,
         minimum=0.0,
         advanced=True,
