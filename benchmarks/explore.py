@@ -143,9 +143,9 @@ def measure(layers: dict[str, str]) -> dict[str, Any]:
         for _ in range(2):  # the first answer imports what later ones have
             click(x, y)
         for _ in range(CLICKS):
-            told, times = click(x + rng.uniform(-10.0, 10.0), y + rng.uniform(-10.0, 10.0))
+            answer, times = click(x + rng.uniform(-10.0, 10.0), y + rng.uniform(-10.0, 10.0))
             found["click"].append(times)
-            holder = told["holders"][0]["tree"]
+            holder = answer["holders"][0]["tree"]
             found["fell"].append(asker.ask(op="edit", fell=[holder])[1])
             asker.ask(op="edit")
         for k in range(CLICKS):  # a large terrain model's window is prepared again
@@ -174,20 +174,20 @@ def table(store: dict[str, Any]) -> str:
         for kind, words in WHAT.items():
             ms = (f"{each[kind][what]:.0f}" for what in ("first_ms", "all_ms", "cpu_ms"))
             lines.append(f"| {name} | {words} | {' | '.join(ms)} |")
-    told = [
+    notes = [
         f"Medians of {CLICKS}; {LOGS} logs at `draft`, the first picture of 30. Where a tree is felled, the first "
         "picture is the difference on the first 30."
     ]
     for name, each in store["scenes"].items():
         memory = each["memory_bytes"]
-        told.append(
+        notes.append(
             f"On {name} the page is there after {each['start_s']:.1f} s; the engine's process holds "
             f"{memory['engine'] / MB:.0f} MB, the server's {memory['server'] / MB:.0f} MB."
         )
     if load := store.get("load"):
-        told.append(f"The machine's load before it began was {load:.1f}.")
-    told.append(f"{where['machine']}; {where['versions']}; engine {where['engine']}; {where['date']}.")
-    return "\n" + "\n".join(lines) + "\n\n" + "\n".join(told) + "\n\n"
+        notes.append(f"The machine's load before it began was {load:.1f}.")
+    notes.append(f"{where['machine']}; {where['versions']}; engine {where['engine']}; {where['date']}.")
+    return "\n" + "\n".join(lines) + "\n\n" + "\n".join(notes) + "\n\n"
 
 
 def write_page(store: dict[str, Any]) -> None:

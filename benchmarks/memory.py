@@ -99,7 +99,7 @@ def page(store: dict[str, Any]) -> str:
             f"| {row['logs']} | {row['keep']} | {row['peak_bytes'] / MB:.0f} | {above:.0f} | {row['cpu_s']:.1f} | "
             f"{row['disk_bytes'] / MB:.1f} |"
         )
-    told = []
+    notes = []
     for keep, words in (("none", "Without trajectories"), ("all", "With the trajectories of all")):
         own = [row for row in rows if row["keep"] == keep]
         if max((row["logs"] for row in own), default=0) >= FAR:
@@ -113,9 +113,9 @@ def page(store: dict[str, Any]) -> str:
             if most < 1_000_000:
                 far = (at["peak_bytes"] + each * (1_000_000 - most)) / MB
                 line += f"; extrapolated, not measured, a million logs would take {far:.0f} MB"
-            told.append(line + ".")
-    told.append(f"{where['machine']}; {where['versions']}; engine {where['engine']}; {where['date']}.")
-    return "\n" + "\n".join(lines) + "\n\n" + "\n".join(told) + "\n\n"
+            notes.append(line + ".")
+    notes.append(f"{where['machine']}; {where['versions']}; engine {where['engine']}; {where['date']}.")
+    return "\n" + "\n".join(lines) + "\n\n" + "\n".join(notes) + "\n\n"
 
 
 def write_page(store: dict[str, Any]) -> None:

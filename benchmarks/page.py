@@ -323,8 +323,10 @@ def peer_table(results: Row) -> str:
 
 def page(results: Row) -> str:
     """The whole page."""
-    told = {name: results["scenes"][name] for name, _ in tables.in_order(results)}
-    titles = (f"*{n}*, {c['title']} (mu {c['friction']:g}, line at y {c['line_y']:g} m)" for n, c in told.items())
+    scenes_found = {name: results["scenes"][name] for name, _ in tables.in_order(results)}
+    titles = (
+        f"*{n}*, {c['title']} (mu {c['friction']:g}, line at y {c['line_y']:g} m)" for n, c in scenes_found.items()
+    )
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         choice=stale(results) + verdicts.choice(results),
         provenance=provenance(results),

@@ -73,7 +73,7 @@ def table(findings: list[dict[str, Any]]) -> str:
         other = cloud.get(each["id"])
         why = each["why"] + (f" *Cloud:* {other['why']}" if other else "")
         site, name = each["id"].split(".", 1)
-        told = (
+        cells = (
             f"**{site}** `{name}`: {each['statement']}",
             each["section"],
             each["paper"],
@@ -81,7 +81,7 @@ def table(findings: list[dict[str, Any]]) -> str:
             shown(other),
             why,
         )
-        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in told) + " |")
+        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |")
     return "\n".join(lines)
 
 
@@ -120,20 +120,20 @@ def moves(findings: list[dict[str, Any]]) -> str:
         for part in others:
             if part["verdict"] != base["verdict"]:
                 turned.setdefault(part["verdict"], []).append(part["what"])
-        told = (
+        text = (
             "; ".join(f"{verdict} with {', '.join(parts)}" for verdict, parts in turned.items()) or "with none of them"
         )
-        lines.append(f"- `{each['id']}` ({base['verdict']}): {told}")
+        lines.append(f"- `{each['id']}` ({base['verdict']}): {text}")
     return "\n".join(lines)
 
 
 def counted(findings: list[dict[str, Any]]) -> str:
     of = [each["verdict"] for each in cones(findings)]
-    told = ", ".join(f"{of.count(verdict)} {words}" for verdict, words in (
+    text = ", ".join(f"{of.count(verdict)} {words}" for verdict, words in (
         ("holds", "hold"), ("does not hold", "do not hold"), ("not decided", "are not decided"),
         ("cannot be judged here", "cannot be judged here"),
     ))  # fmt: skip
-    return f"Of {len(of)} findings {told}."
+    return f"Of {len(of)} findings {text}."
 
 
 def main() -> None:
@@ -156,7 +156,7 @@ def main() -> None:
             small.save(target, quality=82)
             pictures.append(f"![{title}](figures/{target.name})\n\n*{title[0].upper()}{title[1:]}*\n")
     where = study.provenance()
-    told = (
+    text = (
         f"Made by `deadwood-tool reproduce-paper --logs {asked['logs']} --seed {asked['seed']} --fidelity "
         f"{asked['fidelity']} --deciding-logs {asked['deciding_logs']}` and `python -m benchmarks.paper_page`; toolbox "
         f"{made['version']}, engine {where['engine']}; {where['machine']}; {where['versions']}; {where['date']}."
@@ -166,7 +166,7 @@ def main() -> None:
     if sites:
         parts += [MOVES, moves(findings), PANEL.format(logs=asked["logs"] // 10)]
         parts += [panel(findings, site) for site in sites]
-    parts += ["\n".join(pictures), told]
+    parts += ["\n".join(pictures), text]
     page = "\n\n".join(part.strip() for part in parts) + "\n"
     PAGE.write_text(engines.noted(page), encoding="utf-8")
     print(f"wrote {PAGE.name}: {counted(findings)}")

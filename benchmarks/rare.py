@@ -253,10 +253,10 @@ def figures(known: dict[str, Any]) -> str:
         kept = known.get(f"{number} logs, {change:g}", [])
         if len(kept) < 2:
             continue
-        told = "{:.2g} ({:.2g} to {:.2g})".format if len(kept) >= LEAST_TOLD else "too few".format
+        shown = "{:.2g} ({:.2g} to {:.2g})".format if len(kept) >= LEAST_TOLD else "too few".format
         values = products(kept)[:, -1]
         taken, needed = (f"{np.mean([one[c] for one in kept]) / steps:.0f}" for c in ("steps", "needed"))
-        gains = [told(*gain_of(known, kept, -1, cost)) for cost in ("steps", "needed")]
+        gains = [shown(*gain_of(known, kept, -1, cost)) for cost in ("steps", "needed")]
         alike = ", ".join(f"{kinship(kept, level):.2f}" for level in MANY_FAMILIES)
         error = values.std(ddof=1) / math.sqrt(len(values))
         lines.append(

@@ -191,8 +191,10 @@ def provenance(results: dict[str, Any], beside: dict[str, Any]) -> str:
     lines = []
     of = [results["entries"][scene][fidelity]["source"] for scene in SCENES for fidelity in FIDELITIES]
     for what, sources in (("cost of a log", of), ("cost of a run", [beside["source"]])):
-        for told in sorted({tuple(each[key] for key in ("machine", "versions", "engine", "date")) for each in sources}):
-            machine, versions, engine, date = told
+        for source_facts in sorted(
+            {tuple(each[key] for key in ("machine", "versions", "engine", "date")) for each in sources}
+        ):
+            machine, versions, engine, date = source_facts
             lines.append(f"- {what}: {machine}; {versions}; engine {engine}; {date}")
     return "\n".join(["Measured, and written by `python -m benchmarks.region_page`:", "", *lines])
 
@@ -227,8 +229,8 @@ AFTERWARDS = """## What the tables hold, and what they do not
 def main() -> None:
     if "--measure" in sys.argv[1:]:
         MEASURED.write_text(json.dumps(measure(), indent=1, sort_keys=True) + "\n", encoding="utf-8")
-    told = page(study.read_results(), json.loads(MEASURED.read_text(encoding="utf-8")))
-    PAGE.write_text(engines.noted(told), encoding="utf-8")
+    text = page(study.read_results(), json.loads(MEASURED.read_text(encoding="utf-8")))
+    PAGE.write_text(engines.noted(text), encoding="utf-8")
     print(f"wrote {PAGE.name}")
 
 

@@ -127,10 +127,10 @@ def ask(checkout: Path, most: int | None = None) -> dict[str, dict[str, str]]:
         [sys.executable, "-c", code], cwd=HERE.parent, env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE,
         text=True, check=True,
     )  # fmt: skip
-    told = json.loads(done.stdout)
-    if Path(told["engine"]).resolve() != (checkout / "engine/deadwood_engine").resolve():
-        raise SystemExit(f"asked for the engine of {checkout}, got that of {told['engine']}")
-    return told["fingerprints"]
+    answer = json.loads(done.stdout)
+    if Path(answer["engine"]).resolve() != (checkout / "engine/deadwood_engine").resolve():
+        raise SystemExit(f"asked for the engine of {checkout}, got that of {answer['engine']}")
+    return answer["fingerprints"]
 
 
 def tell(most: int | None = None) -> None:

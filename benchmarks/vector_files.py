@@ -173,8 +173,8 @@ def main() -> None:
     from . import study
 
     versions = f"pyogrio {pyogrio.__version__}, fiona {fiona.__version__}"
-    told = f"{versions}, GeoPackage, medians of {ROUNDS} runs in turn; {study.provenance()['machine']}."
-    table = f"\n{measured()}\n{told}\n\n"
+    text = f"{versions}, GeoPackage, medians of {ROUNDS} runs in turn; {study.provenance()['machine']}."
+    table = f"\n{measured()}\n{text}\n\n"
     page = PAGE.read_text(encoding="utf-8")
     PAGE.write_text(MARKS.sub(lambda found: found[1] + table + found[2], page), encoding="utf-8")
     print(table)

@@ -118,10 +118,10 @@ def choice(results: Row) -> str:
         moved, least = (KNOWN * abs(yard[0]), KNOWN * (abs(yard[0]) - tables.Z_95 * yard[1])) if yard else (0.0, 0.0)
         uses = "Look around, vary and calibrate" if least > _within(draft) else "Look around, and no more,"
         more = _more(least, _within(draft))
-        told = f"Friction known to ±{KNOWN:g} leaves ±{100 * moved:.1f} points, which is {more}." if yard else ""
+        words = f"Friction known to ±{KNOWN:g} leaves ±{100 * moved:.1f} points, which is {more}." if yard else ""
         found.append(
             f"**{uses} with `draft`**: {gain:.1f} times as fast, in the mean off by {tables.with_interval(draft)} "
-            f"points, at most by {tables.worst_of(draft)}. {told}".rstrip()
+            f"points, at most by {tables.worst_of(draft)}. {words}".rstrip()
         )
     deep = {
         name: [e["penetration_m"]["max"] for s, f, e in tables.fidelities_of(results) if f == name] for name in FINER
@@ -141,10 +141,10 @@ def choice(results: Row) -> str:
             f"**Cells of the terrain model** instead of {CELL:g} m move reach by {sizes} (points, mean): "
             f"{_more(largest, draft['worst']['delta'])} than `draft` does where it is worst."
         )
-    if told := _of_factor(results, "rolling"):
-        found.append(f"**Friction of rolling**, measured by nobody, moves it by {told} against {ROLLING:g}: vary it.")
-    if told := _of_factor(results, "tree restitution"):
-        found.append(f"**Stems that rebound** move it by {told} against none, in forests.")
+    if words := _of_factor(results, "rolling"):
+        found.append(f"**Friction of rolling**, measured by nobody, moves it by {words} against {ROLLING:g}: vary it.")
+    if words := _of_factor(results, "tree restitution"):
+        found.append(f"**Stems that rebound** move it by {words} against none, in forests.")
     if rows := tables.of_group(results, "posture"):
         name, most = max(rows, key=lambda row: abs(row[1]["delta"]))
         found.append(

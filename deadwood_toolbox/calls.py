@@ -53,7 +53,7 @@ def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
     tool = find(name)
     assert tool is not None
     values = dict(given)
-    told = _Told(values.pop("feedback"), shown=values.pop("progress"))
+    feedback = _Told(values.pop("feedback"), shown=values.pop("progress"))
     parameters = {each.name: each for each in tool.parameters()}
     outputs = {each: values[each] for each in parameters if parameters[each].is_output}
     temporary = TemporaryFolder() if parameters.get("output") and values["output"] is None else None
@@ -72,15 +72,15 @@ def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
             ask = tool.ask_from({**typed, **{each: str(place) for each, place in places.items() if place}})
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of libraries, as on the command line
-                outcome = tool(ask, told)
+                outcome = tool(ask, feedback)
     finally:
-        told.pass_on()
+        feedback.pass_on()
     kept = {name: place for name, place in places.items() if place is not None}
     kept = {**{name: Path(place) for name, place in outcome.outputs.items()}, **kept}
     folder = _folder_of_result(parameters, kept)
     text = "\n".join(outcome.lines)
     held = (temporary, *(each for value in values.values() for each in _results_in(value)))
-    return kind(tool.name, kept, folder, outcome.facts, text, tuple(told.notes), tuple(told.warnings), held)
+    return kind(tool.name, kept, folder, outcome.facts, text, tuple(feedback.notes), tuple(feedback.warnings), held)
 
 
 def _place(

@@ -254,8 +254,8 @@ def _list(tools: Sequence[Tool | Declared], *, presets: bool, as_json: bool) -> 
         from deadwood_algorithms.tools.list_presets import preset_lines, preset_rows
 
         rows = preset_rows()
-        told = {"version": VERSION, "presets": [asdict(each) for each in rows]}
-        return json.dumps(told, indent=2) if as_json else "\n".join(preset_lines(rows))
+        record = {"version": VERSION, "presets": [asdict(each) for each in rows]}
+        return json.dumps(record, indent=2) if as_json else "\n".join(preset_lines(rows))
     if as_json:
         keys = ("name", "label", "group", "qgis_id", "summary")
         listed = [{key: getattr(tool, key) for key in keys} for tool in tools]
@@ -273,8 +273,8 @@ def _describe(tools: Sequence[Tool], shelf: click.Group, *, tool: str | None, as
         return json.dumps(schema, indent=2)
     if as_json:
         one = parameters.describe(known[tool]) if tool is not None else None
-        told = one or {"version": VERSION, "tools": [parameters.describe(each) for each in tools]}
-        return json.dumps(plain(told), indent=2)
+        record = one or {"version": VERSION, "tools": [parameters.describe(each) for each in tools]}
+        return json.dumps(plain(record), indent=2)
     context = click.Context(shelf, info_name="deadwood-tool")
     names = [tool] if tool is not None else list(known)
     helps = (shelf.commands[name].get_help(click.Context(shelf.commands[name], context, name)) for name in names)

@@ -85,14 +85,14 @@ def declarations() -> dict[str, Any]:
 def contacts() -> dict[str, str]:
     """What the package says of its authors' address and its places on the web, as lines of ``metadata.txt``."""
     try:
-        told: Any = metadata.metadata(DISTRIBUTION)
+        fields: Any = metadata.metadata(DISTRIBUTION)
     except metadata.PackageNotFoundError:  # run from a checkout that is not installed
         return {}
     urls = {}
-    for each in told.get_all("Project-URL") or []:
+    for each in fields.get_all("Project-URL") or []:
         label, _, url = each.partition(", ")
         urls[label.lower()] = url
-    address = parseaddr((told.get_all("Author-email") or [""])[0])[1]
+    address = parseaddr((fields.get_all("Author-email") or [""])[0])[1]
     found = {"email": address, **{line: urls.get(name, "") for line, name in URLS.items()}}
     return {line: value for line, value in found.items() if value}
 

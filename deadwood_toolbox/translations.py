@@ -68,15 +68,15 @@ def declared_texts() -> Iterator[tuple[str, str]]:
     for tool in TOOLS:
         if not tool.in_qgis:
             continue
-        told = parameters.describe(tool)
+        description = parameters.describe(tool)
         for name in ("group", "label", "summary"):
-            yield told[name], f"{tool.name}: {name}"
-        for parameter in told["parameters"]:
+            yield description[name], f"{tool.name}: {name}"
+        for parameter in description["parameters"]:
             for name in ("label", "help", "unit"):
                 yield parameter[name], f"{tool.name} {parameter['flag']}: {name}"
             for part in parameter["parts"]:
                 yield title(part), "title of a layer or file"
-        for piece in pieces(told["description"]):
+        for piece in pieces(description["description"]):
             if not piece.startswith("    "):
                 yield piece, f"{tool.name}: description"
 

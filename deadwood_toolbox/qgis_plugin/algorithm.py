@@ -22,25 +22,25 @@ from .overlap import check_places
 
 
 class ToolAlgorithm(QgsProcessingAlgorithm):
-    def __init__(self, told: dict[str, Any]) -> None:
+    def __init__(self, tool: dict[str, Any]) -> None:
         super().__init__()
-        self.told = told
+        self.tool = tool
         self.inputs: Inputs | None = None
 
     def createInstance(self) -> QgsProcessingAlgorithm:
-        return ToolAlgorithm(self.told)
+        return ToolAlgorithm(self.tool)
 
     def name(self) -> str:
-        return self.told["qgis_id"].partition(":")[2]
+        return self.tool["qgis_id"].partition(":")[2]
 
     def displayName(self) -> str:
-        return self.told["label"]
+        return self.tool["label"]
 
     def group(self) -> str:
-        return self.told["group"]
+        return self.tool["group"]
 
     def groupId(self) -> str:
-        return self.told["group_id"]
+        return self.tool["group_id"]
 
     def icon(self) -> QIcon:
         return QIcon(self.svgIconPath())
@@ -49,40 +49,40 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         return str(HERE / "icons" / f"{self.groupId()}.svg")
 
     def tags(self) -> list[str]:
-        return [*self.told["name"].split("-"), "deadwood", "log", "windthrow", "natural hazard", "protection forest"]
+        return [*self.tool["name"].split("-"), "deadwood", "log", "windthrow", "natural hazard", "protection forest"]
 
     def shortDescription(self) -> str:
-        return self.told["summary"]
+        return self.tool["summary"]
 
     def shortHelpString(self) -> str:
         """The panel beside the dialog: the tool's description, and the help of each parameter.
 
         Without the commands, which are wider than the panel; they are on the page behind the Help button.
         """
-        paragraphs = [each for each in help_text.paragraphs(self.told) if not each.startswith("<pre>")]
+        paragraphs = [each for each in help_text.paragraphs(self.tool) if not each.startswith("<pre>")]
         rows = [
-            f"<b>{html.escape(each['label'])}</b>: {html.escape(help_text.labelled(help_of(each), self.told))}"
-            for each in self.told["parameters"]
-            if help_of(each) and not is_hidden(each, self.told)
+            f"<b>{html.escape(each['label'])}</b>: {html.escape(help_text.labelled(help_of(each), self.tool))}"
+            for each in self.tool["parameters"]
+            if help_of(each) and not is_hidden(each, self.tool)
         ]
-        command = _("On the command line: {command}").format(command=f"deadwood-tool {self.told['name']} --help")
+        command = _("On the command line: {command}").format(command=f"deadwood-tool {self.tool['name']} --help")
         return "".join(f"<p>{each}</p>" for each in [*paragraphs, *rows, command])
 
     def helpUrl(self) -> str:
-        return help_pages.page_of(self.told)
+        return help_pages.page_of(self.tool)
 
     def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
-        for definition in definitions(self.told):
+        for definition in definitions(self.tool):
             self.addParameter(definition)
         known = {each.name() for each in self.outputDefinitions()}
-        for output in part_outputs(self.told):
+        for output in part_outputs(self.tool):
             if output.name() not in known:
                 self.addOutput(output)
 
     def checkParameterValues(self, parameters: dict[str, Any], context: QgsProcessingContext) -> tuple[bool, str]:
         """Only what is missing: a wrong value is refused by the tool, in the words of the command line."""
-        labels = {each["name"]: each["label"] for each in self.told["parameters"]}
-        for declared in self.told["parameters"]:
+        labels = {each["name"]: each["label"] for each in self.tool["parameters"]}
+        for declared in self.tool["parameters"]:
             name, other = declared["name"].upper(), declared["unless"]
             given = [parameters.get(each) for each in (name, name + LAYER, other.upper())]
             if not (declared["required"] or other) or any(value not in (None, "") for value in given):
@@ -101,7 +101,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         """In QGIS's own thread, where its layers live: see to it that everything the tool shall read is in files."""
         child.command()  # says at once how to install what is missing
         self.inputs = Inputs(self, parameters, context, feedback)
-        self.inputs.collect(self.told["parameters"])
+        self.inputs.collect(self.tool["parameters"])
         check_places(self.inputs, context, feedback)
         return True
 
@@ -111,8 +111,8 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         inputs: Inputs = self.inputs  # type: ignore[assignment]  # made by prepareAlgorithm, without which none runs
         try:
             inputs.write_copies(feedback)
-            arguments = [self.told["name"], *inputs.arguments]
-            said = child.run(arguments, feedback, lambda line: help_text.labelled(line, self.told))
+            arguments = [self.tool["name"], *inputs.arguments]
+            said = child.run(arguments, feedback, lambda line: help_text.labelled(line, self.tool))
         except QgsProcessingException as error:
             if feedback.isCanceled():
                 raise QgsProcessingException(inputs.after_cancel()) from None
@@ -121,7 +121,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         for path, details in inputs.to_load.items():
             if path not in context.layersToLoadOnCompletion():
                 context.addLayerToLoadOnCompletion(path, details)
-        found = results.Results(self.told, inputs.outputs, said.outputs)
+        found = results.Results(self.tool, inputs.outputs, said.outputs)
         opens = self.parameterAsBoolean(parameters, OPEN, context) if self.parameterDefinition(OPEN) else False
         found.load(context, opens)
         parts = {help_text.part_name(part).upper(): place for part, place in found.parts()}

@@ -53,13 +53,13 @@ OPEN = "OPEN_RESULTS"
 LAYER = "_LAYER"  # ends the second parameter of a number that may be a layer
 
 
-def definitions(told: dict[str, Any]) -> Iterator[QgsProcessingParameterDefinition]:
+def definitions(tool: dict[str, Any]) -> Iterator[QgsProcessingParameterDefinition]:
     """The parameters of one tool, in the order of its declaration; the outputs last, as QGIS shows them."""
-    wanted = [each for each in told["parameters"] if not is_hidden(each, told)]
+    wanted = [each for each in tool["parameters"] if not is_hidden(each, tool)]
     for declared in sorted(wanted, key=lambda each: each["direction"] == "output"):
         made = _definition(declared)
         for each in made:
-            each.setHelp(labelled(help_of(declared), told))
+            each.setHelp(labelled(help_of(declared), tool))
             if declared["advanced"]:
                 each.setFlags(each.flags() | QgsProcessingParameterDefinition.Flag.FlagAdvanced)
             yield each
@@ -69,15 +69,15 @@ def definitions(told: dict[str, Any]) -> Iterator[QgsProcessingParameterDefiniti
             yield opened
 
 
-def is_hidden(declared: dict[str, Any], told: dict[str, Any]) -> bool:
+def is_hidden(declared: dict[str, Any], tool: dict[str, Any]) -> bool:
     """Whether QGIS asks for it itself: before it replaces a file, but not before it replaces a folder."""
-    folders = (p["widget"] == "output_folder" and p["required"] for p in told["parameters"])
+    folders = (p["widget"] == "output_folder" and p["required"] for p in tool["parameters"])
     return declared["name"] == "overwrite" and not any(folders)
 
 
-def part_outputs(told: dict[str, Any]) -> Iterator[QgsProcessingOutputDefinition]:
+def part_outputs(tool: dict[str, Any]) -> Iterator[QgsProcessingOutputDefinition]:
     """What models chain on beside the output itself: the layers and rasters in a folder, the layers of a file."""
-    for declared in told["parameters"]:
+    for declared in tool["parameters"]:
         for part in declared["parts"]:
             name, label = part_name(part).upper(), title_of(part)
             if "|layername=" in part:
@@ -201,28 +201,28 @@ def _destination(make: Callable[..., QgsProcessingParameterDefinition], **facts:
 
 
 WIDGETS: dict[str, Widget] = {
-    "raster": lambda told, name, label, optional: QgsProcessingParameterRasterLayer(name, label, optional=optional),
+    "raster": lambda tool, name, label, optional: QgsProcessingParameterRasterLayer(name, label, optional=optional),
     "vector": _vector,
-    "table": lambda told, name, label, optional: QgsProcessingParameterFeatureSource(
+    "table": lambda tool, name, label, optional: QgsProcessingParameterFeatureSource(
         name, label, types=[Source.TypeVector], optional=optional
     ),
     "folder": _folder,
-    "file": lambda told, name, label, optional: QgsProcessingParameterFile(name, label, optional=optional),
+    "file": lambda tool, name, label, optional: QgsProcessingParameterFile(name, label, optional=optional),
     "number_or_layer": _number_or_layer,
     "number": _number,
     "integer": _number,
     "numbers": _numbers,
     "choice": _choice,
-    "flag": lambda told, name, label, optional: QgsProcessingParameterBoolean(
-        name, label, defaultValue=bool(told["default"])
+    "flag": lambda tool, name, label, optional: QgsProcessingParameterBoolean(
+        name, label, defaultValue=bool(tool["default"])
     ),
     "text": _text,
     "folders": _results,
     "results": _results,
-    "field": lambda told, name, label, optional: QgsProcessingParameterField(
-        name, label, None, told["parent"].upper(), optional=optional
+    "field": lambda tool, name, label, optional: QgsProcessingParameterField(
+        name, label, None, tool["parent"].upper(), optional=optional
     ),
-    "crs": lambda told, name, label, optional: QgsProcessingParameterCrs(name, label, optional=optional),
+    "crs": lambda tool, name, label, optional: QgsProcessingParameterCrs(name, label, optional=optional),
     "output_raster": _destination(QgsProcessingParameterRasterDestination),
     "output_vector": _destination(QgsProcessingParameterVectorDestination),
     "output_table": _destination(QgsProcessingParameterFileDestination, fileFilter=_("CSV files (*.csv)")),

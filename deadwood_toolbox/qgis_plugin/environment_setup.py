@@ -191,12 +191,12 @@ class Setup(QObject):
         at = self.percent + TICK_SHARE * (VERIFYING - self.percent)
         self._move(at, _("Unpacking the libraries, one to two minutes …"))
 
-    def _event(self, told: dict[str, Any]) -> None:
+    def _event(self, event: dict[str, Any]) -> None:
         """What the tool itself says, of the compilation."""
-        if told["event"] == "progress" and told["total"]:
-            self._move(COMPILING + round((100 - COMPILING) * told["done"] / told["total"]), told["what"])
-        elif "message" in told:
-            self.said.emit(told["message"])
+        if event["event"] == "progress" and event["total"]:
+            self._move(COMPILING + round((100 - COMPILING) * event["done"] / event["total"]), event["what"])
+        elif "message" in event:
+            self.said.emit(event["message"])
 
     def _move(self, percent: float, what: str) -> None:
         self.percent = percent

@@ -37,13 +37,13 @@ class Frame:
         first = LENGTH_BYTES + int.from_bytes(block[:LENGTH_BYTES], "little")
         facts = json.loads(block[LENGTH_BYTES:first])
         arrays, shapes = {}, {}
-        for told in facts.pop("arrays"):
-            made, shape = array(KINDS[told["dtype"]]), tuple(told["shape"])
-            size = int(told["dtype"][2:])
+        for declared in facts.pop("arrays"):
+            made, shape = array(KINDS[declared["dtype"]]), tuple(declared["shape"])
+            size = int(declared["dtype"][2:])
             for each in shape:
                 size *= each
             made.frombytes(block[first : first + size])
-            arrays[told["name"]], shapes[told["name"]] = made, shape
+            arrays[declared["name"]], shapes[declared["name"]] = made, shape
             first += size + -size % ALIGNED
         return Frame(facts, arrays, shapes)
 

@@ -129,10 +129,12 @@ class Form(QScrollArea):
         return box
 
     def _number(self, name: str, friction: float) -> QDoubleSpinBox:
-        told = self.declared[name]
-        unit = f" {told['unit']}" if told["unit"] else ""
-        start = friction if told["default"] is None else told["default"]
-        return _spin(told["minimum"] or 0.0, told["maximum"] or 100.0, start, 2 if name == "friction" else 1, unit)
+        declared = self.declared[name]
+        unit = f" {declared['unit']}" if declared["unit"] else ""
+        start = friction if declared["default"] is None else declared["default"]
+        return _spin(
+            declared["minimum"] or 0.0, declared["maximum"] or 100.0, start, 2 if name == "friction" else 1, unit
+        )
 
     def _choice(self, group: str, start: str) -> QComboBox:
         box = QComboBox()

@@ -17,12 +17,12 @@ NEAR_M = 0.5  # two versions of PROJ may place a tree so far apart
 class Scene:
     """What the engine told of its scene, in the CRS of the terrain model."""
 
-    def __init__(self, told: Frame, crs: QgsCoordinateReferenceSystem) -> None:
-        self.crs, self.facts = crs, told.facts
-        self.west, self.south = told.facts["origin"]
-        self.height = told.facts["extent"][3]
-        self.trees = told.arrays["trees_x"], told.arrays["trees_y"]
-        self.names = {each["line_id"]: str(each["name"] or each["line_id"]) for each in told.facts["lines"]}
+    def __init__(self, frame: Frame, crs: QgsCoordinateReferenceSystem) -> None:
+        self.crs, self.facts = crs, frame.facts
+        self.west, self.south = frame.facts["origin"]
+        self.height = frame.facts["extent"][3]
+        self.trees = frame.arrays["trees_x"], frame.arrays["trees_y"]
+        self.names = {each["line_id"]: str(each["name"] or each["line_id"]) for each in frame.facts["lines"]}
         self._squares: dict[tuple[int, int], list[int]] | None = None
 
     def local(self, point: QgsPointXY, crs: QgsCoordinateReferenceSystem) -> tuple[float, float]:

@@ -73,9 +73,9 @@ class Rows(QWidget):
     def values(self) -> list[Any]:
         return [self.places.item(k).data(Qt.ItemDataRole.UserRole) for k in range(self.places.count())]
 
-    def set_places(self, told: Any) -> None:
+    def set_places(self, value: Any) -> None:
         self.places.clear()
-        for each in each_place(told):
+        for each in each_place(value):
             self.add(each)
 
     def add(self, place: str) -> None:

@@ -40,23 +40,23 @@ code { font-size: 0.9em; }
 """
 
 
-def page_of(told: dict[str, Any]) -> str:
+def page_of(tool: dict[str, Any]) -> str:
     """The address of a tool's page, which is written where it is not yet."""
-    path = Path(QgsProcessingUtils.tempFolder()) / "deadwood_help" / f"{told['name']}.html"
+    path = Path(QgsProcessingUtils.tempFolder()) / "deadwood_help" / f"{tool['name']}.html"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(page(told), encoding="utf-8")
+        path.write_text(page(tool), encoding="utf-8")
     return QUrl.fromLocalFile(str(path)).toString()
 
 
-def page(told: dict[str, Any]) -> str:
-    name = html.escape(told["label"])
-    text = "".join(f"<p>{each}</p>" if not each.startswith("<pre>") else each for each in paragraphs(told))
-    command = _("On the command line: {command}").format(command=f"<code>deadwood-tool {told['name']} --help</code>")
+def page(tool: dict[str, Any]) -> str:
+    name = html.escape(tool["label"])
+    text = "".join(f"<p>{each}</p>" if not each.startswith("<pre>") else each for each in paragraphs(tool))
+    command = _("On the command line: {command}").format(command=f"<code>deadwood-tool {tool['name']} --help</code>")
     return (
         f'<!DOCTYPE html><html><head><meta charset="utf-8"><title>{name}</title><style>{STYLE}</style></head><body>'
-        f'<h1>{name}</h1><p class="summary">{html.escape(told["summary"])}</p>{_picture(told["name"])}{text}'
-        f"{_table(told)}<p>{command}</p></body></html>\n"
+        f'<h1>{name}</h1><p class="summary">{html.escape(tool["summary"])}</p>{_picture(tool["name"])}{text}'
+        f"{_table(tool)}<p>{command}</p></body></html>\n"
     )
 
 
@@ -65,10 +65,10 @@ def _picture(tool: str) -> str:
     return f'<p><img src="{QUrl.fromLocalFile(str(path)).toString()}" alt=""></p>' if path.is_file() else ""
 
 
-def _table(told: dict[str, Any]) -> str:
+def _table(tool: dict[str, Any]) -> str:
     rows = []
-    for each in told["parameters"]:
-        if is_hidden(each, told):
+    for each in tool["parameters"]:
+        if is_hidden(each, tool):
             continue
         label = each["label"] + (f" [{each['unit']}]" if each["unit"] else "")
         default = each["default"] if each["default"] not in (None, False, ()) else ""
@@ -76,7 +76,7 @@ def _table(told: dict[str, Any]) -> str:
         cells = (
             html.escape(label),
             f"<code>{each['name'].upper()}</code>",
-            html.escape(labelled(help_of(each), told)),
+            html.escape(labelled(help_of(each), tool)),
             html.escape(said),
         )
         rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")

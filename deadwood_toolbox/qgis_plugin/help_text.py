@@ -27,16 +27,16 @@ def title(part: str) -> str:
     return part_name(part).replace("_", " ").capitalize()
 
 
-def labelled(message: str, told: dict[str, Any]) -> str:
+def labelled(message: str, tool: dict[str, Any]) -> str:
     """A line of the tool in the dialog's words: labels in place of flags, but not in a command that it proposes."""
     said, command, rest = message.partition("deadwood-tool ")
-    names = {each["flag"]: f"'{each['label']}'" for each in told["parameters"]}
+    names = {each["flag"]: f"'{each['label']}'" for each in tool["parameters"]}
     return FLAG.sub(lambda found: names.get(found[0], found[0]), said) + command + rest
 
 
-def paragraphs(told: dict[str, Any]) -> list[str]:
+def paragraphs(tool: dict[str, Any]) -> list[str]:
     """One piece of HTML for each paragraph; a flag of the command line gets the name that the dialog has for it."""
-    return [_paragraph(part, _names(told)) for part in pieces(told["description"])]
+    return [_paragraph(part, _names(tool)) for part in pieces(tool["description"])]
 
 
 def _paragraph(text: str, names: dict[str, str]) -> str:
@@ -47,5 +47,5 @@ def _paragraph(text: str, names: dict[str, str]) -> str:
     return re.sub(r"\n- ", "<br>- ", text)
 
 
-def _names(told: dict[str, Any]) -> dict[str, str]:
-    return {each["flag"]: f"<i>{html.escape(each['label'], quote=False)}</i>" for each in told["parameters"]}
+def _names(tool: dict[str, Any]) -> dict[str, str]:
+    return {each["flag"]: f"<i>{html.escape(each['label'], quote=False)}</i>" for each in tool["parameters"]}

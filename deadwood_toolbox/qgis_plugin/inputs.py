@@ -68,12 +68,12 @@ class Inputs:
         self.to_load: dict[str, QgsProcessingContext.LayerDetails] = {}  # by path, the files that the user wants opened
 
     def collect(self, declared: list[dict[str, Any]]) -> None:
-        told = {"parameters": declared}
+        message = {"parameters": declared}
         for each in declared:
             for old in each["old_names"]:  # of a model or script made for the version before
                 if old.upper() in self.parameters:
                     self.parameters.setdefault(each["name"].upper(), self.parameters[old.upper()])
-            if is_hidden(each, told):
+            if is_hidden(each, message):
                 self.arguments.append("--overwrite")  # QGIS has asked already
             else:
                 self._add(each)
@@ -267,11 +267,11 @@ class Inputs:
         return path
 
 
-def each_place(told: Any) -> list[str]:
+def each_place(value: Any) -> list[str]:
     """The parts of a text with commas, or of a list, also of lists, as models make them."""
-    if isinstance(told, (list, tuple)):
-        return [place for each in told for place in each_place(each)]
-    return [each.strip() for each in ("" if told is None else str(told)).split(",") if each.strip()]
+    if isinstance(value, (list, tuple)):
+        return [place for each in value for place in each_place(each)]
+    return [each.strip() for each in ("" if value is None else str(value)).split(",") if each.strip()]
 
 
 def _file_of(layer: QgsVectorLayer) -> str:

@@ -41,16 +41,16 @@ def group_label(name: str) -> str:
     return f"{list(shown).index(name) + 1} · {shown[name]}"
 
 
-def translated(told: dict[str, Any]) -> dict[str, Any]:
+def translated(tool: dict[str, Any]) -> dict[str, Any]:
     """A tool's declaration with all that a reader sees in QGIS's language."""
     parameters = [
-        {**each, **{name: _(each[name]) for name in ("label", "help", "unit")}} for each in told["parameters"]
+        {**each, **{name: _(each[name]) for name in ("label", "help", "unit")}} for each in tool["parameters"]
     ]
     return {
-        **told,
-        **{name: _(told[name]) for name in ("label", "summary")},
-        "group": group_label(told["group"]),
-        "group_id": told["group"].lower(),
-        "description": "\n\n".join(_(each) for each in pieces(told["description"])),
+        **tool,
+        **{name: _(tool[name]) for name in ("label", "summary")},
+        "group": group_label(tool["group"]),
+        "group_id": tool["group"].lower(),
+        "description": "\n\n".join(_(each) for each in pieces(tool["description"])),
         "parameters": parameters,
     }

@@ -65,9 +65,9 @@ class Provider(QgsProcessingProvider):
         return "tif"
 
     def loadAlgorithms(self) -> None:
-        for told in self.manifest["tools"]:
-            if told["qgis_id"]:
-                self.addAlgorithm(ToolAlgorithm(translated(told)))
+        for tool in self.manifest["tools"]:
+            if tool["qgis_id"]:
+                self.addAlgorithm(ToolAlgorithm(translated(tool)))
         self.addAlgorithm(StartHere())
         self.addAlgorithm(CheckInstallation())
         if QgsApplication.processingRegistry().providerById(self.id()) is not None:

@@ -44,12 +44,12 @@ RANK = "deadwood/rank"
 class Results:
     """What a tool has left: the outputs that were asked for, and the files it names in them."""
 
-    def __init__(self, told: dict[str, Any], asked: dict[str, str], left: dict[str, str]) -> None:
-        self.told, self.asked, self.left = told, asked, left
+    def __init__(self, tool: dict[str, Any], asked: dict[str, str], left: dict[str, str]) -> None:
+        self.tool, self.asked, self.left = tool, asked, left
 
     def parts(self) -> Iterator[tuple[str, str]]:
         """The declared parts of the outputs that exist, and where."""
-        for declared in self.told["parameters"]:
+        for declared in self.tool["parameters"]:
             base = self.asked.get(declared["name"])
             for part in declared["parts"]:
                 if base is None:
@@ -62,21 +62,21 @@ class Results:
     def load(self, context: QgsProcessingContext, opens: bool) -> None:
         """Have QGIS load what the user wants to see: the ticked files, and a folder's layers where asked for."""
         waiting = context.layersToLoadOnCompletion()
-        for declared in self.told["parameters"]:
+        for declared in self.tool["parameters"]:
             path = self.asked.get(declared["name"])
             if path is None:
                 continue
             details = next((each for uri, each in waiting.items() if os.path.abspath(uri) == path), None)
             if declared["widget"] == "output_folder":
                 if opens and declared["required"] and context.project() is not None:
-                    title = f"{self.told['label']}: {Path(path).name}"
+                    title = f"{self.tool['label']}: {Path(path).name}"
                     announce(sources_of_folder(path, self.left), title, context, context.project())
             elif details is not None:
                 sources = sources_of_file(path)
                 if len(sources) > 1:
                     waiting = {uri: each for uri, each in waiting.items() if os.path.abspath(uri) != path}
                     context.setLayersToLoadOnCompletion(waiting)
-                    title = f"{self.told['label']}: {Path(path).stem}"
+                    title = f"{self.tool['label']}: {Path(path).stem}"
                     announce(sources, title, context, details.project)
                 else:
                     details.setPostProcessor(Arrival.kept("", "", 0, True))

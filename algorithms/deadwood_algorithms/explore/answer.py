@@ -165,15 +165,15 @@ class Answer:
     def slide_base(self, part: slice, stop: Stale) -> None:
         """Slide a batch in the scene as it was read."""
         result, hits = self._slide(self.layers, part, stop, influences=True)
-        told, poses = result.influences, result.poses
+        influences, poses = result.influences, result.poses
         self.base.append(
             Base(
                 part,
                 *self._what_became(self.layers, result, part),
                 hits,
-                told.log_row,
-                told.item,
-                told.by_barrier,
+                influences.log_row,
+                influences.item,
+                influences.by_barrier,
                 Ways(poses.log_row, poses.base[:, :2].copy(), poses.tip[:, :2].copy()),
                 some_poses(poses, MOST_POSED - part.start),
             )

@@ -27,8 +27,8 @@ class Frame:
     def packed(self) -> bytes:
         """uint32 length of the header, the header, the arrays; header and arrays are padded to multiples of 8 bytes."""
         little = {name: _little(each) for name, each in self.arrays.items()}
-        told = [{"name": name, "dtype": each.dtype.str, "shape": each.shape} for name, each in little.items()]
-        header = json.dumps({**self.facts, "arrays": told}, allow_nan=False).encode()
+        arrays = [{"name": name, "dtype": each.dtype.str, "shape": each.shape} for name, each in little.items()]
+        header = json.dumps({**self.facts, "arrays": arrays}, allow_nan=False).encode()
         header += b" " * (-(4 + len(header)) % ALIGNED)
         body = b"".join(each.tobytes() + bytes(-each.nbytes % ALIGNED) for each in little.values())
         return len(header).to_bytes(4, "little") + header + body

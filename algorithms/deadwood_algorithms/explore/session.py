@@ -111,7 +111,7 @@ class Session:
         edited = changed_scene(layers, self.changes)
         return Answer(question, self.changes, simulation, layers, edited, releases, start)
 
-    def _go_on(self, told: Told, stale: Stale) -> None:
+    def _go_on(self, receiver: Told, stale: Stale) -> None:
         """Slide what is missing, batch by batch, and tell it.
 
         The first batch is always finished: if every new question ended the one before it, none would be answered while
@@ -126,11 +126,11 @@ class Session:
                     return
                 if number >= len(answer.base):
                     answer.slide_base(part, stop)
-                    told.send(hits_frame(answer, number, told.began, corner))
-                if told.changes:
+                    receiver.send(hits_frame(answer, number, receiver.began, corner))
+                if receiver.changes:
                     if number >= len(answer.changed):
                         answer.slide_changed(part, stop)
-                    told.send(difference_frame(answer, number, told.number, told.began, corner))
+                    receiver.send(difference_frame(answer, number, receiver.number, receiver.began, corner))
         except Cancelled:
             return
 

@@ -145,5 +145,5 @@ class Front:
         if any(isinstance(each, bool) or not isinstance(each, int) for each in place):
             raise UserError("'level', 'column' and 'row' must be whole numbers")
         picture = self.relief.tile(*place)  # type: ignore[arg-type]
-        told = Frame({"op": "tile", "id": message.get("id")}, {"png": np.frombuffer(picture, np.uint8)})
-        self.out.send(told)
+        frame = Frame({"op": "tile", "id": message.get("id")}, {"png": np.frombuffer(picture, np.uint8)})
+        self.out.send(frame)

@@ -125,14 +125,14 @@ def _compared(
     """Where an input of a manifest lies; one that has changed since is refused, or told."""
     if value != record["path"]:  # the manifest was edited: another input is meant
         return value
-    place, stands, told = identity.where_now(record, now, then)
+    place, stands, file = identity.where_now(record, now, then)
     if stands == identity.CHANGED and changed is None:
         raise UserError(
-            f"--config {path}: {told} has changed since, so the result "
+            f"--config {path}: {file} has changed since, so the result "
             "would not be that of the manifest; restore the file, or use it as it is with --changed-inputs"
         )
     if stands == identity.CHANGED and changed is not None:
-        changed(f"{told} has changed since {path} was made; the result is that of the changed file")
+        changed(f"{file} has changed since {path} was made; the result is that of the changed file")
     if place != value and stands != identity.GONE:
         note(f"{value} is not there; {place}, which lies as it did to the manifest, is read in its place")
     return place

@@ -65,15 +65,15 @@ def embed(path: Path, record: Mapping[str, Any]) -> None:
         _into_geopackage(path, as_text(record))
     elif ending == ".html":
         page = path.read_text(encoding="utf-8")
-        told = PAGE + as_text(record).replace("<", "\\u003c") + "</script>\n"
+        script = PAGE + as_text(record).replace("<", "\\u003c") + "</script>\n"
         at = page.rfind("</body>")
-        path.write_text(page[:at] + told + page[at:] if at >= 0 else page + told, encoding="utf-8")
+        path.write_text(page[:at] + script + page[at:] if at >= 0 else page + script, encoding="utf-8")
     else:
         text = json.dumps(record, ensure_ascii=False, indent=2) + "\n"
         path.with_name(path.name + BESIDE).write_text(text, encoding="utf-8")
 
 
-def _into_geopackage(path: Path, told: str) -> None:
+def _into_geopackage(path: Path, text: str) -> None:
     with closing(sqlite3.connect(path)) as db, db:
         db.executescript(TABLES)
         for table in EXTENSION_TABLES:
@@ -84,7 +84,7 @@ def _into_geopackage(path: Path, told: str) -> None:
             )
         (last,) = db.execute("SELECT COALESCE(MAX(id), 0) FROM gpkg_metadata").fetchone()
         db.execute(
-            "INSERT INTO gpkg_metadata VALUES (?, 'dataset', ?, 'application/json', ?)", (last + 1, STANDARD, told)
+            "INSERT INTO gpkg_metadata VALUES (?, 'dataset', ?, 'application/json', ?)", (last + 1, STANDARD, text)
         )
         db.execute(
             "INSERT INTO gpkg_metadata_reference VALUES ('geopackage', NULL, NULL, NULL, ?, ?, NULL)",
@@ -97,8 +97,8 @@ def record_in(path: Path) -> dict[str, Any] | None:
     readers = {".gpkg": _of_geopackage, ".html": _of_page}
     readers |= dict.fromkeys((".tif", ".tiff"), _of_geotiff)
     try:
-        told = readers.get(path.suffix.lower(), _of_beside)(path)
-        found = json.loads(told) if told else None
+        record = readers.get(path.suffix.lower(), _of_beside)(path)
+        found = json.loads(record) if record else None
     except (OSError, ValueError, sqlite3.Error):
         return None
     return found if isinstance(found, dict) and isinstance(found.get("tool"), str) else None

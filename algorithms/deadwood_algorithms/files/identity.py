@@ -185,11 +185,11 @@ def where_now(record: Mapping[str, Any], now: Path, then: str | None) -> tuple[s
         paths.append(_moved(named, now, str(then)))
     best = (named, GONE, named)
     for each in paths:
-        stands, told = compared(record, each)
+        stands, file = compared(record, each)
         if stands == SAME:
-            return each, stands, told
+            return each, stands, file
         if best[1] == GONE and stands == CHANGED:
-            best = (each, stands, told)
+            best = (each, stands, file)
     return best
 
 
@@ -225,6 +225,6 @@ def described(named: str) -> dict[str, Any]:
             import pyogrio
 
             with settled(place) as one:
-                told = pyogrio.read_info(one, layer=layer or pyogrio.list_layers(one)[0, 0])
-            facts |= {"rows": int(told["features"]), "crs": told["crs"]}
+                info = pyogrio.read_info(one, layer=layer or pyogrio.list_layers(one)[0, 0])
+            facts |= {"rows": int(info["features"]), "crs": info["crs"]}
     return facts

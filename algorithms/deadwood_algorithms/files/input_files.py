@@ -117,10 +117,10 @@ def made_from(place: Path) -> dict[str, Any]:
     """The manifest in a folder of a result, or that of the result that a file lies in; empty where there is none."""
     folder = place if _exists(place) and place.is_dir() else place.parent
     try:
-        told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    return told if isinstance(told, dict) else {}
+    return manifest if isinstance(manifest, dict) else {}
 
 
 def _exists(place: Path) -> bool:

@@ -101,8 +101,8 @@ def with_schema_names(frame: Any, what: str, where: str, feedback: Feedback) -> 
         if found:
             name, times = found[0]
             renamed[name] = column.name
-            told = f", times {times:g}" if times != 1.0 else ""
-            feedback.note(f"{where}: the field '{name}' is read as {column.name}{told}")
+            factor_words = f", times {times:g}" if times != 1.0 else ""
+            feedback.note(f"{where}: the field '{name}' is read as {column.name}{factor_words}")
             frame = frame.assign(**{str(name): scaled(frame[name], times)}) if times != 1.0 else frame
             continue
         alike = list(_alike(frame, column))
@@ -120,10 +120,10 @@ def _times(name: object, column: schemas.Column) -> float | None:
     text = str(name).strip().lower()
     if text == column.name or (len(column.name) > 10 and text == column.name[:10]):
         return 1.0
-    told = named(name)
-    if not told.unit or told.plain not in _stems(column):
+    parsed = named(name)
+    if not parsed.unit or parsed.plain not in _stems(column):
         return None
-    return factor(told.unit, column.unit)
+    return factor(parsed.unit, column.unit)
 
 
 def _stems(column: schemas.Column) -> tuple[str, ...]:

@@ -170,10 +170,10 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
         frame = sheet_table(frame)
     _refuse_twins(frame, name)
     if left:
-        told = "holds changes that are not merged yet, which count"
+        state = "holds changes that are not merged yet, which count"
         if left[0].name.endswith(JOURNAL):
-            told = "shows that its writer died, or is, within a change, which does not count"
-        said = f"{left[0].name} beside it {told}"
+            state = "shows that its writer died, or is, within a change, which does not count"
+        said = f"{left[0].name} beside it {state}"
         frame.attrs["notes"] = (said, *frame.attrs.get("notes", ()))
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)

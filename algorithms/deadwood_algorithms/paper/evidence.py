@@ -67,11 +67,11 @@ def cell_speed(run_folder: Path, ground: Grid) -> float:
 
 def high_friction(runs: SiteRuns, convention: str) -> dict[float, list[dict[str, Any]]]:
     """Reach of the lines with a friction beyond the paper's range, as a row of a sweep."""
-    told = json.loads(
+    record = json.loads(
         (runs.slide("als", convention, friction=HIGH_FRICTION) / "summary.json").read_text(encoding="utf-8")
     )
-    row = {"friction": HIGH_FRICTION, "n": told["logs"]["released"]}
-    row |= {f"reach_{each['line_id']}": each["p"] for each in told["reach"]}
+    row = {"friction": HIGH_FRICTION, "n": record["logs"]["released"]}
+    row |= {f"reach_{each['line_id']}": each["p"] for each in record["reach"]}
     return {runs.ground.cell: [row]}
 
 
@@ -84,7 +84,7 @@ def jumps(runs: SiteRuns, of: Evidence) -> list[dict[str, Any]]:
     jump = dict(zip(logs["log_id"].tolist(), logs["jump_max_m"].tolist(), strict=True))
     both = [each for each in lip.index if each in road.index and road["t_s"][each] > lip["t_s"][each]]
     height = heights(runs, {int(each): float(lip["t_s"][each]) for each in both})
-    told = [
+    flights = [
         {
             "log_id": int(each),
             "t_s": float(lip["t_s"][each]),
@@ -94,7 +94,7 @@ def jumps(runs: SiteRuns, of: Evidence) -> list[dict[str, Any]]:
         }
         for each in both
     ]
-    return sorted(told, key=lambda row: row["speed_ms"])
+    return sorted(flights, key=lambda row: row["speed_ms"])
 
 
 def heights(runs: SiteRuns, since_s: Mapping[int, float]) -> dict[int, float]:

@@ -187,7 +187,7 @@ def forest_findings(of: Evidence) -> list[Finding]:
     if not names:
         return found
     rows = [of.reach(name) for name in names]
-    told = "; ".join(f"{name} {_percent(row)}" for name, row in zip(names, rows, strict=True))
+    text = "; ".join(f"{name} {_percent(row)}" for name, row in zip(names, rows, strict=True))
     mean = float(np.mean([row["difference"] for row in rows]))
     ends = min(row["diff_ci_low"] for row in rows), max(row["diff_ci_high"] for row in rows)
     if klosters:
@@ -198,7 +198,7 @@ def forest_findings(of: Evidence) -> list[Finding]:
                 "Where the mapped forest leaves gullies free, more logs reach the road than in a random one (points; "
                 "holds if so for every random forest drawn)",
                 "6.2", "9.1 - 7.0 = +2.1 points", -100 * mean, -100 * ends[1], -100 * ends[0], holds,
-                f"run als {_percent(als)}; {told}; paired over the same logs (Tango)",
+                f"run als {_percent(als)}; {text}; paired over the same logs (Tango)",
             )
         )  # fmt: skip
     else:
@@ -214,7 +214,7 @@ def forest_findings(of: Evidence) -> list[Finding]:
                 "6.2, A", "23.8 against 23.3 %: +2 %", mean / als["value"] if als["value"] else math.nan,
                 min((each[0] for each in bounds), default=math.nan),
                 max((each[1] for each in bounds), default=math.nan), holds,
-                f"run als {_percent(als)}; {told}; paired over the same logs (Tango)",
+                f"run als {_percent(als)}; {text}; paired over the same logs (Tango)",
             )
         )  # fmt: skip
     return found
@@ -262,7 +262,7 @@ def spread_findings(of: Evidence) -> list[Finding]:
                 a["p05_p95_ci_high_deg"] - b["p05_p95_ci_low_deg"],
             )
             shares = {each: _share_counted(of.spreads[each]) for each in (wide, narrow)}
-            told = ", ".join(f"{100 * share:.0f} % of the {each}" for each, share in shares.items())
+            text = ", ".join(f"{100 * share:.0f} % of the {each}" for each, share in shares.items())
             finding = (
                 Finding(
                     f"{at}.{name}",
@@ -271,7 +271,7 @@ def spread_findings(of: Evidence) -> list[Finding]:
                     "6.3", paper, a["p05_p95_deg"] - b["p05_p95_deg"], low, high, above(low, high, 0.0),
                     f"5-95 %: {a['p05_p95_deg']:.1f} against {b['p05_p95_deg']:.1f}°, widest angle: "
                     f"{a['spread_deg']:.0f} against {b['spread_deg']:.0f}°; beyond the least run-out of "
-                    f"{of.facts['length_m']:g} m {told.replace('the als', 'the logs')}; rocks with "
+                    f"{of.facts['length_m']:g} m {text.replace('the als', 'the logs')}; rocks with "
                     f"{_friction_of_rocks(of.facts)}, the paper's with ground parameters of RAMMS (not printed there)",
                 )
             )  # fmt: skip
@@ -452,11 +452,11 @@ def friction_findings(of: Evidence) -> list[Finding]:
     coarse = sorted(cell for cell in of.sweeps if cell > finest)
     if coarse and base:
         target = float(base[f"reach_{road}"])
-        told, intervals = [], []
+        mus, intervals = [], []
         for cell in coarse:
             mu, low, high_mu = friction_for(of.sweeps[cell], f"reach_{road}", target)
             shown = ("beyond the sweep" if math.isnan(each) else f"{each:.3f}" for each in (mu, low, high_mu))
-            told.append("{:g} m cells: {} ({} to {})".format(cell, *shown))
+            mus.append("{:g} m cells: {} ({} to {})".format(cell, *shown))
             intervals.append((mu, low, high_mu))
         mu, low, high_mu = intervals[-1]
         found.append(
@@ -465,7 +465,7 @@ def friction_findings(of: Evidence) -> list[Finding]:
                 f"{coarse[-1]:g} m; holds above {of.facts['friction']:g} at every size)", "6.1",
                 "should be increased with lower resolution", mu, low, high_mu,
                 all_of([above(each[1], each[2], of.facts["friction"]) for each in intervals]),
-                f"for a reach of {100 * target:.1f} % at {finest:g} m and {of.facts['friction']:g}: " + "; ".join(told),
+                f"for a reach of {100 * target:.1f} % at {finest:g} m and {of.facts['friction']:g}: " + "; ".join(mus),
             )
         )  # fmt: skip
     return found
@@ -531,7 +531,7 @@ def flight_findings(of: Evidence) -> list[Finding]:
 def takeoff_findings(of: Evidence, needed: float) -> list[Finding]:
     """The friction that the parabola's speed needs."""
     fast = {mu: (int((speeds >= needed).sum()), n) for mu, (speeds, n) in sorted(of.takeoffs.items())}
-    told = "; ".join(f"{mu:g}: {count} of {n}, fastest {of.takeoffs[mu][0].max(initial=0.0):.1f} m/s"
+    text = "; ".join(f"{mu:g}: {count} of {n}, fastest {of.takeoffs[mu][0].max(initial=0.0):.1f} m/s"
                      for mu, (count, n) in fast.items())  # fmt: skip
     verdicts: list[bool | None] = [True if count else None for mu, (count, _) in fast.items() if mu < 0.3 - 1e-9]
     rest = [wilson_interval(*fast[mu]) for mu in fast if mu >= 0.3 - 1e-9]
@@ -545,6 +545,6 @@ def takeoff_findings(of: Evidence, needed: float) -> list[Finding]:
             "below 0.3 (largest mu of the sweep at which one does; holds if some do at each mu below 0.3, and fewer "
             "than 0.5 % of the logs at each from 0.3 up)", "5.2", "mu < 0.3", most, None, None,
             False if False in beyond else all_of([*verdicts, *beyond]),
-            f"logs at least as fast as {needed:.1f} m/s at the terrace, by mu: {told}",
+            f"logs at least as fast as {needed:.1f} m/s at the terrace, by mu: {text}",
         )
     ]  # fmt: skip

@@ -75,18 +75,18 @@ def facts_of(path: Path, known: set[str]) -> dict[str, Any]:
     if not path.is_file():
         return {}
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
+        facts = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise UserError(f"{path}: not JSON ({error})") from error
-    if not isinstance(told, dict):
+    if not isinstance(facts, dict):
         raise UserError(f"{path}: must hold one object of names and values")
-    for name, value in told.items():
+    for name, value in facts.items():
         numeric = name.endswith(("_cm", "_m", "_m3", "friction"))
         if numeric and (isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0):
             raise UserError(f"{path}: '{name}' is {value!r}, but must be a number above 0")
         if name not in known | {"title"}:
             raise UserError(f"{path}: '{name}' is unknown; known are {', '.join(sorted(known))}")
-    return told
+    return facts
 
 
 def terrain_of(folder: Path, prepared: Path) -> Path:

@@ -205,8 +205,8 @@ class SiteRuns:
             friction=",".join(f"{mu:g}" for mu in self.frictions()), fidelity=self.wanted.fidelity,
             threads=self.wanted.threads,
         )  # fmt: skip
-        told = json.loads((place / "calibration.json").read_text(encoding="utf-8"))
-        return [row | {"n": told["logs"]} for row in told["rows"]]
+        calibration = json.loads((place / "calibration.json").read_text(encoding="utf-8"))
+        return [row | {"n": calibration["logs"]} for row in calibration["rows"]]
 
     def fifth(self) -> int:
         return max(self.wanted.logs // 5, min(self.wanted.logs, 200))

@@ -36,7 +36,7 @@ def open_work(work: Path, decided_by: Mapping[str, Any], *, resume: bool, feedba
 def read_note(note: Path) -> dict[str, Any]:
     """What a hidden note says; empty where there is none, or it is damaged."""
     try:
-        told = json.loads(note.read_text(encoding="utf-8"))
+        note_record = json.loads(note.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    return told if isinstance(told, dict) else {}
+    return note_record if isinstance(note_record, dict) else {}

@@ -61,13 +61,13 @@ class Taken:
     def said(self) -> str:
         """One line: what the preset set, from where, what overrode it, and what to mind."""
         sets = ", ".join(f"{name} {value:.4g}" for name, value in self.sets.items())
-        told = f"sets {sets} ({self.preset.source})" if sets else "sets nothing"
+        text = f"sets {sets} ({self.preset.source})" if sets else "sets nothing"
         before = "".join(
             f"; {flag_of(name)} {value} is given and overrides its {self.preset.values[name]:.4g}"
             for name, value in self.given.items()
         )
         mind = f"; {self.preset.mind}" if self.preset.mind and sets else ""
-        return f"{self.option} {self.preset.name} {told}{before}{mind}"
+        return f"{self.option} {self.preset.name} {text}{before}{mind}"
 
     @property
     def record(self) -> dict[str, Any]:
@@ -208,12 +208,12 @@ FRICTIONS = {
         *(
             Preset(
                 f"chute-{name}",
-                f"a log in {what}, {told}",
+                f"a log in {what}, {range_words}",
                 {"friction": friction},
                 f"{MEYERS}: the grade that such chutes take",
                 "of chutes lined with logs, not of ground: the grade at which logs slide steadily is their friction",
             )
-            for name, what, told, friction in (
+            for name, what, range_words, friction in (
                 ("dry", "a dry timber chute", "about 0.15", 0.15),
                 ("watered", "a watered timber chute", "0.03 to 0.08", 0.055),
                 ("iced", "an iced timber chute", "0.03 to 0.12", 0.075),

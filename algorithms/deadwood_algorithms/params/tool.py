@@ -105,8 +105,8 @@ def raster(label: str, **facts: Any) -> Any:
 
 def terrain(label: str, **facts: Any) -> Any:
     """Path of a terrain model: a raster file, a folder of tiles, or tiles with commas between."""
-    told = "A raster, a folder of tiles, or tiles with commas between."
-    return ask("raster", label, path_like=True, help=" ".join([facts.pop("help", ""), told]).strip(), **facts)
+    help_text = "A raster, a folder of tiles, or tiles with commas between."
+    return ask("raster", label, path_like=True, help=" ".join([facts.pop("help", ""), help_text]).strip(), **facts)
 
 
 def vector(label: str, *geometry: str, **facts: Any) -> Any:

@@ -57,10 +57,10 @@ def worth(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
 def worth_of_kind(rows: Any, kind: str, line: str, words: Words) -> Parts:
     keep, bring = int((rows["gain_logs"] > 0).sum()), int((rows["gain_logs"] < 0).sum())
     what = words.known(f"kind_{kind}", kind)
-    told = element("p", words.say("worth_counts", line=line, n=len(rows), what=what, keep=keep, bring=bring))
+    paragraph = element("p", words.say("worth_counts", line=line, n=len(rows), what=what, keep=keep, bring=bring))
     best = rows[rows["gain_logs"] > 0].sort_values("rank").head(TOP)
     if not keep and not bring:
-        return [told, element("p", words.say("worth_none", line=line))]
+        return [paragraph, element("p", words.say("worth_none", line=line))]
     head = [words.say(each) for each in ("thing", "gain_logs", "gain_points", "n_stops", "energy_taken")]
     cells = [
         (
@@ -72,7 +72,7 @@ def worth_of_kind(rows: Any, kind: str, line: str, words: Words) -> Parts:
         )
         for row in best.to_dict("records")
     ]
-    return [told, table(head, cells)] if cells else [told]
+    return [paragraph, table(head, cells)] if cells else [paragraph]
 
 
 def points(value: float, low: float, high: float, words: Words) -> str:
@@ -218,9 +218,9 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         return []
     facts = source.answers.folders["vary"][1]
     answers = {each["outcome"]: each for each in facts["answers"]}
-    told = [element("li", influence_words(answers[name], words)) for name in outcomes_of(facts) if name in answers]
+    items = [element("li", influence_words(answers[name], words)) for name in outcomes_of(facts) if name in answers]
     note = words.say("varied_note", n=facts["logs"], runs=facts["runs"], fidelity=facts.get("fidelity", "?"))
-    parts: Parts = [element("ul", *told), figure_of(drawings.get("varied"), note)]
+    parts: Parts = [element("ul", *items), figure_of(drawings.get("varied"), note)]
     totals = {
         (row["outcome"], row["factor"]): row for row in facts["indices"] if np.isfinite(number(row["total"]))
     }  # where the logs' own noise leaves anything of the variance

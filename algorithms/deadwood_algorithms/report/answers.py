@@ -120,9 +120,9 @@ def _run_of(place: Path, manifest: dict[str, Any], sources: Sequence[ReportedRun
             return each
     if len(sources) == 1 and not asked.exists() and not (run_id and sources[0].run.manifest.get("run_id")):
         return sources[0]  # the run has been moved
-    told = f" (run {run_id})" if run_id else ""
+    suffix = f" (run {run_id})" if run_id else ""
     raise UserError(
-        f"--results: {place} is of the run {asked}{told}, which is not in the page; add that run, or leave this out"
+        f"--results: {place} is of the run {asked}{suffix}, which is not in the page; add that run, or leave this out"
     )
 
 

@@ -96,8 +96,8 @@ def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) ->
     body = []
     for quantity, item, unit in dict.fromkeys((row.quantity, row.item, row.unit) for row in kept):
         shown = words.stop(item) if quantity == "ended" else words.known(f"item_{item}", item)
-        scale, told = (100.0, "%") if unit == "1" else (1.0, "°" if unit == "deg" else unit)
-        cells: list[Any] = [f"{words.known(f'quantity_{quantity}', quantity, item=shown)} [{told}]"]
+        scale, shown_unit = (100.0, "%") if unit == "1" else (1.0, "°" if unit == "deg" else unit)
+        cells: list[Any] = [f"{words.known(f'quantity_{quantity}', quantity, item=shown)} [{shown_unit}]"]
         for k, name in enumerate(names):
             row = of.get((name, quantity, item))
             if row is None:

@@ -37,9 +37,9 @@ class Binary:
 
     def view(self, content: bytes, target: int | None = None) -> int:
         self.data += b"\0" * (-len(self.data) % 4)
-        told = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(content)}
+        view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(content)}
         self.data += content
-        self.views.append(told | ({"target": target} if target else {}))
+        self.views.append(view | ({"target": target} if target else {}))
         return len(self.views) - 1
 
     def array(self, values: NDArray, target: int | None = None) -> int:
@@ -48,8 +48,8 @@ class Binary:
         held = np.ascontiguousarray(values, "<u4" if whole else "<f4")
         kind = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}[1 if held.ndim == 1 else held.shape[1]]
         ends = [np.atleast_1d(each(axis=0)).tolist() for each in (held.min, held.max)]
-        told = {"bufferView": self.view(held.tobytes(), target), "componentType": UINT if whole else FLOAT}
-        self.accessors.append(told | {"count": len(held), "type": kind, "min": ends[0], "max": ends[1]})
+        accessor = {"bufferView": self.view(held.tobytes(), target), "componentType": UINT if whole else FLOAT}
+        self.accessors.append(accessor | {"count": len(held), "type": kind, "min": ends[0], "max": ends[1]})
         return len(self.accessors) - 1
 
 
@@ -104,11 +104,11 @@ _DULL = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
 
 
 def _material(document: dict[str, Any], name: str, *, both: bool = False) -> int:
-    told = {
+    material = {
         "name": name,
         "pbrMetallicRoughness": {"baseColorFactor": [*(_linear(part) for part in SOLIDS[name]), 1.0], **_DULL},
     }
-    document["materials"].append(told | ({"doubleSided": True} if both else {}))
+    document["materials"].append(material | ({"doubleSided": True} if both else {}))
     return len(document["materials"]) - 1
 
 

@@ -17,8 +17,8 @@ SELDOM = ("model_lying_logs", "model_blocks", "model_lines")  # no row in a box 
 
 def made_at(manifest: Mapping[str, Any]) -> str:
     """``2026-11-25 19:44``: when the run began."""
-    told = manifest.get("made_utc")
-    return datetime.fromisoformat(told).strftime("%Y-%m-%d %H:%M") if told else "–"
+    made = manifest.get("made_utc")
+    return datetime.fromisoformat(made).strftime("%Y-%m-%d %H:%M") if made else "–"
 
 
 def cells_of(cells: list[str]) -> list[Markup]:
@@ -99,8 +99,8 @@ def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[ScenarioRow
 
 def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, project: str | None) -> Parts:
     """What was asked, beside each other for several runs, as it took effect: columns before options."""
-    told = [source for source in sources if "scenario" in source.summary]
-    if not told:
+    with_scenario = [source for source in sources if "scenario" in source.summary]
+    if not with_scenario:
         return []
     of_runs = [
         [
@@ -109,11 +109,11 @@ def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, p
             ScenarioRow("scenario_made", made_at(source.run.manifest)),
             ScenarioRow("engine_digest", str(source.run.manifest.get("engine", "–"))[:12]),
         ]
-        for source in told
+        for source in with_scenario
     ]
     whose = [(words.say(name), value) for name, value in (("project", project), ("author", author)) if value]
     body = [
-        element("tr", element("th", name, scope="row"), element("td", value, colspan=str(len(told))))
+        element("tr", element("th", name, scope="row"), element("td", value, colspan=str(len(with_scenario))))
         for name, value in whose
     ]
     for rows in zip(*of_runs, strict=True):
@@ -122,11 +122,16 @@ def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, p
             cells = cells_of([each.value for each in rows])
             body.append(element("tr", element("th", words.say(phrase), scope="row"), *cells))
     head = (
-        [element("thead", element("tr", element("td", ""), *(element("th", each.name, scope="col") for each in told)))]
-        if len(told) > 1
+        [
+            element(
+                "thead",
+                element("tr", element("td", ""), *(element("th", each.name, scope="col") for each in with_scenario)),
+            )
+        ]
+        if len(with_scenario) > 1
         else []
     )
-    kind = "words" if len(told) > 1 else "words pairs"
+    kind = "words" if len(with_scenario) > 1 else "words pairs"
     return [
         element("h2", words.say("scenario"), id="scenario"),
         scrolled(element("table", *head, element("tbody", *body), class_=kind), words.say("scenario")),

@@ -63,27 +63,27 @@ def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Pa
 
 
 def model_section(source: ReportedRun, words: Words) -> Parts:
-    told, facts = source.summary["modelled"], source.summary.get("modelled_facts", {})
+    phrases, facts = source.summary["modelled"], source.summary.get("modelled_facts", {})
     rows = [
         (
             words.known(f"model_{name}", name.replace("_", " ")),
-            words.clauses(facts[name]) if name in facts else str(told[name]),
+            words.clauses(facts[name]) if name in facts else str(phrases[name]),
         )
-        for name in told
+        for name in phrases
     ]
     parts: Parts = [element("p", words.say("modelled_note")), left_table(rows, words.say("modelled"))]
-    if told and not facts and words.language != "en":
+    if phrases and not facts and words.language != "en":
         parts.append(element("p", words.say("modelled_older"), class_="quiet"))
     if source.lacks:
-        told = []
+        lacks = []
         for phrase, filled in source.lacks:
             filled = dict(filled)
             if "what" in filled:
                 filled["what"] = words.known(f"input_{filled['what']}", str(filled["what"]))
                 filled["reason"] = filled["reason"] or words.say("gone")
                 filled["path"] = Path(filled["path"]).name or filled["path"]
-            told.append(element("li", words.say(phrase, **filled)))
-        parts += [element("h4", words.say("lacks")), element("ul", *told)]
+            lacks.append(element("li", words.say(phrase, **filled)))
+        parts += [element("h4", words.say("lacks")), element("ul", *lacks)]
     return parts
 
 
@@ -357,7 +357,10 @@ def above_capacity(record: Mapping[str, Any] | None, words: Words) -> Parts:
         return []
     asked = [name for name in ("of_trees", "of_logs") if record[name]]
     groups = [("all", words.say("all_logs")), ("held_by_trees", words.say("held_by_trees"))]
-    rows = [[told, *(shown_share(as_share(record[name][group]), words) for name in asked)] for group, told in groups]
+    rows = [
+        [group_name, *(shown_share(as_share(record[name][group]), words) for name in asked)]
+        for group, group_name in groups
+    ]
     for k, line in enumerate(record[asked[0]]["reach"]):
         shares = (shown_share(as_share(record[name]["reach"][k]), words) for name in asked)
         rows.append([f"{words.say('line')} {line['line_id']}", *shares])
@@ -366,18 +369,18 @@ def above_capacity(record: Mapping[str, Any] | None, words: Words) -> Parts:
 
 
 def accuracy(source: ReportedRun, words: Words) -> Parts:
-    told, logs, steps = source.summary["accuracy"], source.summary["logs"], source.summary["cost"]["steps"]
+    facts, logs, steps = source.summary["accuracy"], source.summary["logs"], source.summary["cost"]["steps"]
     reasons = logs["by_stop_reason"]
     rows = [
-        (words.say("fidelity"), told["fidelity"]),
-        (words.say("time_step"), f"{decimal(told['time_step_s'], words)} s"),
-        (words.say("spacing"), f"{decimal(told['station_spacing_m'], words)} m"),
-        (words.say("penetration"), f"{shown_number(100.0 * told['penetration_max_m'], words, 2)} cm"),
-        (words.say("energy_error"), f"{shown_number(100.0 * told['energy_error_rel_max'], words, 2)} %"),
-        (words.say("residual"), shown_number(told["contact_residual_max"], words, 2)),
+        (words.say("fidelity"), facts["fidelity"]),
+        (words.say("time_step"), f"{decimal(facts['time_step_s'], words)} s"),
+        (words.say("spacing"), f"{decimal(facts['station_spacing_m'], words)} m"),
+        (words.say("penetration"), f"{shown_number(100.0 * facts['penetration_max_m'], words, 2)} cm"),
+        (words.say("energy_error"), f"{shown_number(100.0 * facts['energy_error_rel_max'], words, 2)} %"),
+        (words.say("residual"), shown_number(facts["contact_residual_max"], words, 2)),
         (
             words.say("unconverged"),
-            shown_number(told.get("unconverged_steps", 0), words)
+            shown_number(facts.get("unconverged_steps", 0), words)
             + " "
             + words.say("of_steps", n=shown_number(steps, words)),
         ),
@@ -406,9 +409,9 @@ def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
 def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:
     """Options of the default log that no log of the run had: columns of its releases told something else."""
     parameters, found = manifest.get("parameters", {}), set()
-    for name, told in manifest.get("effective", {}).items():
+    for name, values in manifest.get("effective", {}).items():
         given = parameters.get(name)
-        if isinstance(given, (int, float)) and not told["min"] - 1e-6 <= given <= told["max"] + 1e-6:
+        if isinstance(given, (int, float)) and not values["min"] - 1e-6 <= given <= values["max"] + 1e-6:
             found.add(name)
     posture = summary.get("scenario", {}).get("logs", {}).get("posture", {})
     if posture and not posture.get(parameters.get("orientation"), 0.0):
@@ -429,7 +432,7 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
         rows.append((words.say("engine_digest"), "", element("code", engine)))
     head = [words.say("input"), words.say("file"), "SHA-256 / BLAKE2b"]
     machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
-    told = words.say(
+    cost_text = words.say(
         "cost_words",
         cpu=shown_number(cost["cpu_s"], words),
         wall=shown_number(cost["wall_s"], words),
@@ -452,7 +455,7 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
         element("h4", words.say("versions")),
         element("p", words.say("versions_run", version=manifest.get("version", VERSION), versions=versions_text())),
         element("h4", words.say("cost")),
-        element("p", told),
+        element("p", cost_text),
     ]
 
 

@@ -59,10 +59,10 @@ def question(sources: Sequence[ReportedRun], words: Words) -> str:
     )
     names = [str(each["line_id"]) for each in one.summary["reach"]]
     shown = names[:4] + (["…"] if len(names) > 4 else [])
-    told = f" {words.say('and')} ".join([", ".join(shown[:-1]), shown[-1]]) if len(shown) > 1 else "".join(shown)
+    lines = f" {words.say('and')} ".join([", ".join(shown[:-1]), shown[-1]]) if len(shown) > 1 else "".join(shown)
     released = shown_number(one.summary["logs"]["released"], words)
     if names:
-        return words.say("question_lines", n=released, where=where, lines=told)
+        return words.say("question_lines", n=released, where=where, lines=lines)
     return words.say("question_none", n=released, where=where)
 
 
@@ -94,10 +94,10 @@ def conclusion(sources: Sequence[ReportedRun], words: Words) -> Parts:
 
 def assumed_words(sources: Sequence[ReportedRun], words: Words) -> dict[str, str]:
     """The friction and posture of the runs, each once; empty of runs of an older version, which do not tell."""
-    told = [source.summary["scenario"] for source in sources if "scenario" in source.summary]
-    frictions = dict.fromkeys(span_words(each["friction"], words) for each in told)
-    postures = dict.fromkeys(posture_words(each["logs"]["posture"], words) for each in told)
-    return {"friction": " / ".join(frictions), "posture": " / ".join(postures)} if told else {}
+    scenarios = [source.summary["scenario"] for source in sources if "scenario" in source.summary]
+    frictions = dict.fromkeys(span_words(each["friction"], words) for each in scenarios)
+    postures = dict.fromkeys(posture_words(each["logs"]["posture"], words) for each in scenarios)
+    return {"friction": " / ".join(frictions), "posture": " / ".join(postures)} if scenarios else {}
 
 
 def share_of_logs(count: int, released: int, words: Words) -> str:
@@ -166,13 +166,13 @@ def differences_table(compared: Comparison, names: Sequence[str], words: Words) 
 def judgement(sources: Sequence[ReportedRun], words: Words) -> Parts:
     """What no run can say, and what its warnings leave open."""
     parts: Parts = [each for source in sources for each in warnings_of(source, words, named=len(sources) > 1)]
-    told = [source.summary["scenario"] for source in sources if "scenario" in source.summary]
+    scenarios = [source.summary["scenario"] for source in sources if "scenario" in source.summary]
     points = [words.say("judge_start")]
     if assumed := assumed_words(sources, words):
         points.append(words.say("judge_friction", **assumed))
-    if any(each["trees"]["n"] for each in told):
+    if any(each["trees"]["n"] for each in scenarios):
         points.append(words.say("judge_trees"))
-    if any(each["barriers"]["n"] for each in told):
+    if any(each["barriers"]["n"] for each in scenarios):
         points.append(words.say("judge_barriers"))
     points.append(words.say("judge_terrain", cell=decimal(sources[0].dem_cell, words)))
     points.append(words.say("judge_risk"))

@@ -117,11 +117,11 @@ def overload_lines(record: dict[str, Any] | None) -> list[str]:
     """What is above what stems can take: of the logs held by trees, and of those that reach each line."""
     shown = []
     for name, whose in (("of_trees", "a tree"), ("of_logs", "the log itself")):
-        told = record[name] if record else None
-        if not told:
+        share = record[name] if record else None
+        if not share:
             continue
-        groups = {"logs that trees hold": told["held_by_trees"]}
-        groups |= {f"logs that reach {each['line_id']}": each for each in told["reach"]}
+        groups = {"logs that trees hold": share["held_by_trees"]}
+        groups |= {f"logs that reach {each['line_id']}": each for each in share["reach"]}
         words = "; ".join(
             f"{percent_with_interval(as_share(each))} of the {each['n_logs']} {group}"
             for group, each in groups.items()
@@ -129,7 +129,7 @@ def overload_lines(record: dict[str, Any] | None) -> list[str]:
         )
         if record and name == "of_trees" and record.get("break_trees"):
             shown.append(
-                f"{told['n_hits']} trees broke (each log meets all of them); one was broken by {words or 'none'}"
+                f"{share['n_hits']} trees broke (each log meets all of them); one was broken by {words or 'none'}"
             )
         else:
             shown.append(f"a hit above what {whose} can take had {words or 'none'}")

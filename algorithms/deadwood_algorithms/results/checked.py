@@ -55,50 +55,50 @@ OF_SUMMARY: Wanted = {
 def read_json(place: Path, wanted: Wanted) -> dict[str, Any]:
     """A JSON file whose values have the types that are wanted, or one line that says which has not."""
     try:
-        told = json.loads(place.read_text(encoding="utf-8"))
+        content = json.loads(place.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise UserError(f"{place}: the file cannot be read, or is no JSON ({error}); run slide-logs again") from error
-    if fault := fault_of(told, wanted, ""):
+    if fault := fault_of(content, wanted, ""):
         raise UserError(f"{place}: not as slide-logs writes it: {fault}; run slide-logs again")
-    return told
+    return content
 
 
-def fault_of(told: Any, wanted: Wanted, at: str) -> str:
+def fault_of(content: Any, wanted: Wanted, at: str) -> str:
     """The first value that is missing or of another type, in words; empty where there is none."""
     if isinstance(wanted, dict):
-        if not isinstance(told, dict):
+        if not isinstance(content, dict):
             return f"{at or 'the whole'} must be an object"
         for key, inner in wanted.items():
             name, optional = key.removesuffix("?"), key.endswith("?")
             where = f"{at}.{name}" if at else name
-            if name not in told:
+            if name not in content:
                 if not optional:
                     return f"{where} is missing"
-            elif fault := fault_of(told[name], inner, where):
+            elif fault := fault_of(content[name], inner, where):
                 return fault
         return ""
     if isinstance(wanted, list):
-        if not isinstance(told, list):
+        if not isinstance(content, list):
             return f"{at} must be a list"
-        return next((fault for each in told if (fault := fault_of(each, wanted[0], f"{at}[]"))), "")
+        return next((fault for each in content if (fault := fault_of(each, wanted[0], f"{at}[]"))), "")
     kinds = wanted if isinstance(wanted, tuple) else (wanted,)
     if wanted is object:
         return ""
-    number = isinstance(told, int | float)
-    if not isinstance(told, kinds) or isinstance(told, bool) or (number and not math.isfinite(told)):
-        return f"{at} is {json.dumps(told)[:60]}"
+    number = isinstance(content, int | float)
+    if not isinstance(content, kinds) or isinstance(content, bool) or (number and not math.isfinite(content)):
+        return f"{at} is {json.dumps(content)[:60]}"
     return ""
 
 
 def read_manifest_of(folder: Path) -> dict[str, Any]:
     """The manifest of a result, whole and of the right types."""
-    told = read_json(folder / MANIFEST, OF_MANIFEST)
-    if told.keys() & {"files", "seal"} and told.get("seal") != seal_of_manifest(told):
+    manifest = read_json(folder / MANIFEST, OF_MANIFEST)
+    if manifest.keys() & {"files", "seal"} and manifest.get("seal") != seal_of_manifest(manifest):
         raise UserError(
             f"{folder / MANIFEST}: the manifest is not as it was written, so it is not known what made the result; put"
-            f" it back, or run {told['tool']} again"
+            f" it back, or run {manifest['tool']} again"
         )
-    return told
+    return manifest
 
 
 def stands(tool: Tool, values: Mapping[str, Any], place: Path, seal: Mapping[str, Any] | None = None) -> bool:
@@ -112,10 +112,10 @@ def stands(tool: Tool, values: Mapping[str, Any], place: Path, seal: Mapping[str
     if not (place / MANIFEST).is_file():
         return False
     try:
-        told = read_manifest_of(place)
+        manifest = read_manifest_of(place)
     except UserError:
         return False
-    return told.get("run_id") == run_id and "files" in told and not damaged_files(place, told)
+    return manifest.get("run_id") == run_id and "files" in manifest and not damaged_files(place, manifest)
 
 
 def read_summary(folder: Path, manifest: Mapping[str, Any], *needed: str) -> dict[str, Any]:

@@ -206,8 +206,8 @@ def words_of_forecast(found: Forecast, output: str) -> tuple[str, ...]:
         "this machine": f"{_span(found.wall_s)}, {found.threads} threads",
         f"{found.workers} workers": f"{_span(found.workers_s)}, each as fast as this machine",
     }
-    told = [f"{name + ':':<14} {what}" for name, what in rows.items()]
-    return (*told, f"from a pilot of {found.pilot_logs} logs, drawn at random; nothing was written")
+    lines = [f"{name + ':':<14} {what}" for name, what in rows.items()]
+    return (*lines, f"from a pilot of {found.pilot_logs} logs, drawn at random; nothing was written")
 
 
 def _size(count: float) -> str:

@@ -77,9 +77,9 @@ class Making:
             value = getattr(self.ask, each.name)
             if each.is_output or each.name in FREE or value is None:
                 continue
-            told = self._digests.get(each.name)
-            if told is not None:
-                values[each.name] = told.get("run_id") or told.get("content") or told["sha256"]
+            digest = self._digests.get(each.name)
+            if digest is not None:
+                values[each.name] = digest.get("run_id") or digest.get("content") or digest["sha256"]
             else:
                 values[each.name] = _as_number(value) if each.kind == "number_or_layer" else str(value)
         said = [self.tool.name, declared.VERSION, declared.engine_digest(), values, self.facts.get("chosen")]
@@ -148,8 +148,8 @@ class Outputs(Making):
         guard = {"inputs": self.named.values(), "tool": self.tool.name}
         with output_folder(place, self.overwrite or replaces, **guard) as folder, declared.moving_to(folder, place):
             yield folder
-            told = {**self.manifest(), "files": seal_of(folder)}
-            write_manifest(folder, {**told, "seal": seal_of_manifest(told)})
+            manifest = {**self.manifest(), "files": seal_of(folder)}
+            write_manifest(folder, {**manifest, "seal": seal_of_manifest(manifest)})
 
 
 @contextmanager
@@ -177,8 +177,8 @@ def result_folder(tool: Tool, ask: Any, feedback: Feedback, *, replaces: bool = 
         yield outputs.folder(replaces=replaces)
 
 
-def write_manifest(folder: Path, told: Mapping[str, Any]) -> None:
-    text = json.dumps(told, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+def write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
+    text = json.dumps(manifest, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     (folder / MANIFEST).write_text(text, encoding="utf-8")
 
 
@@ -191,9 +191,9 @@ def seal_of(folder: Path) -> dict[str, dict[str, Any]]:
     }
 
 
-def seal_of_manifest(told: Mapping[str, Any]) -> str:
+def seal_of_manifest(manifest: Mapping[str, Any]) -> str:
     """SHA-256 of what is in a manifest, but for this."""
-    text = json.dumps({key: value for key, value in told.items() if key != "seal"}, sort_keys=True)
+    text = json.dumps({key: value for key, value in manifest.items() if key != "seal"}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 

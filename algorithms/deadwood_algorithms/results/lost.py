@@ -41,13 +41,13 @@ def reach_records(line_ids: Iterable[Any], touched: NDArray[np.bool_], left: NDA
 
 def reach_phrases(records: Iterable[Mapping[str, Any]]) -> list[str]:
     """Of the lines whose bounds leave the interval, what their reach may be."""
-    told = []
+    phrases = []
     for record in records:
         if loss_matters(record):
             low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
             ends = f"{percent(low, low, high)} to {percent(high, low, high)} %"
-            told.append(f"the reach of line {record['line_id']} may be anything from {ends}")
-    return told
+            phrases.append(f"the reach of line {record['line_id']} may be anything from {ends}")
+    return phrases
 
 
 def many(n_lost: int, n: int) -> bool:
@@ -55,20 +55,20 @@ def many(n_lost: int, n: int) -> bool:
     return n_lost > WORTH_A_WARNING * n
 
 
-def warn_of_lost(n_lost: int, n: int, told: Sequence[str], feedback: Feedback, *, where: str = "") -> None:
+def warn_of_lost(n_lost: int, n: int, phrases: Sequence[str], feedback: Feedback, *, where: str = "") -> None:
     """`lost_warning` as a warning, if there is one; ``where`` names the run."""
-    if warning := lost_warning(n_lost, n, told):
+    if warning := lost_warning(n_lost, n, phrases):
         feedback.warn(f"{where}: {warning}" if where else warning)
 
 
-def lost_warning(n_lost: int, n: int, told: Sequence[str]) -> str | None:
+def lost_warning(n_lost: int, n: int, phrases: Sequence[str]) -> str | None:
     """The warning, or None where there is nothing to tell.
 
-    told : the numbers that depend on the lost logs, each as a clause
+    phrases : the numbers that depend on the lost logs, each as a clause
     """
-    if not told:
+    if not phrases:
         return None
     return (
         f"{n_lost} of {n} logs ({percent_of(n_lost, n)}) left the terrain model or came onto its nodata, and their "
-        f"further movement is not known: {'; '.join(told)}; take a larger terrain model"
+        f"further movement is not known: {'; '.join(phrases)}; take a larger terrain model"
     )

@@ -131,10 +131,10 @@ def bar_length(scale: float, sheet: Sheet) -> float:
 
 def _item(kind: int, place: Box, inner: str = "", **facts: object) -> str:
     left, top, width, height = place
-    told = "".join(f" {name}={quoteattr(str(value))}" for name, value in facts.items())
+    attributes = "".join(f" {name}={quoteattr(str(value))}" for name, value in facts.items())
     return (
         f'<LayoutItem type="{kind}" position="{left:g},{top:g},mm" positionOnPage="{left:g},{top:g},mm" '
-        f'size="{width:g},{height:g},mm" referencePoint="0" visibility="1" opacity="1"{told}>{inner}</LayoutItem>'
+        f'size="{width:g},{height:g},mm" referencePoint="0" visibility="1" opacity="1"{attributes}>{inner}</LayoutItem>'
     )
 
 

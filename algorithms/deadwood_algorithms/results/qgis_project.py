@@ -297,11 +297,11 @@ def _printed(entry: Entry, of: Named) -> str:
 
     Of a raster QGIS lists the name of its band and the class of no log, which is drawn transparent; both are left out.
     """
-    told = {"legend/title-label": of(LEGEND_TITLES.get(entry.name, entry.title))}
+    values = {"legend/title-label": of(LEGEND_TITLES.get(entry.name, entry.title))}
     if not entry.geometry:
-        told["legend/node-order"] = ",".join(map(str, range(2, entry.style.count("<item ") + 1)))
+        values["legend/node-order"] = ",".join(map(str, range(2, entry.style.count("<item ") + 1)))
     options = "".join(
-        f'<Option type="QString" name="{name}" value={quoteattr(value)}/>' for name, value in told.items()
+        f'<Option type="QString" name="{name}" value={quoteattr(value)}/>' for name, value in values.items()
     )
     properties = f'<customproperties><Option type="Map">{options}</Option></customproperties>'
     return _node(entry, of, shown=True).removesuffix("/>") + f">{properties}</layer-tree-layer>"

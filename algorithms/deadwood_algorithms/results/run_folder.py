@@ -219,7 +219,7 @@ def input_record(manifest: Mapping[str, Any], parameter: str) -> dict[str, Any] 
 def changed_inputs(run: Path, manifest: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
     """Parameter and file of each input of a run that is there, but is not what it was."""
     found = [(each["parameter"], *where_now(each, run, manifest.get("folder"))) for each in manifest.get("inputs", ())]
-    return tuple((parameter, told) for parameter, _, stands, told in found if stands == CHANGED)
+    return tuple((parameter, file) for parameter, _, stands, file in found if stands == CHANGED)
 
 
 def read_manifest(folder: Path) -> tuple[dict[str, Any], Grid]:

@@ -131,23 +131,23 @@ def lines_of_run(source: Run, name: str = "") -> tuple[str, ...]:
 def lines_of_folder(folder: Path, manifest: Mapping[str, Any], name: str = "") -> tuple[str, ...]:
     """The same of a run's folder; ``name`` tells it from others."""
     try:
-        told = read_summary(folder, manifest).get("scenario")
+        scenario = read_summary(folder, manifest).get("scenario")
     except UserError:  # no summary, or a damaged one, of which the tool needed nothing
         return ()
     try:
-        return (scenario_line(told, name),) if told else ()
+        return (scenario_line(scenario, name),) if scenario else ()
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(
             f"{folder}: what summary.json tells of the scenario is not as slide-logs writes it; slide it again"
         ) from error
 
 
-def _span(told: dict[str, float | None], unit: str = "") -> str:
+def _span(values: dict[str, float | None], unit: str = "") -> str:
     """``45 cm``, or ``45 cm (32 to 61)`` where the values differ."""
-    if told["median"] is None:
+    if values["median"] is None:
         return "unknown"
-    shown = f"{told['median']:.4g}" + (f" {unit}" if unit else "")
-    return shown if told["low"] == told["high"] else f"{shown} ({told['low']:.4g} to {told['high']:.4g})"
+    shown = f"{values['median']:.4g}" + (f" {unit}" if unit else "")
+    return shown if values["low"] == values["high"] else f"{shown} ({values['low']:.4g} to {values['high']:.4g})"
 
 
 def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str, Any]:
@@ -210,5 +210,5 @@ def _rows_off(items: Items) -> Counter[str]:
 
 
 def _count(read: int, left_out: Counter[str]) -> dict[str, Any]:
-    told = [{"why": why, "n": left_out[why]} for why in WHYS if left_out[why]]
-    return {"read": read, "used": read - left_out.total(), "left_out": told}
+    reasons = [{"why": why, "n": left_out[why]} for why in WHYS if left_out[why]]
+    return {"read": read, "used": read - left_out.total(), "left_out": reasons}

@@ -220,8 +220,8 @@ def mean_words(speed: dict[str, Any], n_logs: int) -> str:
     if not speed["n_mean"]:
         return "no mean (every log still moved at the time limit)"
     left_out = n_logs - speed["n_mean"]
-    told = f" (without {left_out} logs that still moved at the time limit)" if left_out else ""
-    return f"mean {speed['mean_ms']:.1f} m/s{told}"
+    suffix = f" (without {left_out} logs that still moved at the time limit)" if left_out else ""
+    return f"mean {speed['mean_ms']:.1f} m/s{suffix}"
 
 
 def spread_words(record: dict[str, Any]) -> str:
@@ -229,22 +229,22 @@ def spread_words(record: dict[str, Any]) -> str:
     if not record["n_left_dem"]:
         return ""
     without = record["spread_without_lost_deg"]
-    told = f" ({without:.0f}° without them)" if np.isfinite(without) else ""
-    return f"; {record['n_left_dem']} left the terrain model{told}"
+    suffix = f" ({without:.0f}° without them)" if np.isfinite(without) else ""
+    return f"; {record['n_left_dem']} left the terrain model{suffix}"
 
 
 def loss_of_run(summary: dict[str, Any]) -> str | None:
     """What of a summary depends on logs that left the terrain model; None where nothing of weight does."""
     logs = summary["logs"]
     lost, released = logs["by_stop_reason"][LEFT], logs["released"]
-    told = reach_phrases(summary["reach"])
+    phrases = reach_phrases(summary["reach"])
     for record in summary["spread"]:
         moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
         if moved or many(record["n_left_dem"], record["n"]):
-            told.append(f"the spread of release {record['release_id']} is as far as they were seen")
+            phrases.append(f"the spread of release {record['release_id']} is as far as they were seen")
     if many(lost, released):
-        told.append("their deposits and run-outs are where they left")
-    return lost_warning(lost, released, told)
+        phrases.append("their deposits and run-outs are where they left")
+    return lost_warning(lost, released, phrases)
 
 
 def enough_words(record: dict[str, Any]) -> str:
@@ -252,13 +252,13 @@ def enough_words(record: dict[str, Any]) -> str:
     wide, wanted = 100 * record["half_width"], 100 * record["target_half_width"]
     widest = f"the widest interval, of line {record['line_id']}, is ±{wide:.2g} points"
     if record["reached"]:
-        told = f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
+        text = f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
         rare = ", ".join(str(each) for each in record.get("told_too_low", []))
         low = (
             f"; of line {rare}, which few logs reach, a run that stops in this way underestimates the reach by up to"
             f" a seventh on average"
         )
-        return told + (f"{low} (the interval holds)" if rare else "")
+        return text + (f"{low} (the interval holds)" if rare else "")
     return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"
 
 

@@ -195,8 +195,8 @@ def write_results(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {settings.scene.time_limit_s:g}, so their "
             f"deposits are not final; {fix}"
         )
-    if told := loss_of_run(summary):
-        feedback.warn(told)
+    if loss := loss_of_run(summary):
+        feedback.warn(loss)
     if states := failed_states(layers, releases, by_log):
         write_json(folder / FAILED_STATES, {"logs": states})
         feedback.warn(
@@ -510,8 +510,8 @@ def write_danger_counts(folder: Path, danger: NDArray[np.uint32], grid: Grid, li
     """Of any line, then of each: the counts from which those of several runs add up."""
     bands = dict(zip((ANY, *bands_of_lines(line_ids)), danger, strict=True))
     place = folder / "danger_count.tif"
-    told = {"units": ["logs"] * len(bands), "style": DANGER_COUNT.look, "raster": DANGER_COUNT.name}
-    write_bands(place, bands, grid, dtype="uint32", **told)
+    options = {"units": ["logs"] * len(bands), "style": DANGER_COUNT.look, "raster": DANGER_COUNT.name}
+    write_bands(place, bands, grid, dtype="uint32", **options)
     return place.name
 
 

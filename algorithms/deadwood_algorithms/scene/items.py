@@ -128,8 +128,8 @@ def shared_words(
     alike = np.array([k for k, each in enumerate(ids) if each == twins])
     called = rows_named(alike if rows is None else rows[alike])
     more = sum(times for times in count.values() if times > 1) - count[twins]
-    told = f"{where_of(frame)}, field '{field}': {called} are called '{twins}'"
-    return told + (f", {more} more share others" if more else "")
+    text = f"{where_of(frame)}, field '{field}': {called} are called '{twins}'"
+    return text + (f", {more} more share others" if more else "")
 
 
 def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:

@@ -83,12 +83,12 @@ def warning(n_left: int, n: int, sides: list[str], more: Array) -> str:
     need = float(np.quantile(more, 0.9, method="higher"))
     where = " and ".join(sides)
     if np.isfinite(need):
-        told = f"some {ROUNDED_M * np.ceil(need / ROUNDED_M):.0f} m more are needed there"
+        need_words = f"some {ROUNDED_M * np.ceil(need / ROUNDED_M):.0f} m more are needed there"
     else:
-        told = (
+        need_words = (
             "how much more is needed cannot be estimated, because the ground at the edge is too steep for them to stop"
         )
     return (
-        f"a look before the run: {n_left} of {n} logs (draft) leave the terrain model to the {where}; {told}. "
+        f"a look before the run: {n_left} of {n} logs (draft) leave the terrain model to the {where}; {need_words}. "
         "Reach and spread will be those of logs as far as they are seen: take a larger terrain model"
     )

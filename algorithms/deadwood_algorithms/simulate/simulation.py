@@ -52,5 +52,5 @@ def open_simulation(
         try:
             yield simulation
         finally:
-            if told := simulation.sinking.words(dem.cell):
-                feedback.warn(told)
+            if words := simulation.sinking.words(dem.cell):
+                feedback.warn(words)

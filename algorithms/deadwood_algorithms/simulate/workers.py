@@ -423,10 +423,10 @@ class Workers:
     async def _fetch(self, future: Any) -> None:
         """On the client's own loop: wait for a piece, bring its answer here, and tell."""
         try:
-            told = await self.client.gather(future, asynchronous=True)
+            answer = await self.client.gather(future, asynchronous=True)
         except Exception as error:
-            told = error
-        self._news.put((future.key, told))
+            answer = error
+        self._news.put((future.key, answer))
 
     def _take_in(self, patience: float) -> None:
         """What has come back since."""
@@ -435,22 +435,22 @@ class Workers:
             news.append(self._news.get(timeout=patience))
             while True:
                 news.append(self._news.get_nowait())
-        for key, told in news:
+        for key, answer in news:
             if key in self._out:
-                self._settle(self._out[key], told)
+                self._settle(self._out[key], answer)
 
-    def _settle(self, piece: _Piece, told: bytes | Exception) -> None:
-        if isinstance(told, Exception):
-            if not isinstance(told, _gone_for_a_while()):
-                raise told
+    def _settle(self, piece: _Piece, answer: bytes | Exception) -> None:
+        if isinstance(answer, Exception):
+            if not isinstance(answer, _gone_for_a_while()):
+                raise answer
             for name in piece.job.sent.parts:  # its scene may be gone with the workers that had it
                 self._lying[name].at.clear()
             self._send_again(piece)
             self._looked = -math.inf
             return
         del self._out[piece.future.key]
-        result, cells = on_worker.answer_of(told, piece.order)
-        self.carried.answers += len(told)
+        result, cells = on_worker.answer_of(answer, piece.order)
+        self.carried.answers += len(answer)
         piece.job.answers[piece.rows.start] = result, cells
         number = piece.rows.stop - piece.rows.start
         piece.job.done += number

@@ -44,8 +44,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     inputs: list[dict[str, Any]] = []
     listed = record.get("inputs", [])
     for done, each in enumerate(listed, start=1):
-        path, stands, told = where_now(each, home, record.get("folder"))
-        inputs.append({"parameter": each["parameter"], "path": path, "stands": stands, "file": told})
+        path, stands, file = where_now(each, home, record.get("folder"))
+        inputs.append({"parameter": each["parameter"], "path": path, "stands": stands, "file": file})
         feedback.progress(done, len(listed), "comparing the inputs")
     engine = "same" if record.get("engine") == tool.engine_digest() else "other"
     facts = {
@@ -94,8 +94,8 @@ def lines_of(place: Path, facts: Mapping[str, Any]) -> tuple[str, ...]:
         lines.append(f"{files['sealed']} files, as they were written")
     lines += [f"{name}: damaged, changed or gone" for name in files["damaged"]]
     for each in facts["inputs"]:
-        told = each["path"] if each["stands"] == "same" else each["file"]
-        lines.append(f"{each['parameter'].replace('_', ' ')}: {each['stands']}  {told}")
+        file = each["path"] if each["stands"] == "same" else each["file"]
+        lines.append(f"{each['parameter'].replace('_', ' ')}: {each['stands']}  {file}")
     return tuple(lines) if facts["inputs"] else (*lines, "no inputs")
 
 

@@ -128,15 +128,15 @@ def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feed
     """Say which of the numbers depend on logs that left the terrain model, if any do."""
     from deadwood_algorithms.results.lost import many
 
-    told = [f"reach of {row.item} in {row.scenario}" for row in rows if row.quantity == "reach" and row.loss_matters]
+    phrases = [f"reach of {row.item} in {row.scenario}" for row in rows if row.quantity == "reach" and row.loss_matters]
     if any(many(int(each.left_dem.sum()), compared.log_id.size) for each in compared.scenarios):
-        told.append("spread, run-outs and deposits, which are as far as the logs were seen")
-    if not told:
+        phrases.append("spread, run-outs and deposits, which are as far as the logs were seen")
+    if not phrases:
         return
     counts = ", ".join(f"{int(each.left_dem.sum())} in {each.name}" for each in compared.scenarios)
     feedback.warn(
         f"of {compared.log_id.size} logs some left the terrain model ({counts}), and their further movement is not "
-        f"known; these depend on them: {'; '.join(told)}; run slide-logs on a larger terrain model"
+        f"known; these depend on them: {'; '.join(phrases)}; run slide-logs on a larger terrain model"
     )
 
 

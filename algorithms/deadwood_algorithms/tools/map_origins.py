@@ -95,8 +95,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 "--least, or release more"
             )
         bands, units = found.bands()
-        told = {"units": units, "style": ORIGIN_REACH.look, "raster": ORIGIN_REACH.name}
-        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", **told)
+        options = {"units": units, "style": ORIGIN_REACH.look, "raster": ORIGIN_REACH.name}
+        write_bands(folder / RASTER, bands, found.grid, nodata=np.nan, dtype="float32", **options)
         layers = {"sources": origins.sources_frame(found, source_shares)}
         affected = origins.affected_frame(source, cells.passed_window(source), affected_shares, feedback)
         if affected is not None:
@@ -105,10 +105,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         draw(folder / PICTURE, source, found, line_shapes(ask.lines, source))
         left = left_dem(source.deposits["stop_reason"].to_numpy()[rows])
         reach = reach_records(reached, np.column_stack(list(reached.values())), left)
-        told = reach_phrases(reach[1:])
+        phrases = reach_phrases(reach[1:])
         if many(int(left.sum()), rows.size):
-            told.append("the shares of the map are those of logs that were seen to arrive")
-        warn_of_lost(int(left.sum()), rows.size, told, feedback, where=ask.run)
+            phrases.append("the shares of the map are those of logs that were seen to arrive")
+        warn_of_lost(int(left.sum()), rows.size, phrases, feedback, where=ask.run)
         records = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in layers.items()}
         facts: dict[str, Any] = {
             "cell_m": cell,

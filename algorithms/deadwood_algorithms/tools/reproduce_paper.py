@@ -175,9 +175,9 @@ def words(ask: Ask, wanted: Wanted) -> str:
     """What the findings come from."""
     twins = f"two synthetic twins (version {ask.twin_version}), not the paper's slopes"
     where = f"the data in {ask.site_data}" if ask.site_data else twins
-    told = f"{wanted.logs} logs a scenario, {wanted.fidelity}, seed {ask.seed}, on {where}; "
-    told += f"deadwood-tool {tool.VERSION}."
-    return told + (" A --quick run: nothing is assessed." if ask.quick else " Intervals are 95 %, over logs.")
+    text = f"{wanted.logs} logs a scenario, {wanted.fidelity}, seed {ask.seed}, on {where}; "
+    text += f"deadwood-tool {tool.VERSION}."
+    return text + (" A --quick run: nothing is assessed." if ask.quick else " Intervals are 95 %, over logs.")
 
 
 TOOL = Tool(

@@ -87,11 +87,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     if not ask.plan:
         return slid_run(ask, promise, feedback)[0]
     kept = ask.trajectories_kept
-    told = planned(partial(pilot_run, ask, feedback), ask.output, ask.where(""), ask.plan_workers, kept)
+    plan = planned(partial(pilot_run, ask, feedback), ask.output, ask.where(""), ask.plan_workers, kept)
     more = ["at most: --until-ci may end the run earlier"] if ask.until_ci is not None else []
     if ask.report or ask.qgis_project:
         more.append("without what --report and --qgis-project add to time and disk")
-    return replace(told, lines=(*told.lines, *more))
+    return replace(plan, lines=(*plan.lines, *more))
 
 
 def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:

@@ -128,8 +128,8 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
             baseline, layers = slide_baseline(rerun, layers, feedback)
             refuse_other_ends(source, rows, baseline.result.end_position)
             left = left_dem(baseline.result.stop_reason)
-            told = reach_phrases(reach_records(layers.lines.ids, baseline.reach, left))
-            if warning := lost_warning(int(left.sum()), left.size, told):
+            phrases = reach_phrases(reach_records(layers.lines.ids, baseline.reach, left))
+            if warning := lost_warning(int(left.sum()), left.size, phrases):
                 feedback.warn(f"{ask.run}: {warning}; gain_p_low_if_lost and gain_p_high_if_lost bound each gain")
             if things := [*obstacles_of(layers), *stands_of(stands, layers)]:
                 found = obstacle_effects(rerun, layers, baseline, things, steps, feedback)

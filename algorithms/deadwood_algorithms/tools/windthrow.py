@@ -167,8 +167,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         made = {each.stem: final / each.name for each in sorted(folder.iterdir())}
     facts = {name: {state: int((values == state).sum()) for state in (layers.STANDING, layers.LYING, layers.REMOVED)}
              for name, values in states.items()}  # fmt: skip
-    told = lines_of(facts, made, ask.dem)
-    return Outcome({"output": final} | made, facts | {"off_terrain": int(off.sum())}, told)
+    lines = lines_of(facts, made, ask.dem)
+    return Outcome({"output": final} | made, facts | {"off_terrain": int(off.sum())}, lines)
 
 
 def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tuple[str, ...]:

@@ -53,23 +53,23 @@ def warn_of_logs(
     many = [k for k, each in enumerate(gone) if lost_logs.many(each, n)]
     if not many:
         return
-    told = ", ".join(f"{gone[k]} at friction {slid[k].friction:g}" for k in many[:SHOWN])
+    who = ", ".join(f"{gone[k]} at friction {slid[k].friction:g}" for k in many[:SHOWN])
     if len(many) > SHOWN:
-        told += f", and more than {100 * lost_logs.WORTH_A_WARNING:.0f} % at {len(many) - SHOWN} others"
+        who += f", and more than {100 * lost_logs.WORTH_A_WARNING:.0f} % at {len(many) - SHOWN} others"
     if lost is not None:
         feedback.warn(
-            f"of {n} logs, {told} left the terrain model before it was seen whether they reach the lines: they count "
+            f"of {n} logs, {who} left the terrain model before it was seen whether they reach the lines: they count "
             "as far as they were seen; take a larger one"
         )
     elif search_complete:
         feedback.warn(
-            f"of {n} logs, {told} left the terrain model, failed, or still moved at the time limit: they left no "
+            f"of {n} logs, {who} left the terrain model, failed, or still moved at the time limit: they left no "
             f"deposits, which reduces the likelihood of these coefficients, because all logs of the event were found "
             "(--search-complete)"
         )
     else:
         feedback.warn(
-            f"of {n} logs, {told} left the terrain model, failed, or still moved at the time limit: observed deposits "
+            f"of {n} logs, {who} left the terrain model, failed, or still moved at the time limit: observed deposits "
             "are compared with those that came to rest on the terrain model, because only such could be found in the "
             "event. If all logs of the event were found, use --search-complete; if not, a larger terrain model helps"
         )

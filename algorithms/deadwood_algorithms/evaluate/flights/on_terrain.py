@@ -119,18 +119,18 @@ class Followed:
         if self.flight.bend <= 0.0:
             where = f"{of['distance_m']:.1f} m on and {of['fall_m']:.1f} m down"
             return [f"{head}; a log that takes off at {of['takeoff_deg']:.1f}° comes to no place {where}"]
-        told = [
+        lines = [
             f"{head}; take-off at {of['takeoff_speed_ms']:.1f} m/s and {of['takeoff_deg']:.1f}° ({of['angle_from']}), "
             f"{of['duration_s']:.2f} s in the air over {of['distance_m']:.1f} m and {of['fall_m']:.1f} m down, "
             f"up to {of['height_max_m']:.1f} m above the terrain"
         ]
         for each in self.crossings:
             word = "over" if each.clearance > 0.0 else "into"
-            told.append(
+            lines.append(
                 f"  {word} barrier {each.barrier_id} ({each.height:g} m) {each.distance:.1f} m on, "
                 f"clearance {each.clearance:.2f} m" + ("" if each.free else ", with one end still on the ground")
             )
-        return told
+        return lines
 
 
 def follow(

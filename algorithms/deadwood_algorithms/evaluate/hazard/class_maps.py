@@ -49,20 +49,20 @@ def years_of(
     source: Run, areas: Sequence[ReleaseArea], logs: int, grid: Grid, hits: NDArray[np.float32], feedback: Feedback
 ) -> tuple[list[NDArray[np.float64]], float]:
     """Return period of each cell with the ends of its interval [years]; and how short it may be where no log passed."""
-    told = pooled(areas, logs)
-    if told:
+    rates = pooled(areas, logs)
+    if rates:
         counts: Any = [hits]
     else:
-        told = stored_areas(source, list(areas))
-        counts = hits_of_areas(source, told, grid, feedback)
+        rates = stored_areas(source, list(areas))
+        counts = hits_of_areas(source, rates, grid, feedback)
         feedback.note("release areas of unlike frequency: the hits of each are counted from its stored trajectories")
-    rate, low, high = rate_with_interval(counts, told, logs)
-    most = float(rate_with_interval([np.array(0)] * len(told), told, logs)[2])
+    rate, low, high = rate_with_interval(counts, rates, logs)
+    most = float(rate_with_interval([np.array(0)] * len(rates), rates, logs)[2])
     return [return_period(each) for each in (rate, high, low)], 1.0 / most
 
 
 def write_years(path: Path, years: Sequence[NDArray[np.float64]], grid: Grid) -> None:
     passed = np.isfinite(years[0])
     bands = {band.name: np.where(passed, each, np.nan) for band, each in zip(RETURN.bands, years, strict=True)}
-    told = {"units": [band.unit for band in RETURN.bands], "style": RETURN.look, "raster": RETURN.name}
-    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **told)
+    options = {"units": [band.unit for band in RETURN.bands], "style": RETURN.look, "raster": RETURN.name}
+    write_bands(path, bands, grid, nodata=np.nan, dtype="float32", **options)

@@ -20,12 +20,12 @@ def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> d
     ids = source.deposits["log_id"].to_numpy()
     left = ids[left_dem(source.deposits["stop_reason"].to_numpy())]
     counts = {(each.kind, each.place_id): int((~np.isin(left, each.log_id)).sum()) for each in found}
-    told = [
+    warnings = [
         f"the percentiles of {each.kind} {each.place_id} are of the {each.log_id.size} logs that were seen there"
         for each in found
         if each.values and many(counts[each.kind, each.place_id], each.log_id.size)  # else it is not known who came
     ]
-    warn_of_lost(left.size, ids.size, told, feedback, where=str(source.path))
+    warn_of_lost(left.size, ids.size, warnings, feedback, where=str(source.path))
     return counts
 
 
@@ -44,10 +44,10 @@ def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple
     for each in found:
         mine = [row for row in rows if (row["kind"], row["place_id"]) == (each.kind, each.place_id)]
         shown.append(f"{each.kind} {each.place_id}: {each.log_id.size} logs come to it")
-        told = {
+        by_quantity = {
             row["quantity"]: row for row in mine if row["n"] and not row["n_more"]
         }  # the highest that has both ends
-        shown += [f"  {value_words(row)}" for row in told.values()]
+        shown += [f"  {value_words(row)}" for row in by_quantity.values()]
         short = {row["percentile"]: row["note"] for row in mine if row["n_more"]}
         shown += [f"  {percentile:g} % {note}" for percentile, note in short.items()]
         for why in dict.fromkeys(each.lacks.values()):

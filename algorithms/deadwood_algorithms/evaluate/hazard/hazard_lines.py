@@ -15,9 +15,9 @@ from deadwood_algorithms.stats.statistics import Z_95, percent_with_interval
 def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
     """How many logs left the terrain model; a warning where the maps or the lines depend on them."""
     n_lost = int(left_dem(source.deposits["stop_reason"].to_numpy()).sum())
-    told = reach_phrases(row for row in rows if row["n_reach"] is not None and not row["at_least_kj"])
-    told += ["classes, areas and the outline end where they left"] if many(n_lost, len(source.deposits)) else []
-    warn_of_lost(n_lost, len(source.deposits), told, feedback, where=str(source.path))
+    phrases = reach_phrases(row for row in rows if row["n_reach"] is not None and not row["at_least_kj"])
+    phrases += ["classes, areas and the outline end where they left"] if many(n_lost, len(source.deposits)) else []
+    warn_of_lost(n_lost, len(source.deposits), phrases, feedback, where=str(source.path))
     return n_lost
 
 
@@ -40,11 +40,11 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
     """The ground of each class, the lines, what an empty cell means, and whose rule it is."""
     shown = []
     for name in dict.fromkeys(each["map"] for each in facts["classes"]):
-        told = [f"{each['meaning']}: {each['area_m2'] / 1e4:.3g} ha" for each in facts["classes"]
+        lines = [f"{each['meaning']}: {each['area_m2'] / 1e4:.3g} ha" for each in facts["classes"]
                 if each["map"] == name and each["cells"]]  # fmt: skip
         if name != "matrix":
             what = f"intensity, {facts['energy']}" if name == "intensity" else name
-            shown.append(f"{what}: {'; '.join(told)}")
+            shown.append(f"{what}: {'; '.join(lines)}")
     for row in rows:
         if row["n_reach"] is not None:
             shown.append(line_words(row))
@@ -62,10 +62,10 @@ def years_words(years: float) -> str:
 def line_words(row: dict[str, Any]) -> str:
     """``road, 30 kJ and more: 12 % (9 to 16 %), every 83 years (62 to 111)``."""
     least = f", {row['at_least_kj']:g} kJ and more" if row["at_least_kj"] else ""
-    told = f"{row['line_id']}{least}: {percent_with_interval(row)}"
+    text = f"{row['line_id']}{least}: {percent_with_interval(row)}"
     if "return_ci_low_years" not in row:
-        return told
+        return text
     if not row["n_reach"]:
-        return f"{told}, return period over {years_words(row['return_ci_low_years'])} years"
+        return f"{text}, return period over {years_words(row['return_ci_low_years'])} years"
     ends = f"{years_words(row['return_ci_low_years'])} to {years_words(row['return_ci_high_years'])}"
-    return f"{told}, every {years_words(row['return_period_years'])} years ({ends})"
+    return f"{text}, every {years_words(row['return_period_years'])} years ({ends})"

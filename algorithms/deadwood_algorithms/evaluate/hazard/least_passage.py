@@ -90,15 +90,15 @@ def energies_of_share(
                 f"{source.path}: no trajectory is stored, so the energy classed is the largest of all logs, {GROWS}; "
                 "run slide-logs with --trajectories all"
             )
-    told = {"share": share, "n_logs": n_logs, "logs": ranks.estimate, "logs_sure": ranks.sure}
-    told["logs_possible"] = ranks.possible
+    facts = {"share": share, "n_logs": n_logs, "logs": ranks.estimate, "logs_sure": ranks.sure}
+    facts["logs_possible"] = ranks.possible
     if share and wilson_bounds(0, n_logs)[1] > share:
         needed = math.ceil(Z_95**2 * (1.0 / share - 1.0))
         feedback.warn(
             f"{n_logs} logs do not show whether {100 * share:g} % of the logs pass a cell that none of them passed; "
             f"{needed} can"
         )
-    return Energies(found[0], found[1], found[2], what, told)
+    return Energies(found[0], found[1], found[2], what, facts)
 
 
 def process_area(hits: NDArray[np.float32], share: float, n_logs: int, grid: Grid) -> geopandas.GeoDataFrame:

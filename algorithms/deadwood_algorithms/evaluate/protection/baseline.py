@@ -50,12 +50,12 @@ class Baseline:
         touched = reached(layers.lines, {"reach": result.reach}, releases)
         times = layers.lines.first_time(result.reach_time)
         times[starts_inside(layers.lines, releases)] = -np.inf
-        told = result.influences
-        owner = owner_numbers(told.by_barrier, told.item)
+        influences = result.influences
+        owner = owner_numbers(influences.by_barrier, influences.item)
         order = np.argsort(owner, kind="stable")
         energy, held = taken_by(result), held_by(layers, result)
         done = np.where(touched, times, np.inf).max(axis=1)
-        owner, log, since = owner[order], told.log_row[order], told.time[order]
+        owner, log, since = owner[order], influences.log_row[order], influences.time[order]
         return Baseline(touched, done, owner, log, since, energy, held, result, layers, stages)
 
     def logs_to_slide(self, obstacle: Obstacle) -> NDArray[np.int64]:

@@ -87,13 +87,13 @@ def what_it_does(outcomes: LogOutcomes, number: int) -> dict[str, Any]:
     record["n_hit"] = int(hit.sum())
     more = 0
     for name, unit, values in (("energy", "kj", outcomes.energy), ("height", "m", outcomes.height)):
-        told = percentile_record(values[hit, number], 0.95)
+        percentile = percentile_record(values[hit, number], 0.95)
         record |= {
-            f"{name}_p95_{unit}": told["value"],
-            f"{name}_ci_low_{unit}": told["ci_low"],
-            f"{name}_ci_high_{unit}": told["ci_high"],
+            f"{name}_p95_{unit}": percentile["value"],
+            f"{name}_ci_low_{unit}": percentile["ci_low"],
+            f"{name}_ci_high_{unit}": percentile["ci_high"],
         }
-        more = told["n_more"]
+        more = percentile["n_more"]
     return record | {"n_more": more}
 
 
@@ -138,9 +138,9 @@ def by_line(siting: Siting, outcomes: LogOutcomes) -> list[dict[str, Any]]:
 
 def warn_of_reach(facts: dict[str, Any], now: LogOutcomes, feedback: Feedback) -> None:
     """Say of which lines the reach, as things are or with the barriers chosen, depends on logs that left."""
-    told = reach_phrases(facts["reach_by_line"])
-    told += [f"with the barriers chosen, {each}" for each in reach_phrases(facts["reach_by_line_after"])]
-    warn_of_lost(int(now.left.sum()), now.left.size, told, feedback)
+    phrases = reach_phrases(facts["reach_by_line"])
+    phrases += [f"with the barriers chosen, {each}" for each in reach_phrases(facts["reach_by_line_after"])]
+    warn_of_lost(int(now.left.sum()), now.left.size, phrases, feedback)
 
 
 def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:

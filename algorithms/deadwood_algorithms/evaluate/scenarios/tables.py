@@ -86,8 +86,8 @@ def table_lines(
         shown.append("[]: all that it may be, with its interval, for the logs that left the terrain model before")
     shown += index_lines(rows, names[0])
     for parameter, values in differences.items():
-        told = ", ".join(f"{name}: {Path(str(value)).name if value else 'none'}" for name, value in values.items())
-        shown.append(f"--{parameter.replace('_', '-')} differs: {told}")
+        text = ", ".join(f"{name}: {Path(str(value)).name if value else 'none'}" for name, value in values.items())
+        shown.append(f"--{parameter.replace('_', '-')} differs: {text}")
     if not differences:
         shown.append("the runs differ in no parameter of slide-logs (their layers may)")
     hidden = max(len(lines) - SHOWN, 0) + max(len(releases) - SHOWN, 0)
@@ -100,8 +100,8 @@ def index_lines(rows: Sequence[ScenarioRow], reference: str) -> tuple[str, ...]:
     of = {(row.scenario, row.quantity, row.item): row for row in rows}
     shown = []
     for scenario, item in dict.fromkeys((row.scenario, row.item) for row in rows if row.quantity == "bari"):
-        told = [index_words(of[scenario, name, item]) for name in INDICES if (scenario, name, item) in of]
-        shown.append(f"{scenario} against {reference}, line {item}: {', '.join(told)}")
+        lines = [index_words(of[scenario, name, item]) for name in INDICES if (scenario, name, item) in of]
+        shown.append(f"{scenario} against {reference}, line {item}: {', '.join(lines)}")
     return tuple(shown)
 
 

@@ -132,8 +132,8 @@ def warn_of_runs(places: list[Place], slid: SlidRuns, line_ids: list[Any], feedb
     """Say where reach depends on logs that left the terrain model: as things are, and in the run that lost most."""
     left = left_dem(slid.stop_reason)
     most = int(left.sum(axis=1).argmax())
-    told = []
+    phrases = []
     for run in dict.fromkeys((0, most)):
         records = reach_records(line_ids, slid.reach[run], left[run])
-        told += [f"in the run '{places[run].label}' {each}" for each in reach_phrases(records)]
-    warn_of_lost(int(left[most].sum()), left.shape[1], told, feedback)
+        phrases += [f"in the run '{places[run].label}' {each}" for each in reach_phrases(records)]
+    warn_of_lost(int(left[most].sum()), left.shape[1], phrases, feedback)

@@ -141,13 +141,13 @@ def _from_words(part: str) -> Row:
 
 def _from_json(path: Path) -> list[Row]:
     try:
-        told = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, UnicodeDecodeError) as error:
         raise UserError(f'{path}: not JSON ({error}); write {{"friction": [0.2, 0.3]}}') from None
-    if not isinstance(told, dict):
+    if not isinstance(content, dict):
         raise UserError(f'{path}: must be an object by factor, such as {{"friction": [0.2, 0.3]}}')
     rows: list[Row] = []
-    for name, ends in told.items():
+    for name, ends in content.items():
         place = f"{path}: '{name}'"
         if ends is not None and not (isinstance(ends, list) and len(ends) == 2):
             raise UserError(f"{place} must be [LOW, HIGH], or null for the range that is offered")

@@ -21,8 +21,8 @@ def write_merged(
         if len(pieces) < 2:
             continue
         if twice := scenarios_in(pieces):
-            told = f"{', '.join(twice[:5])}{' ...' if len(twice) > 5 else ''}"
-            feedback.note(f"{pieces[0].terrain}: not merged, for {told} slid the same logs as another site")
+            names = f"{', '.join(twice[:5])}{' ...' if len(twice) > 5 else ''}"
+            feedback.note(f"{pieces[0].terrain}: not merged, for {names} slid the same logs as another site")
             continue
         name = unlike(pieces[0].terrain, [each["folder"] for each in merged])
         record = {"folder": name, "sites": [each.folder.name for each in pieces], "logs": sum(p.logs for p in pieces)}

@@ -132,15 +132,15 @@ def reach_of_all(found: Sequence[SiteFound]) -> list[dict[str, Any]]:
 def words_of_sites(found: Sequence[SiteFound]) -> list[str]:
     """A line a site for the reader."""
     wide = max(len(each.name) for each in found)
-    told = []
+    lines = []
     for each in found:
         if each.failed:
-            told.append(f"{each.name:<{wide}}  failed: {each.rows[0].message}")
+            lines.append(f"{each.name:<{wide}}  failed: {each.rows[0].message}")
             continue
         reached = "; ".join(
             f"{row.line_id}: {percent_with_interval(reach_record(row.n_reach or 0, row.released or 0))}"
             for row in each.rows
             if row.line_id is not None
         )
-        told.append(f"{each.name:<{wide}}  {each.logs} logs" + (f"; {reached}" if reached else ""))
-    return told
+        lines.append(f"{each.name:<{wide}}  {each.logs} logs" + (f"; {reached}" if reached else ""))
+    return lines

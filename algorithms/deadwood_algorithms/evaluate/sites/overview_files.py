@@ -50,10 +50,10 @@ def write_overview(folder: Path, found: Sequence[SiteFound], merged: Sequence[Pa
 
 
 def lines_of_outcome(found: Sequence[SiteFound], facts: dict[str, Any]) -> tuple[str, ...]:
-    told = [
+    lines = [
         f"all sites, {each['line_id']}: {percent_with_interval(each)}" for each in facts["reach"] if each["sites"] > 1
     ]
     scenarios = [scenario_line(each.scenario, each.name) for each in found if each.scenario]
     more = len(scenarios) - SCENARIOS
     others = [f"the scenarios of {more} more sites are in the summary.json of each"] if more > 0 else []
-    return (*words_of_sites(found), *told, *scenarios[:SCENARIOS], *others)
+    return (*words_of_sites(found), *lines, *scenarios[:SCENARIOS], *others)

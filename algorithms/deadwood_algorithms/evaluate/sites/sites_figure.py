@@ -73,8 +73,8 @@ def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], m
     ]
     if marks:
         axes.legend(handles=marks, loc="lower right", fontsize=8)
-    told = f"{len(worst)} sites, {sum(each.logs for each in done)} logs"
-    axes.set_title(told + (f"; {int(failed.sum())} failed" if failed.any() else ""), fontsize=11)
+    title = f"{len(worst)} sites, {sum(each.logs for each in done)} logs"
+    axes.set_title(title + (f"; {int(failed.sum())} failed" if failed.any() else ""), fontsize=11)
     figure.savefig(path, dpi=110)
     plt.close(figure)
 

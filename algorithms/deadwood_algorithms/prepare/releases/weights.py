@@ -55,7 +55,7 @@ class Cells:
         for k in np.unique(owner):
             these = np.flatnonzero(owner == k)
             piece = self.piece(int(k))
-            total = _running(piece.values, self.ends[k - 1] if k else 0.0)
+            total = _running(piece.values, float(self.ends[k - 1]) if k else 0.0)
             cell = np.minimum(np.searchsorted(total, sought[these], side="right"), total.size - 1)
             columns, grid = piece.values.shape[1], piece.grid
             x[these] = grid.frame.x0 + (piece.column + cell % columns + u[these] - 0.5) * grid.cell

@@ -81,10 +81,10 @@ def sizes(
 
 def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> str:
     """The unit given, else the one in the field's name, else the usual one, and this is reported."""
-    told = named(name)
-    if given is None and told.word and told.unit not in units:
-        feedback.warn(f"{where}: the unit '{told.word}' of the field '{name}' is not known, {usual} is taken")
-    return given or (told.unit if told.unit in units else usual)
+    parsed = named(name)
+    if given is None and parsed.word and parsed.unit not in units:
+        feedback.warn(f"{where}: the unit '{parsed.word}' of the field '{name}' is not known, {usual} is taken")
+    return given or (parsed.unit if parsed.unit in units else usual)
 
 
 def dbh_column(
@@ -185,11 +185,11 @@ def crown_column(
             return None
         return 2 * np.sqrt(shapely.area(outlines) / np.pi)
     values = number_column(source, name, minimum=0.0, gaps=True)
-    told = named(name)
-    measure = measure or layout.crown.get(name.lower(), layout.crown.get(told.plain, "diameter"))
+    parsed = named(name)
+    measure = measure or layout.crown.get(name.lower(), layout.crown.get(parsed.plain, "diameter"))
     if measure == "area":
         return 2 * np.sqrt(values / np.pi)
-    times = 1.0 if told.word in AREA_UNITS else HEIGHT_UNITS.get(told.unit, 1.0)
+    times = 1.0 if parsed.word in AREA_UNITS else HEIGHT_UNITS.get(parsed.unit, 1.0)
     return values * times * (2.0 if measure == "radius" else 1.0)
 
 

@@ -75,10 +75,10 @@ def _ours(name: str) -> tuple[str | None, float]:
     short = name.strip().lower()
     if short in COLUMNS or short in OTHER_NAMES:
         return OTHER_NAMES.get(short, short), 1.0
-    told = named(name)
+    parsed = named(name)
     for ours in COLUMNS:
         stem, _, unit = ours.rpartition("_")
-        times = factor(told.unit, unit) if told.unit and told.plain in (stem, ours) else None
+        times = factor(parsed.unit, unit) if parsed.unit and parsed.plain in (stem, ours) else None
         if times is not None:
             return ours, times
     return None, 1.0
@@ -113,12 +113,12 @@ def read_stands(
     shapes = shapely.force_2d(np.asarray(frame.geometry.array))
     patches = patches_over(dem, shapely.total_bounds(shapes), feedback)
     frame = with_usual_names(frame)
-    told = [name for name in COLUMNS if name in frame]
-    if not told:
+    columns = [name for name in COLUMNS if name in frame]
+    if not columns:
         return [Stand(ground_of(patches, shapely.union_all(shapes), exclude), {})]
-    feedback.note(f"{where_of(frame)}: each of the {len(frame)} stands has its own {', '.join(told)}")
+    feedback.note(f"{where_of(frame)}: each of the {len(frame)} stands has its own {', '.join(columns)}")
     numbers = {}
-    for name in told:
+    for name in columns:
         least, largest, itself = COLUMNS[name]
         numbers[name] = number_column(frame, name, minimum=least, maximum=largest, exclusive=not itself)
     stands, off = [], 0
