@@ -41,7 +41,7 @@ class Setting:
 IMPACTS = (0.05, 0.2)  # [-] restitutions that are looked at
 RINGS = (8, 16, 32)  # vertices a ring
 ROLLING = 0.1  # [-] friction of rolling that the product has
-NO_REBOUND = (("tree_restitution", 0.0), ("barrier_restitution", 0.0))  # they have the ground's unless told
+NO_REBOUND = (("tree_restitution", 0.0), ("barrier_restitution", 0.0))  # by default they have the ground's
 
 
 # What a factor is called in tables, and its unit

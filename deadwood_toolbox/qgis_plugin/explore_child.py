@@ -149,7 +149,7 @@ class Engine(QObject):
             self.ears.hear(bytes(self.process.readAllStandardError()), b"")
 
     def _failed(self, error: QProcess.ProcessError) -> None:
-        """Only a process that never started tells this alone; all else is told by its end, too."""
+        """Only a process that never started reports this alone; all else shows in its end, too."""
         if error == QProcess.ProcessError.FailedToStart and self.process is not None:
             why = self.process.errorString()
             self.end()

@@ -15,7 +15,7 @@ NEAR_M = 0.5  # two versions of PROJ may place a tree so far apart
 
 
 class Scene:
-    """What the engine told of its scene, in the CRS of the terrain model."""
+    """What the engine reported of its scene, in the CRS of the terrain model."""
 
     def __init__(self, frame: Frame, crs: QgsCoordinateReferenceSystem) -> None:
         self.crs, self.facts = crs, frame.facts

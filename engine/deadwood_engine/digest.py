@@ -65,7 +65,7 @@ def user_folder() -> Path | None:
 
 
 def _tell(node: Any, said: list[str]) -> None:
-    """What a syntax tree says, apart from bare strings (docstrings); what is empty or None in a field is not told.
+    """What a syntax tree says, apart from bare strings (docstrings); what is empty or None in a field is left out.
 
     ``ast.dump`` writes out what one version of Python has in its trees and the next one has not.
     """

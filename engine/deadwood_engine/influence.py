@@ -3,7 +3,7 @@
 An obstacle changes a log's way in three manners, and each leaves a note, with the time of its first:
 
 - it is a contact (``note_contacts``), in a step or in the certificate of rest;
-- of all that shortens a step, it decides how long it is (``note_step``). What is told to be longer decides nothing, and
+- of all that shortens a step, it decides how long it is (``note_step``). What allows a longer step decides nothing, and
   taking it away changes nothing;
 - it is the nearest of all, and so decides when the obstacles are looked at next (``enter``). Alone that changes no bit:
   what is not looked at is too far away to be touched, or to shorten a step by its distance. But the bound on a step

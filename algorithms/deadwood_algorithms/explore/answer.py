@@ -1,6 +1,6 @@
 """What became of the logs of one question: batch by batch, in the scene as it was read and in the one as changed.
 
-What a change does is told by sliding again the logs that it can matter to. Of what is taken away the engine notes to
+What a change does is found by sliding again the logs that it can matter to. Of what is taken away the engine notes to
 whom it mattered (``deadwood_engine.influence``), of what is added the logs' poses tell who came near.
 """
 

@@ -281,7 +281,7 @@ class TileFile(Guarded):
 
 
 class Socket(Guarded, tornado.websocket.WebSocketHandler):
-    """The page. There is one at a time, for there is one session: who opens another one is told so in the first."""
+    """The page. There is one at a time, for there is one session: opening another one is announced in the first."""
 
     unsent = 0
 
@@ -325,7 +325,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
 
 
 def serve(command: Sequence[str], first: str, port: int, feedback: Feedback, opened: Callable[[str], None]) -> None:
-    """Serve the page until the feedback says to end; ``opened`` is told its address when it is there.
+    """Serve the page until the feedback says to end; ``opened`` is called with its address when it is there.
 
     On a thread of its own, for a notebook's cell runs within a loop already.
 

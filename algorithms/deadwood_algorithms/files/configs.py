@@ -45,12 +45,12 @@ def read_config(
     of its results that carries the record.
 
     Relative paths in it are taken from the folder in which the command runs, as those of flags are. An input of a
-    manifest that is not there is looked for where it lies if all was moved together; ``note`` is told of it.
+    manifest that is not there is looked for where it lies if all was moved together; ``note`` is called with it.
 
     Parameters
     ----------
     changed : callable, optional
-        Told of each input that is not what it was when the manifest was made; without it that is refused.
+        Called for each input that is not what it was when the manifest was made; without it that is refused.
     given : collection of str
         Parameters that are given otherwise, whose inputs do not matter.
     """
@@ -122,7 +122,7 @@ def _compared(
     note: Callable[[str], None],
     changed: Callable[[str], None] | None,
 ) -> str:
-    """Where an input of a manifest lies; one that has changed since is refused, or told."""
+    """Where an input of a manifest lies; one that has changed since is refused, or reported."""
     if value != record["path"]:  # the manifest was edited: another input is meant
         return value
     place, stands, file = identity.where_now(record, now, then)

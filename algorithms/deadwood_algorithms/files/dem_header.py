@@ -186,7 +186,7 @@ def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path, given: str
 
 
 def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path, code: str | None = None) -> None:
-    """``code`` of the horizontal CRS, where the heights' unit is told by the CRS and must go with them."""
+    """``code`` of the horizontal CRS, where the CRS gives the heights' unit and must stay with them."""
     if unit and ("foot" in unit.lower() or "feet" in unit.lower() or unit.strip().lower() in FEET):
         raise UserError(
             f"{path}: the DEM's heights are in {unit}, but must be in metres; fix: {remedies.times(path, factor, code)}"

@@ -60,7 +60,7 @@ def geotiff_profile(
 def libtiff_silent() -> Iterator[None]:
     """While GeoTIFFs are written: libtiff tells of a full disk on stderr itself, past GDAL's and rasterio's handlers.
 
-    The failure comes as an exception, or by reading back, and is told in a line of ours.
+    The failure comes as an exception, or by reading back, and is reported in a line of ours.
     """
     try:
         kept, nowhere = os.dup(STDERR), os.open(os.devnull, os.O_WRONLY)

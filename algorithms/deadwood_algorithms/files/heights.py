@@ -46,7 +46,7 @@ EVERYWHERE = slice(None), slice(None)
 def without_ground(heights: NDArray[np.floating], cell: float) -> NDArray[np.bool_]:
     """Which cells hold a height that no ground there can have: none on Earth, or a mean of ground and nodata.
 
-    A cell is told by those within `MARGIN_CELLS`, so a window with that margin gives what the whole gives.
+    A cell is judged by those within `MARGIN_CELLS`, so a window with that margin gives what the whole gives.
     """
     with np.errstate(invalid="ignore"):
         bad = (heights < LOWEST_M) | (heights > HIGHEST_M)

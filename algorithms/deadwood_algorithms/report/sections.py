@@ -407,7 +407,7 @@ def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
 
 
 def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:
-    """Options of the default log that no log of the run had: columns of its releases told something else."""
+    """Options of the default log that no log of the run had: columns of its releases override them."""
     parameters, found = manifest.get("parameters", {}), set()
     for name, values in manifest.get("effective", {}).items():
         given = parameters.get(name)

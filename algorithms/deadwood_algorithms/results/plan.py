@@ -140,7 +140,7 @@ def planned(
     Parameters
     ----------
     slide_few : slides the pilot into a folder; gives what it took, and how many logs the run itself would slide
-    workers : for which the time is told as well; kept : logs that keep their trajectory, None for all
+    workers : for which the time is given as well; kept : logs that keep their trajectory, None for all
     """
     with TemporaryDirectory(prefix="deadwood-plan-") as folder:
         took, logs = slide_few(Path(folder) / "pilot")

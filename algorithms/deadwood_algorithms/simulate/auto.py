@@ -152,8 +152,8 @@ def spend_budget(
     Parameters
     ----------
     left : seconds, now
-    decided : told the fidelity and the number of logs as soon as they are chosen, and again where that number is set
-        again on the way
+    decided : called with the fidelity and the number of logs as soon as they are chosen, and again where that number is
+        set again on the way
     """
     trusted = trusted_of(assumed, len(line_ids))
 

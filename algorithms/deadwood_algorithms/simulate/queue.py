@@ -81,7 +81,7 @@ class Queue:
 
 @dataclass
 class UntilNarrow:
-    """The rule: told how many logs of each part reached each line, it says whether the run has enough of them."""
+    """The rule: given how many logs of each part reached each line, it says whether the run has enough of them."""
 
     target: float
     cap: int

@@ -114,8 +114,9 @@ def slide_batch(
 ) -> tuple[Result, list[str]]:
     """Slide the logs as the simulation says (laws, fidelity, where), on the window that there is.
 
-    ``report`` is told how many logs are done, and says whether to stop. Also returns the sides of the window that some
-    log came too near to: where there are any, neither the result nor what was drawn on the rasters may be used.
+    ``report`` is called with the number of logs done, and says whether to stop. Also returns the sides of the window
+    that some log came too near to: where there are any, neither the result nor what was drawn on the rasters may be
+    used.
 
     ``later`` are the batches that will be asked for next, with which the workers of a scheduler may begin while a slow
     log keeps this one waiting. With ``influences`` the result tells what mattered to each log, with ``until_reached``

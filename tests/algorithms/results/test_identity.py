@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import shutil
 import sqlite3
@@ -373,22 +374,22 @@ def test_a_flipped_bit_in_what_seals_a_manifest_is_no_manifest_of_before_the_sea
 
 @pytest.mark.parametrize("name", ["summary.json", "manifest.json"])
 def test_wrong_types_are_refused_in_a_line(case, run, tmp_path, capsys, name):
-    """In a result of before the seal: each value in turn is a text, a list, null or a number that it cannot be."""
+    """In a result of before the seal: each value is a text, a list, null or a number that it cannot be, in turn."""
     mine = Path(shutil.copytree(run, tmp_path / "run"))
     old = {key: value for key, value in manifest(run).items() if key not in ("files", "seal", "run_id")}
     (mine / "manifest.json").write_text(json.dumps(old), encoding="utf-8")
     whole = json.loads((mine / name).read_text(encoding="utf-8"))
     tops = [at for at in places_in(whole) if 0 < len(at) <= 3 and at[0] not in ("effective", "platform", "libraries")]
-    for at in tops[:: 2 if name == "summary.json" else 5]:
-        for wrong in ("text", [], None, -1e308):
-            told = json.loads(json.dumps(whole))
-            place = told
-            for key in at[:-1]:
-                place = place[key]
-            place[at[-1]] = wrong
-            (mine / name).write_text(json.dumps(told), encoding="utf-8")
-            words = ["design-values", "--run", str(mine), "--output", str(tmp_path / "v.csv"), "--overwrite", "--quiet"]
-            assert command(words) in (0, 2), (at, wrong, capsys.readouterr().err)
+    wrongs = itertools.cycle(("text", [], None, -1e308))
+    for at, wrong in zip(tops[:: 1 if name == "summary.json" else 2], wrongs, strict=False):
+        changed = json.loads(json.dumps(whole))
+        place = changed
+        for key in at[:-1]:
+            place = place[key]
+        place[at[-1]] = wrong
+        (mine / name).write_text(json.dumps(changed), encoding="utf-8")
+        words = ["design-values", "--run", str(mine), "--output", str(tmp_path / "v.csv"), "--overwrite", "--quiet"]
+        assert command(words) in (0, 2), (at, wrong, capsys.readouterr().err)
 
 
 # --- resumed ----------------------------------------------------------------------------------------------------------

@@ -50,7 +50,7 @@ class Origins:
         return float(self.released[self.enough].sum() / self.released.sum())
 
     def shares(self, line: str) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Share of the logs of each cell that reach the line, and the ends of its Wilson interval; NaN if not told."""
+        """Share of the logs of each cell that reach the line, and the ends of its Wilson interval; NaN if too few."""
         share, low, high = (np.full(self.grid.shape, NOWHERE) for _ in range(3))
         for number in np.unique(self.released[self.enough]):
             here = self.released == number

@@ -1,6 +1,6 @@
 """What the same logs come to in two scenarios, and how far the difference can be chance: functions on arrays.
 
-Every log is its own control, so a difference is told by the logs that changed: a share by Tango's interval and
+Every log is its own control, so a difference rests on the logs that changed: a share by Tango's interval and
 McNemar's exact test, a mean by the changes' own scatter, a spread or quantile by a bootstrap that draws the same logs
 in both. The indices of a protection forest (`indices`) are bootstrapped likewise.
 A log that left the terrain model before it reached a line, or before anything held it, may have done so beyond. Shares

@@ -1,6 +1,6 @@
 """Whether layers of release areas or of mapped deadwood tell of wood that lies on the ground.
 
-For `sample_releases`, which releases logs upright unless it is told otherwise.
+For `sample_releases`, which releases logs upright unless an option says otherwise.
 """
 
 from __future__ import annotations
