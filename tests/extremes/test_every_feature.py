@@ -72,8 +72,8 @@ def seeds(base, tip, taper, solid):
 def depths(base, tip, first, last, solid, allowed=0.0, rounds=400):
     """Overlap [m] of logs (m, ...) with one convex solid; negative where they are clear by that at least.
 
-    What is not deeper than ``allowed`` [m] is not measured any closer: its depth is said to be that at most. rounds : in
-    which a better direction is looked for
+    What is not deeper than ``allowed`` [m] is not measured any closer: its depth is said to be that at most. rounds :
+    of looking for a better direction
     """
     depth = np.empty(len(base))
     for chunk in np.array_split(np.arange(len(base)), 1 + len(base) // 2000):
