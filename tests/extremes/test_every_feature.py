@@ -69,6 +69,31 @@ def seeds(base, tip, taper, solid):
     )
 
 
+def straight_out(base, tip, solid):
+    """From the nearest point of a solid's axis to that of a log's, nearly: the way out of a side, (m, 1, 3).
+
+    By turns the nearest point of the one axis to that of the other; and level ways square to a plate.
+    """
+
+    def on(point, start, end):
+        along = end - start
+        square = np.maximum((along * along).sum(axis=1), 1e-300)
+        share = np.clip(((point - start) * along).sum(axis=1) / square, 0.0, 1.0)
+        return start + share[:, None] * along
+
+    start, end = (np.broadcast_to(each, base.shape) for each in (solid[0][0], solid[0][-1]))
+    q = 0.5 * (start + end)
+    for _ in range(20):
+        p = on(q, base, tip)
+        q = on(p, start, end)
+    ways = [p - q]
+    if solid[2]:
+        square = np.broadcast_to(np.cross(solid[0][-1] - solid[0][0], (0.0, 0.0, 1.0)), base.shape)
+        ways += [square, -square]
+    ways = np.stack(ways, axis=1)
+    return ways / np.maximum(np.linalg.norm(ways, axis=2, keepdims=True), 1e-300)
+
+
 def depths(base, tip, first, last, solid, allowed=0.0, rounds=400):
     """Overlap [m] of logs (m, ...) with one convex solid; negative where they are clear by that at least.
 
@@ -78,6 +103,7 @@ def depths(base, tip, first, last, solid, allowed=0.0, rounds=400):
     depth = np.empty(len(base))
     for chunk in np.array_split(np.arange(len(base)), 1 + len(base) // 2000):
         everywhere = np.broadcast_to(directions(60), (len(chunk), 60, 3))
+        everywhere = np.concatenate([everywhere, straight_out(base[chunk], tip[chunk], solid)], axis=1)
         depth[chunk] = past_one_another(everywhere, base[chunk], tip[chunk], first[chunk], last[chunk], solid).min(1)
     near = np.flatnonzero(depth >= allowed)
     for chunk in np.array_split(near, 1 + len(near) // 400):
