@@ -41,7 +41,7 @@ class Panel(QDockWidget):
         super().__init__(_("Explore: sliding logs"))
         self.setObjectName("DeadwoodExplore")
         self.iface, self.canvas = iface, iface.mapCanvas()
-        self.tool = translated(next(each for each in manifest["tools"] if each["name"] == "explore"))
+        self.declaration = translated(next(each for each in manifest["tools"] if each["name"] == "explore"))
         self.words = Words(manifest["explore"])
         self.overlay = Overlay(self.canvas, manifest["explore"])
         self.engine: Engine | None = None
@@ -59,7 +59,7 @@ class Panel(QDockWidget):
         self.run_folder = ""  # where the run that is being saved shall be
         self.folder = ""
         self.dialogs: list[Any] = []
-        declared = {each["name"]: each for each in self.tool["parameters"]}
+        declared = {each["name"]: each for each in self.declaration["parameters"]}
         self.form = form = Form(declared, self.words, manifest["explore"]["friction"])
         self.setWidget(form)
         self.tool = ReleaseTool(self)
@@ -101,14 +101,14 @@ class Panel(QDockWidget):
 
     def _arguments(self) -> list[str]:
         """The command's words, as a dialog of the toolbox makes them: what no file holds is saved for the tool."""
-        algorithm = ToolAlgorithm(self.tool)
+        algorithm = ToolAlgorithm(self.declaration)
         algorithm.initAlgorithm()
         context, heard = QgsProcessingContext(), Heard(self.tell)
         context.setProject(QgsProject.instance())
         self.folder = QgsProcessingUtils.generateTempFilename("explored")
         chosen = {name.upper(): layer for name, layer in self.form.chosen().items()}
         inputs = Inputs(algorithm, {**chosen, "OUTPUT": self.folder}, context, heard)
-        inputs.collect(self.tool["parameters"])
+        inputs.collect(self.declaration["parameters"])
         check_places(inputs, context, heard)
         self._watch()
         self.loaded = {layer.id(): layer.name() for layer in chosen.values()}

@@ -17,8 +17,8 @@ from deadwood_algorithms.scene.items import (
     plan_of,
     points_on,
     rows_named,
+    say_left_out,
     shared_words,
-    warn_left_out,
     why_left_out,
 )
 from deadwood_algorithms.schemas import BLOCKS
@@ -68,7 +68,7 @@ def read_blocks(path: str | None, grid: Grid, feedback: Feedback) -> Boulders:
     if not on.any():
         raise UserError(f"{path}: none of the {len(frame)} blocks lies on the DEM{extent_words(x, y, grid)}")
     beyond = why_left_out(grid, x[~on], y[~on])
-    warn_left_out(frame, ~on, "blocks", feedback)
+    say_left_out(frame, ~on, "blocks", feedback.note)
     ids = ids_of(frame, "block_id", "name")
     field = next((name for name in ("block_id", "name") if name in frame), "")
     twins = shared_words(frame, field, ids.tolist())

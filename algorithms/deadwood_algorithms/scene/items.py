@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -76,7 +77,7 @@ def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str, feedback: Fee
         off = f"the {what} does not touch" if touches.size == 1 else f"none of the {touches.size} {what}s touches"
         x, y = shapely.get_coordinates(geometry).T
         raise UserError(f"{where_of(frame)}: {off} the DEM{extent_words(x, y, grid)}")
-    warn_left_out(frame, ~touches, f"{what}s", feedback)
+    say_left_out(frame, ~touches, f"{what}s", feedback.warn)
     short = np.flatnonzero(touches & (shapely.length(geometry) <= 0.0))
     if short.size:
         raise UserError(f"{where_of(frame)}, {rows_named(short)}: the {what} has no length; delete the row")
@@ -167,12 +168,15 @@ def why_left_out(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> 
     return Counter({OFF_DEM: x.size - within, NO_TERRAIN: within})
 
 
-def warn_left_out(frame: geopandas.GeoDataFrame, off: NDArray[np.bool_], what: str, feedback: Feedback) -> None:
-    """Warn of the rows of a layer that have no part in the run because they lie off the DEM."""
+def say_left_out(frame: geopandas.GeoDataFrame, off: NDArray[np.bool_], what: str, say: Callable[[str], None]) -> None:
+    """Name the rows of a layer that have no part in the run because they lie off the DEM.
+
+    say : a warning where a row is a work or a road; a note of trees and boulders, whose layers cover whole regions
+    """
     rows = np.flatnonzero(off)
     if rows.size:
         verb = "lies off the DEM and is" if rows.size == 1 else "lie off the DEM and are"
-        feedback.warn(f"{where_of(frame)}, {rows_named(rows)}: {rows.size} of {off.size} {what} {verb} left out")
+        say(f"{where_of(frame)}, {rows_named(rows)}: {rows.size} of {off.size} {what} {verb} left out")
 
 
 def rows_named(rows: NDArray[Any]) -> str:

@@ -31,8 +31,8 @@ from deadwood_algorithms.scene.items import (
     paths_of,
     plan_of,
     points_on,
+    say_left_out,
     shared_words,
-    warn_left_out,
     why_left_out,
 )
 from deadwood_algorithms.scene.laws import Breaking
@@ -262,7 +262,7 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> StandingTree
     on = points_on(grid, x, y)
     if not on.any():
         raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
-    warn_left_out(frame, ~on, "trees", feedback)
+    say_left_out(frame, ~on, "trees", feedback.note)
     ids = ids_of(frame, "tree_id")
     twins = shared_words(frame, "tree_id", ids.tolist())
     if twins:

@@ -167,7 +167,7 @@ def test_off_the_dem_or_no_point_is_refused(tmp_path, grid, said):
     both = write_layer(tmp_path / "both.gpkg", points((500, 500), (20, 60)), diameter_m=[1.0, 2.0], block_id=[3, 4])
     there = read_blocks(both, grid, said)
     assert (there.ids, there.left_out["off_dem"], there.solid.diameter.tolist()) == (["4"], 1, [2.0])
-    assert any("row 1: 1 of 2 blocks lies off the DEM and is left out" in each for each in said.warnings)
+    assert any("row 1: 1 of 2 blocks lies off the DEM and is left out" in each for each in said.notes)
     lines = write_layer(tmp_path / "lines.gpkg", [shapely.LineString([(10, 60), (20, 60)])], diameter_m=[1.0])
     with pytest.raises(UserError, match="row 1: a LineString, but the blocks must be points"):
         read_blocks(lines, grid, Quiet())

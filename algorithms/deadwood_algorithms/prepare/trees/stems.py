@@ -15,7 +15,7 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.throwing import LEAST_LOG_M, Lying, chosen_share, class_shares, item_numbers
-from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, shared_words, warn_left_out
+from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, say_left_out, shared_words
 from deadwood_algorithms.schemas import DBH_CM, TREES
 from deadwood_algorithms.stats import draws
 
@@ -71,7 +71,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
     on = grid.contains(x, y)
     if not on.any():
         raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
-    warn_left_out(frame, ~on, "trees", feedback)
+    say_left_out(frame, ~on, "trees", feedback.note)
     kept: Any = frame[on].reset_index(drop=True)
     return Stems(kept, ids[on], item_numbers([str(each) for each in ids[on]]), sizes[0][on], sizes[1][on])
 
