@@ -83,7 +83,7 @@ def test_why_rows_are_left_out(told):
     assert out["releases"] == {}
     assert "2 rigid truncated cones; 1 off the DEM left out; 4 left out where" in told["modelled"]["trees"]
     assert "3 rigid thin plates; 1 off the DEM left out; 1 left out where" in told["modelled"]["barriers"]
-    assert told["modelled"]["lines"] == "2 lines or outlines watched; 1 off the DEM left out"
+    assert told["modelled"]["lines"] == "2 watched, as lines or outlines; 1 off the DEM left out"
     assert [each["line_id"] for each in told["reach"]] == ["road", "house"]
 
 
