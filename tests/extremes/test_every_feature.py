@@ -82,7 +82,7 @@ def straight_out(base, tip, solid):
         return start + share[:, None] * along
 
     start, end = (np.broadcast_to(each, base.shape) for each in (solid[0][0], solid[0][-1]))
-    q = 0.5 * (start + end)
+    p, q = base, 0.5 * (start + end)
     for _ in range(20):
         p = on(q, base, tip)
         q = on(p, start, end)
