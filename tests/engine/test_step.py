@@ -69,7 +69,7 @@ def test_no_end_moves_farther_than_a_step_s_travel(plain, scene, seed):
     state, (scratch, way) = flying(seed), memory()
     way.before = 0.3 * DT
     fallen = state.copy()
-    plain("step").choose_step(scene, fallen, LOG, SETTINGS, scratch, way)
+    plain("step").choose_step(scene, FRAME, fallen, LOG, SETTINGS, scratch, way)
     assert fallen[9] == state[9] - 0.5 * G * way.before  # gravity's half for the way behind
     assert np.array_equal(np.delete(fallen, 9), np.delete(state, 9))
     places = np.array([-LOG[CENTRE], LOG[LENGTH] - LOG[CENTRE]])[:, None]
@@ -88,7 +88,7 @@ def test_no_end_moves_farther_than_a_step_s_travel(plain, scene, seed):
 def test_obstacles_shorten_a_step_down_to_a_least(plain, scene, allowed):
     state, (scratch, way) = flying(4), memory()
     way.travel = allowed
-    plain("step").choose_step(scene, state, LOG, SETTINGS, scratch, way)
+    plain("step").choose_step(scene, FRAME, state, LOG, SETTINGS, scratch, way)
     fastest = plain("travel").fastest_point(state, LOG) + 0.5 * G * DT
     assert way.dt == pytest.approx(max(SHORTEST_STEP, min(DT, allowed / fastest)))
 
@@ -98,7 +98,7 @@ def test_a_cloud_turns_by_little_in_a_step(plain, scene):
     state[10:13] = 0.0, 30.0, 40.0
     state[7:10] = 0.0
     arrays = scene._replace(cloud=object())
-    plain("step").choose_step(arrays, state, LOG, SETTINGS._replace(travel=9.0), scratch, way)
+    plain("step").choose_step(arrays, FRAME, state, LOG, SETTINGS._replace(travel=9.0), scratch, way)
     assert way.dt == pytest.approx(CLOUD_TURN / 50.0)
 
 
