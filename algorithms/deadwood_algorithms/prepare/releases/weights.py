@@ -26,15 +26,19 @@ Bounds = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Piece:
-    """Weights of some cells, 0 where there is none or no height; ``grid`` has the heights, one cell more at least.
+    """Some cells of a rectangle; ``grid`` has the heights, one cell more at least.
 
-    column, row : of the first of them in the whole DEM
+    total : running sums of their weights and of those before them, row by row
+    column, row : of the first of them in the whole DEM; columns : of the rectangle
+    count : of cells with a weight
     """
 
-    values: NDArray[np.float64]
+    total: NDArray[np.float64]
     grid: Grid
     column: int
     row: int
+    columns: int
+    count: int
 
 
 @dataclass(frozen=True)
@@ -55,11 +59,10 @@ class Cells:
         for k in np.unique(owner):
             these = np.flatnonzero(owner == k)
             piece = self.piece(int(k))
-            total = _running(piece.values, float(self.ends[k - 1]) if k else 0.0)
-            cell = np.minimum(np.searchsorted(total, sought[these], side="right"), total.size - 1)
-            columns, grid = piece.values.shape[1], piece.grid
-            x[these] = grid.frame.x0 + (piece.column + cell % columns + u[these] - 0.5) * grid.cell
-            y[these] = grid.frame.y0 + (piece.row + cell // columns + v[these] - 0.5) * grid.cell
+            cell = np.minimum(np.searchsorted(piece.total, sought[these], side="right"), piece.total.size - 1)
+            grid = piece.grid
+            x[these] = grid.frame.x0 + (piece.column + cell % piece.columns + u[these] - 0.5) * grid.cell
+            y[these] = grid.frame.y0 + (piece.row + cell // piece.columns + v[these] - 0.5) * grid.cell
             inside[these] = grid.contains(x[these], y[these])
         return x, y, inside
 
@@ -81,36 +84,36 @@ class Weights:
         i0, i1 = cells_between(west, east, ground.x0, ground.cell, nx)
         j0, j1 = cells_between(south, north, ground.y0, ground.cell, ny)
         if i1 <= i0 or j1 <= j0:
-            return Cells(lambda _: self._piece(0, 0, 0, 0), np.zeros(0), 0)
+            return Cells(lambda _: self._piece(0, 0, 0, 0, 0.0), np.zeros(0), 0)
         rows = max(STRIP_CELLS // (i1 - i0) // STRIP_ROWS, 1) * STRIP_ROWS if self.kept is None else j1 - j0
         starts = list(range(j0, j1, rows))
+        ends, count = np.zeros(len(starts)), 0
         read = {}  # the piece that was read last
 
         def piece(k: int) -> Piece:
             if k not in read:
                 read.clear()
-                read[k] = self._piece(i0, i1, starts[k], min(starts[k] + rows, j1))
+                before = float(ends[k - 1]) if k else 0.0
+                read[k] = self._piece(i0, i1, starts[k], min(starts[k] + rows, j1), before)
             return read[k]
 
-        ends, count = np.zeros(len(starts)), 0
         for k in range(len(starts)):
             if self.feedback.cancelled():
                 raise Cancelled
-            values = piece(k).values
-            ends[k] = _running(values, ends[k - 1] if k else 0.0)[-1]
-            count += int(np.count_nonzero(values))
+            ends[k] = piece(k).total[-1]
+            count += piece(k).count
             if len(starts) > 1:
                 self.feedback.progress(k + 1, len(starts), "reading the weights")
         return Cells(piece, ends if count else np.zeros(0), count)
 
-    def _piece(self, i0: int, i1: int, j0: int, j1: int) -> Piece:
+    def _piece(self, i0: int, i1: int, j0: int, j1: int, before: float) -> Piece:
         if self.kept is not None:
             assert isinstance(self.ground, Grid)
-            return Piece(self.kept[j0:j1, i0:i1], self.ground, i0, j0)
+            return _piece_of(self.kept[j0:j1, i0:i1], self.ground, i0, j0, before)
         grid = self.ground.read(Part(i0 - 1, j0 - 1, i1 - i0 + 2, j1 - j0 + 2).cut_to(self.ground.shape))
         column, row = grid.first
         values = _weights_on(self.path, grid, Quiet())
-        return Piece(values[j0 - row : j1 - row, i0 - column : i1 - column], grid, i0, j0)
+        return _piece_of(values[j0 - row : j1 - row, i0 - column : i1 - column], grid, i0, j0, before)
 
 
 def read_weights(path: str, ground: Grid | DemBlocks, feedback: Feedback, *, everywhere: bool) -> Weights:
@@ -137,11 +140,11 @@ def cells_between(low: float, high: float, origin: float, cell: float, count: in
     return min(max(first, 0), count), min(max(last, 0), count)
 
 
-def _running(values: NDArray[np.float64], before: float) -> NDArray[np.float64]:
-    """Sums of weights up to each cell, row by row, the same to the last bit in whatever pieces they are summed."""
+def _piece_of(values: NDArray[np.float64], grid: Grid, column: int, row: int, before: float) -> Piece:
+    """The sums are the same to the last bit in whatever pieces they are summed; ``before`` : of the pieces before."""
     flat = values.ravel().copy()
-    flat[0] += before
-    return np.cumsum(flat, out=flat)
+    flat[:1] += before
+    return Piece(np.cumsum(flat, out=flat), grid, column, row, values.shape[1], int(np.count_nonzero(values)))
 
 
 def _weights_on(path: str, grid: Grid, feedback: Feedback) -> NDArray[np.float64]:
