@@ -71,7 +71,8 @@ def test_a_face_that_falls_flat_slows_down_with_its_depth_as_well_as_the_steps_r
         way = share * depth(mass, 10.0)
         errors.append(speed_of(found) / (10.0 * np.exp(-K / mass * (deep - 0.5 * way))) - 1.0)
         assert 0.0 < errors[-1] < 1.01 * K / mass * way
-    assert [one / next_ for one, next_ in pairwise(errors)] == pytest.approx([2.0, 2.0, 2.0], rel=0.35)
+    # of the first order: 2 but for higher terms (measured 1.93, 1.96, 1.98); the second order would give 4
+    assert [one / next_ for one, next_ in pairwise(errors)] == pytest.approx([2.0, 2.0, 2.0], rel=0.05)
 
 
 def test_it_stops_at_the_rebound_plane_of_equation_11_and_slides_on_it_against_the_drag():

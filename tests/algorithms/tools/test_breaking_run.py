@@ -191,22 +191,6 @@ def test_friction_that_grows_with_slip_is_of_shapes(case, tmp_path):
     assert summary(plain)["scenario"]["slip_friction"] is None
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        (SLIP | {"shape": "cone"}, "--friction-max is of bodies of points: give their --shape"),
-        (SLIP | {"friction_beta": None}, "--friction-max needs --friction-beta, too"),
-        (SLIP | {"friction_max": None}, "--friction-kappa needs --friction-max, too"),
-        (SLIP | {"friction_max": 0.2}, "--friction-max is 0.2, but must be above --friction, 0.25"),
-    ],
-)
-def test_half_a_law_of_slip_is_refused(case, tmp_path, changes, words):
-    rock = tmp_path / "rock.pts"
-    rock.write_text(ROCK)
-    with pytest.raises(UserError, match=words):
-        case.run(output=str(tmp_path / "x"), **({"shape": str(rock)} | changes))
-
-
 SOFT: dict[str, Any] = {"soil_strength_mn_m2": 1.0, "scar_drag": 3.0}
 
 
@@ -228,12 +212,16 @@ def test_soft_ground_brakes_a_rock(case, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
+        (SLIP | {"shape": "cone"}, "--friction-max is of bodies of points: give their --shape"),
+        (SLIP | {"friction_beta": None}, "--friction-max needs --friction-beta, too"),
+        (SLIP | {"friction_max": None}, "--friction-kappa needs --friction-max, too"),
+        (SLIP | {"friction_max": 0.2}, "--friction-max is 0.2, but must be above --friction, 0.25"),
         (SOFT | {"shape": "cone"}, "--soil-strength-mn-m2 is of bodies of points: give their --shape; to logs"),
         (SOFT | {"scar_drag": None}, "--soil-strength-mn-m2 needs --scar-drag, too: soft ground has these two numbers"),
         (SOFT | {"soil_strength_mn_m2": None}, "--scar-drag needs --soil-strength-mn-m2, too"),
     ],
 )
-def test_half_a_law_of_soft_ground_is_refused(case, tmp_path, changes, words):
+def test_half_a_law_of_bodies_of_points_is_refused(case, tmp_path, changes, words):
     rock = tmp_path / "rock.pts"
     rock.write_text(ROCK)
     with pytest.raises(UserError, match=words):
