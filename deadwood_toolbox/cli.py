@@ -244,4 +244,4 @@ def _fault_of_ours(error: BaseException, verbose: bool) -> str:
     if verbose:
         print(trace, file=sys.stderr, end="")
     what = str(error).splitlines()[0] if str(error) else "no message"
-    return f"a fault of ours, please report it: {type(error).__name__}: {what} (traceback {saved})"
+    return f"a bug in the toolbox, please report it: {type(error).__name__}: {what} (traceback {saved})"

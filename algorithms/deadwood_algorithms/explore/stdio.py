@@ -108,7 +108,7 @@ class Front:
             self.out.send(refusal(str(error), message))
         except Exception as error:
             traceback.print_exc(file=sys.stderr)
-            self.out.send(refusal(f"a fault of ours: {type(error).__name__}; the terminal says more", message))
+            self.out.send(refusal(f"a bug in the toolbox: {type(error).__name__}; the terminal says more", message))
 
     def _do(self, message: dict[str, Any]) -> None:
         name, turn = message.get("op"), message.get("turn", {})

@@ -202,7 +202,7 @@ class Found:
     def say(self, path: str, feedback: Feedback) -> None:
         if self.far:
             feedback.warn(
-                f"{path}: {self.far} cells hold {self.shown:g} m, which is no height on Earth; they are taken as "
+                f"{path}: {self.far} cells hold {self.shown:g} m, which is not a height on Earth; they are taken as "
                 "outside"
             )
         if self.zero:

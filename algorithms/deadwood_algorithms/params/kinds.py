@@ -131,7 +131,7 @@ def _numbers(parameter: Parameter, text: str) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(",") if part.strip())
     except ValueError:
         raise UserError(
-            f"{parameter.flag} is '{text}', but must be numbers with commas between, or from:to:step"
+            f"{parameter.flag} is '{text}', but must be numbers separated by commas, or from:to:step"
         ) from None
 
 
@@ -176,7 +176,7 @@ def _check_number(parameter: Parameter, value: Any, *, whole: bool = False) -> N
         raise UserError(f"{parameter.flag} is {shown}, but must be finite")
     unit = f" {parameter.unit}" if parameter.unit else ""
     if value and not whole and not SMALLEST <= abs(value) <= LARGEST:
-        raise UserError(f"{parameter.flag} is {value:g}{unit}, which is no possible size; check it")
+        raise UserError(f"{parameter.flag} is {value:g}{unit}, which is not a possible size; check it")
     low, high = parameter.minimum, parameter.maximum
     if low is not None and (value < low or (parameter.exclusive and value <= low)):
         word = "greater than" if parameter.exclusive else "at least"
@@ -225,7 +225,7 @@ def _check_numbers(parameter: Parameter, value: Any) -> None:
     shown = ",".join(f"{each:g}" for each in value)
     least, most = parameter.least_count, parameter.most_count
     if not least <= len(value) <= most:
-        raise UserError(f"{parameter.flag} is '{shown}', but must be {least} to {most} numbers, with commas")
+        raise UserError(f"{parameter.flag} is '{shown}', but must be {least} to {most} numbers, separated by commas")
     if parameter.ascending and not all(low < high for low, high in pairwise(value)):
         raise UserError(f"{parameter.flag} is '{shown}', but each number must be larger than the one before")
     if len(set(value)) < len(value):

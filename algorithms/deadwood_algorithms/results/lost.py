@@ -70,5 +70,5 @@ def lost_warning(n_lost: int, n: int, phrases: Sequence[str]) -> str | None:
         return None
     return (
         f"{n_lost} of {n} logs ({percent_of(n_lost, n)}) left the terrain model or came onto its nodata, and their "
-        f"further movement is not known: {'; '.join(phrases)}; take a larger terrain model"
+        f"further movement is not known: {'; '.join(phrases)}; use a larger terrain model"
     )

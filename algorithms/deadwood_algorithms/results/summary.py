@@ -212,7 +212,7 @@ def spreadless_lines(records: list[dict[str, Any]]) -> list[str]:
         return []
     shown = ", ".join(without[:FEW_NAMED]) + (f" and {len(without) - FEW_NAMED} more" if without[FEW_NAMED:] else "")
     which = f"release {shown}" if len(without) == 1 else f"releases {shown}"
-    return [f"{which}: no lateral spread, for fewer than two logs went farther than the least run-out"]
+    return [f"{which}: no lateral spread, for fewer than two logs went farther than the minimum run-out"]
 
 
 def mean_words(speed: dict[str, Any], n_logs: int) -> str:

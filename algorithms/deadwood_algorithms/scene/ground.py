@@ -20,7 +20,7 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
     if grid.cell > COARSEST_M:
         feedback.warn(
             f"{grid.path}: cells of {grid.cell:g} m do not resolve the relief that holds logs, so that too many slide,"
-            f" and too far; take a terrain model with cells of 0.5 to {COARSEST_M:g} m"
+            f" and too far; use a terrain model with cells of 0.5 to {COARSEST_M:g} m"
         )
     holes = holes_in(grid.values)
     if holes:

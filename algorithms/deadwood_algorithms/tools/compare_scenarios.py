@@ -55,11 +55,11 @@ PICTURE = "comparison.png"
 class Ask:
     runs: str = tool.folders(
         "Folders of the runs",
-        help="Each a folder of slide-logs, of the same releases, with commas between: "
+        help="Each a folder of slide-logs, of the same releases, separated by commas: "
         "run_none,run_forest,run_barriers.",
     )
     names: str | None = tool.text(
-        "Names of the scenarios, with commas", default=None, help="Default: the names of the folders."
+        "Names of the scenarios, separated by commas", default=None, help="Default: the names of the folders."
     )
     baseline: str | None = tool.baseline()
     lines: str | None = tool.vector(

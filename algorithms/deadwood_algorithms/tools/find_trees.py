@@ -56,7 +56,7 @@ class Ask:
         "Constant diameter of the window instead", unit="m", default=None, minimum=0.0, maximum=100.0, exclusive=True
     )
     min_height_m: float = tool.number(
-        "Least height of a tree",
+        "Minimum height of a tree",
         unit="m",
         default=2.0,
         minimum=1.3,
@@ -103,7 +103,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         tops = find_tops(read, canopy.shape, canopy.cell, window, ask.min_height_m, TREE_M[1], after_block=after_block)
         if tops.too_high:
             feedback.warn(
-                f"{path}: {tops.too_high} cells stand more than {TREE_M[1]:g} m above the ground and are no trees; "
+                f"{path}: {tops.too_high} cells stand more than {TREE_M[1]:g} m above the ground and are not trees; "
                 "is it a canopy model, in metres?"
             )
         height = np.round(tops.height, 3)

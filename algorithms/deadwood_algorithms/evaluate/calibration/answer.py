@@ -59,7 +59,7 @@ def warn_of_logs(
     if lost is not None:
         feedback.warn(
             f"of {n} logs, {who} left the terrain model before it was seen whether they reach the lines: they count "
-            "as far as they were seen; take a larger one"
+            "as far as they were seen; use a larger one"
         )
     elif search_complete:
         feedback.warn(

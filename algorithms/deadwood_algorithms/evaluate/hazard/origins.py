@@ -97,7 +97,7 @@ def origins_of(
     i, j = (np.floor(at / cell).astype(np.int64) for at in (x, y))
     shape = (int(np.ptp(j)) + 1, int(np.ptp(i)) + 1)
     if shape[0] * shape[1] > CELLS_MOST:
-        raise UserError(f"--cell-m {cell:g} makes a raster of {shape[1]} x {shape[0]} cells; take a larger cell")
+        raise UserError(f"--cell-m {cell:g} makes a raster of {shape[1]} x {shape[0]} cells; use a larger cell")
     place = (j - j.min()) * shape[1] + (i - i.min())
 
     def counted(which: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -37,7 +37,7 @@ class ScenarioRow:
 
     ci_low, ci_high : 95 % interval of the value; diff_ci_low, diff_ci_high : of the difference, over the same logs
     n_only_reference, n_only_scenario, p_mcnemar : of shares: logs that changed, and whether chance would do as much
-    n_lost : logs that left the terrain model before it was seen what they do
+    n_lost : logs that left the terrain model before the outcome was known
     value_..., difference_..._if_lost : the least and the most of both, whatever these did
     diff_..._if_lost : the outer ends of the intervals of the least and the most difference
     """

@@ -75,7 +75,7 @@ class TableOptions:
     )
     keep_dead: bool = tool.flag("Keep dead standing trees among the trees too")
     min_height_m: float = tool.number(
-        "Least height of a tree",
+        "Minimum height of a tree",
         unit="m",
         default=1.3,
         minimum=0.0,
