@@ -74,7 +74,7 @@ def main() -> None:
 
 
 def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
-    """Carry out one command line and return its exit status; for tests, ``tools`` takes the shelf's place."""
+    """Carry out one command line and return its exit status; for tests, ``tools`` replaces the registered tools."""
     dropped = drop_foreign_paths(os.environ)
     stay_offline(os.environ)
     keep_cache_small(os.environ)

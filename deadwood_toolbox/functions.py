@@ -1825,7 +1825,7 @@ class DesignValuesResult(Result):
     """What `design_values` leaves."""
 
     design_values = TablePart("--output")
-    """Percentiles at each barrier and line, over the logs that come to it"""
+    """Percentiles at each barrier and line, over the logs that reach it"""
 
 
 def design_values(
@@ -2103,7 +2103,7 @@ class SiteBarriersResult(Result):
     summary_file = "summary.json"
 
     pareto = TablePart("pareto.csv")
-    """One row for each candidate alone, by what is left; then one a set of barriers that was chosen"""
+    """One row for each candidate alone, by what is left; then one per chosen set of barriers"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """The run's own barriers and those chosen, with what each does when all stand; as slide-logs takes them"""
 

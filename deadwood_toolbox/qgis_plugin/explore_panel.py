@@ -1,7 +1,7 @@
 """The panel "Explore": click on the map, and logs slide from there; select trees, and see what felling them changes.
 
-A process of the toolbox stays behind the panel and answers within a second. What is asked while an answer is on its way
-replaces it; nothing here waits for the process.
+A process of the toolbox stays behind the panel and answers within a second. A request replaces one that is still being
+answered; nothing here waits for the process.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ class Inputs:
         if not path:
             return ""
         if re.match(r"^[a-zA-Z]{2,}:", path):
-            message = _("{label}: {path} is not a file; name a file of its own")
+            message = _("{label}: {path} is not a file; name a separate file")
             raise QgsProcessingException(message.format(label=declared["label"], path=path))
         self.outputs[declared["name"]] = path = os.path.abspath(path)
         if declared["widget"] == "output_folder":

@@ -168,7 +168,7 @@ def points_of(message: Mapping[str, Any], name: str, least: int, grid: Grid) -> 
 
 
 def question_of(message: Mapping[str, Any], defaults: Defaults, grid: Grid) -> Question:
-    """A release that is asked for."""
+    """A requested release."""
     shape = record(message.get("shape"), "shape")
     radius = 0.0
     if "circle" in shape:

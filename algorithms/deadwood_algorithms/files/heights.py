@@ -32,7 +32,7 @@ STEEPEST_DEG = 58.0
 FOOT_M = 0.3048
 
 STEP_M = 0.2  # lower ones hold no log
-# Shares of pairs of neighbouring differences: at least that many are not level in both, and of these so many lie
+# Shares of pairs of neighbouring differences: at least the first are not level in both, and of these the second lie
 # between level ground and a step. On surveyed ground hardly any pair does, on whole metres and repeated cells most do.
 SLOPING_SHARE, STEPPED_SHARE = 0.05, 0.3
 JUDGED_BY = 200  # pairs of cells; fewer tell nothing

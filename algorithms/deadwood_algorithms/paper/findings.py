@@ -390,7 +390,7 @@ def motion_findings(of: Evidence) -> list[Finding]:
     found.append(
         Finding(
             f"{at}.trees_hold_near_release", "Trees hold a good part of the logs within their own length of the "
-            "release (share; holds above 10 %)", "4, 6.2", "told without a number", float(stopped.mean()), *ends,
+            "release (share; holds above 10 %)", "4, 6.2", "stated without a number", float(stopped.mean()), *ends,
             above(*ends, 0.1), "run als",
         )
     )  # fmt: skip

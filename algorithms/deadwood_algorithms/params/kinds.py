@@ -204,7 +204,7 @@ def _check_output(parameter: Parameter, value: Any) -> None:
     shown = shown.encode("unicode_escape").decode() if not named.isprintable() else shown
     last = re.split(r"[/\\]" if os.name == "nt" else "/", named.rstrip("/"))[-1].strip()
     if last in ("", ".", ".."):
-        raise UserError(f"{parameter.flag} is '{shown}', which names no file or folder of its own; add a name")
+        raise UserError(f"{parameter.flag} is '{shown}', which names no file or folder; add a name")
     if not named.isprintable():
         raise UserError(f"{parameter.flag} is '{shown}', with a character that cannot be printed; write it again")
     if any(each in last for each in ";|"):

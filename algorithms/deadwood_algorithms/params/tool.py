@@ -278,7 +278,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Tool:
-    """One room of the toolbox: ``run(ask, feedback)`` does the work that ``Ask`` declares."""
+    """One tool of the toolbox: ``run(ask, feedback)`` does the work that ``Ask`` declares."""
 
     name: str
     group: str  # Prepare, Simulate, Evaluate

@@ -51,7 +51,7 @@ def reach_phrases(records: Iterable[Mapping[str, Any]]) -> list[str]:
 
 
 def many(n_lost: int, n: int) -> bool:
-    """Whether so many logs were lost that what has no bounds is worth a warning."""
+    """Whether enough logs were lost for a warning about what has no bounds."""
     return n_lost > WORTH_A_WARNING * n
 
 

@@ -1,4 +1,4 @@
-"""What a run comes to: the content of ``summary.json``, and the few lines of it that a reader wants to see first."""
+"""The result of a run: the content of ``summary.json``, and the few lines of it that a reader wants to see first."""
 
 from __future__ import annotations
 

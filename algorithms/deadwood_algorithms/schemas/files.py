@@ -236,7 +236,7 @@ SITES_TABLE = TableFile(
 )
 DESIGN_VALUES = TableFile(
     name="design_values.csv",
-    meaning="Percentiles at each barrier and line, over the logs that come to it",
+    meaning="Percentiles at each barrier and line, over the logs that reach it",
     columns=(
         a_text("kind", "What the place is", choices=("barrier", "line")),
         a_text("place_id", "The barrier or line"),
@@ -253,7 +253,7 @@ DESIGN_VALUES = TableFile(
         a_number("ci_high", "Upper end"),
         a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
         a_text("note", "The same in words, or why the quantity is not there"),
-        a_number("n_lost", "Logs that left the terrain model and had not come to the place", 0),
+        a_number("n_lost", "Logs that left the terrain model and had not reached the place", 0),
         a_number("factor", "The rule's factor for this percentile; empty where the rule uses another; with --rule", 0),
         a_number("design_value", "The percentile times the factor"),
         a_number("design_high", "The upper end times the factor; the interval is of the percentile alone"),
@@ -262,7 +262,7 @@ DESIGN_VALUES = TableFile(
 )
 SITED_TABLE = TableFile(
     name="pareto.csv",
-    meaning="One row for each candidate alone, by what is left; then one a set of barriers that was chosen",
+    meaning="One row for each candidate alone, by what is left; then one per chosen set of barriers",
     columns=(
         a_number("step", "0: a candidate alone; from 1: the set chosen after that number of steps", 0),
         a_text("barriers", "The barriers of the set, with plus signs"),
@@ -291,7 +291,7 @@ INTENSITY_LINES = TableFile(
         a_text("line_id", "The line or polygon"),
         a_number("at_least_kj", "Least energy of the logs that count; 0: all that reach it", 0),
         a_number("n_total", "Logs that were watched", 0),
-        a_number("n_reach", "Of these, the logs that reach the line with so much energy", 0),
+        a_number("n_reach", "Of these, the logs that reach the line with this energy", 0),
         a_number("p", "Their share", 0, 1),
         a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
         a_number("ci_high", "Upper end", 0, 1),

@@ -110,7 +110,7 @@ def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
 
 
 def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
-    """The run itself, of an even draw of so many logs if not of all; and how many logs the layer has."""
+    """The run itself, of an even draw of some logs or of all; and how many logs the layer has."""
     import numpy as np
 
     from deadwood_algorithms.results.capacity import Capacity

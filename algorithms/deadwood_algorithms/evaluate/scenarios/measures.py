@@ -1,4 +1,4 @@
-"""What the same logs come to in two scenarios, and how far the difference can be chance: functions on arrays.
+"""The results of the same logs in two scenarios, and how far chance can explain the difference: functions on arrays.
 
 Every log is its own control, so a difference rests on the logs that changed: a share by Tango's interval and
 McNemar's exact test, a mean by the changes' own scatter, a spread or quantile by a bootstrap that draws the same logs
