@@ -1173,11 +1173,11 @@ def slide_logs(
     """Slide the released logs down the terrain, among standing trees and barriers.
 
     Each log is a rigid truncated cone (or, with shape, any convex body) in hard frictional contact with
-    terrain, trees, barriers, lying logs and boulders (engine/README.md has the physics, after section 3 of the
-    paper). The run's folder holds the deposits, the trajectories, the share of logs that reach each line, every
-    hit of a barrier, impulse and energy taken by each tree that was hit, and rasters of how often, how fast and
-    how high logs pass. With lines, danger.tif is the share of passing logs that later reach a line: one band
-    for any line, and one for each. Every released log is accounted for.
+    terrain, trees, barriers, lying logs and boulders (see engine/README.md; it follows section 3 of the paper).
+    The run's folder holds the deposits, the trajectories, the share of logs that reach each line, every hit of
+    a barrier, impulse and energy taken by each tree that was hit, and rasters of how often, how fast and how
+    high logs pass. With lines, danger.tif is the share of passing logs that later reach a line: one band for
+    any line, and one for each. Every released log is accounted for.
 
     Logs do not break or meet each other; barriers and boulders do not give way, trees only with break_trees.
     resume continues an interrupted run and gives the same results, bit for bit, as a run that was never
@@ -2601,7 +2601,7 @@ def compare_scenarios(
     against the baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, for
     the logs that reach it; `miri` = 1 - E95 / E95_0, for the 95 % quantile of their energies there; `orpi` = 1
     - S / S0, for the sum of these. 1 is full protection, 0 none. Energies need stored trajectories (`slide-logs
-    --trajectories all`); docs/indices.md has the details.
+    --trajectories all`); for details see docs/indices.md.
 
     Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many,
     and only further runs show how much another would differ.
