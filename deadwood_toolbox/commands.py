@@ -106,7 +106,7 @@ class _ToolCommand(click.Command):
             formatter.write_text(laid_out(self.tool.description, formatter.width - formatter.current_indent))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        for title, declared in parameters.by_section(self.tool.parameters()).items():
+        for title, declared in parameters.by_section(self.tool).items():
             with formatter.section(title):
                 formatter.write_dl([parameters.help_line(each) for each in declared], col_max=28)
         rows = [

@@ -7,7 +7,7 @@ wherever it stood.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +48,9 @@ def section(parameter: Parameter) -> str:
     return "Inputs" if parameter.is_input else "Parameters"
 
 
-def by_section(declared: Sequence[Parameter]) -> dict[str, list[Parameter]]:
-    """Parameters by heading, in the order of the help."""
+def by_section(tool: Tool) -> dict[str, list[Parameter]]:
+    """The parameters of a tool by heading, in the order of the help."""
+    declared = list(tool.parameters())
     groups = dict.fromkeys(each.group for each in declared if each.group)
     titles = ("Inputs", "Parameters", *groups, "Advanced", "Outputs")
     found = {title: [each for each in declared if section(each) == title] for title in titles}
