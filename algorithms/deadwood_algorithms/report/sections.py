@@ -56,7 +56,7 @@ def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Pa
         if reasons.get(name, 0)
     ]
     for parameter, file in source.run.changed:
-        what = words.known(f"input_{parameter}", parameter.replace("_", " "))
+        what = words.say_or(f"input_{parameter}", parameter.replace("_", " "))
         found.append(words.say("input_changed", what=what, path=Path(file).name))
     before = f"{source.name}: " if named else ""
     return [element("p", before + each, class_="warning") for each in found]
@@ -66,7 +66,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
     phrases, facts = source.summary["modelled"], source.summary.get("modelled_facts", {})
     rows = [
         (
-            words.known(f"model_{name}", name.replace("_", " ")),
+            words.say_or(f"model_{name}", name.replace("_", " ")),
             words.clauses(facts[name]) if name in facts else str(phrases[name]),
         )
         for name in phrases
@@ -79,7 +79,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
         for phrase, filled in source.lacks:
             filled = dict(filled)
             if "what" in filled:
-                filled["what"] = words.known(f"input_{filled['what']}", str(filled["what"]))
+                filled["what"] = words.say_or(f"input_{filled['what']}", str(filled["what"]))
                 filled["reason"] = filled["reason"] or words.say("gone")
                 filled["path"] = Path(filled["path"]).name or filled["path"]
             lacks.append(element("li", words.say(phrase, **filled)))
@@ -473,7 +473,7 @@ def sections_of(
         ("reach", lambda: reach(source, drawings, words)),
         ("arrivals", lambda: arrivals(source, drawings, words)),
         ("design", lambda: design(source, words)),
-        ("worth", lambda: answer_sections.worth(source, drawings, words)),
+        ("tree_effect", lambda: answer_sections.tree_effect(source, drawings, words)),
         ("siting", lambda: answer_sections.siting(source, drawings, words)),
         ("intensity", lambda: answer_sections.intensity(source, drawings, words)),
         ("from_where", lambda: answer_sections.from_where(source, drawings, words)),

@@ -39,7 +39,7 @@ from deadwood_algorithms.results.hits import (
     tree_hits_frame,
 )
 from deadwood_algorithms.results.identity import Making, write_manifest
-from deadwood_algorithms.results.lost import left_dem, many, reach_records
+from deadwood_algorithms.results.lost import many, reach_records
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.summary import (
@@ -55,6 +55,7 @@ from deadwood_algorithms.simulate.checkpoints import WorkFolder
 from deadwood_algorithms.simulate.chunks import ChunkedRun, Keeper
 from deadwood_algorithms.simulate.columns import Columns
 from deadwood_algorithms.stats.directions import azimuth
+from deadwood_algorithms.stats.endings import ended, left_dem, reasons_in_words
 from deadwood_engine import STOP_REASONS, Rasters
 
 # A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
@@ -104,7 +105,7 @@ def arrays_of(
     "cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
-    failed = result.stop_reason == STOP_REASONS.index("failed")
+    failed = ended(result.stop_reason, "failed")
     kept |= {f"{FAILED}log_id": log_id[failed], f"{FAILED}state": result.last_state[failed]}
     return kept | hit_arrays(result.hits, log_id, layers, overloads) | cost | {f"{COST}wall_s": np.array([wall_s])}
 
@@ -165,7 +166,7 @@ def write_results(
         if len(paths):
             tables["trajectories"] = trajectories(paths, layers, releases, by_log)
         if layers.lines.ids:
-            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log["stop_reason"]), crs)
+            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log), crs)
             if touched.any():
                 tables["reached_by"] = Stream("Point Z", partial(reached_by, layers, touched, by_log, releases))
         hits = {
@@ -263,7 +264,7 @@ def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str,
         "release_x": start[:, 0],
         "release_y": start[:, 1],
         "release_z": start[:, 2],
-        "stop_reason": np.array(STOP_REASONS, object)[by_log["stop_reason"]],
+        "stop_reason": reasons_in_words(by_log),
         "stop_id": _stop_ids(layers, by_log),
         "duration_s": by_log["duration"],
         "path_m": by_log["path"],
@@ -293,7 +294,7 @@ def _stop_ids(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> NDArray[Any
     """Id, as text, of the tree, lying log (``lying:ID``), boulder (``block:ID``) or barrier that holds each log; None
     for the others."""
     ids = np.full(by_log["stop_item"].size, None, object)
-    reason = np.array(STOP_REASONS, object)[by_log["stop_reason"]]
+    reason = reasons_in_words(by_log)
     for row in np.flatnonzero(by_log["stop_item"] >= 0):
         item = int(by_log["stop_item"][row])
         if reason[row] == "tree":

@@ -10,15 +10,16 @@ import numpy as np
 
 from deadwood_algorithms.params import presets
 from deadwood_algorithms.params.tool import Feedback
-from deadwood_algorithms.results.lost import left_dem, many, warn_of_lost
+from deadwood_algorithms.results.lost import many, warn_of_lost
 from deadwood_algorithms.results.passages import Passages
 from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.stats.endings import left_dem
 
 
 def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> dict[tuple[str, str], int]:
     """Of each place the logs that left the terrain model and had not come to it; a warning where they are many."""
     ids = source.deposits["log_id"].to_numpy()
-    left = ids[left_dem(source.deposits["stop_reason"].to_numpy())]
+    left = ids[left_dem(source.deposits)]
     counts = {(each.kind, each.place_id): int((~np.isin(left, each.log_id)).sum()) for each in found}
     warnings = [
         f"the percentiles of {each.kind} {each.place_id} are of the {each.log_id.size} logs that were seen there"

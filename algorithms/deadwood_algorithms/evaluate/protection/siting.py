@@ -22,7 +22,6 @@ from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate, with_barriers
 from deadwood_algorithms.evaluate.protection.rerun import Rerun, without
 from deadwood_algorithms.params.tool import Feedback
-from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import reached, starts_inside
@@ -30,8 +29,9 @@ from deadwood_algorithms.simulate.batch import Batch
 from deadwood_algorithms.simulate.sliding import reporter, slide_batch, slide_once, until_none_escapes
 from deadwood_algorithms.simulate.steps import Steps
 from deadwood_algorithms.simulate.windows import wider_scene
+from deadwood_algorithms.stats.endings import ended, left_dem
 from deadwood_algorithms.stats.statistics import mcnemar_p, paired_interval
-from deadwood_engine import STOP_REASONS, Lines, Result, Start, place_logs
+from deadwood_engine import Lines, Result, Start, place_logs
 from deadwood_engine.fidelity import trace_step
 from deadwood_engine.limits import NEAR_MARGIN
 from deadwood_engine.log_body import BASE_RADIUS
@@ -250,7 +250,7 @@ class Siting:
         crossed = barriers.any_row(result.barrier_crossed)
         met = barriers.any_row(result.barrier_reached) | crossed
         held = np.zeros((n, len(barriers.ids)), bool)
-        at = np.flatnonzero(result.stop_reason == STOP_REASONS.index("barrier"))
+        at = np.flatnonzero(ended(result.stop_reason, "barrier"))
         held[at, barriers.item[result.stop_item[at]]] = True
         energy, height = np.full((2, n, number), -np.inf)
         hits = result.hits
