@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from rasterio.errors import RasterioError
 
 from deadwood_algorithms.files.crs import crs_name, same_crs
-from deadwood_algorithms.files.dem_blocks import by_block
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.squares import by_block
 from deadwood_algorithms.files.tiles import open_as_one
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.results.identity import refuse_damaged
