@@ -156,11 +156,11 @@ def write_danger(
     feedback: Feedback,
 ) -> None:
     from deadwood_algorithms.files.rasters import write_bands
-    from deadwood_algorithms.results.danger import danger_bands, danger_of, units_of
+    from deadwood_algorithms.results.danger import bands_by_rows, danger_of, units_of
     from deadwood_algorithms.schemas.files import DANGER
 
     passed, danger = danger_of(source, stored, grid, lines, items, feedback)
-    bands = danger_bands(passed, danger, items.ids, least)
+    bands = bands_by_rows(passed, danger, items.ids, least)
     units = units_of(list(bands))
     write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
 
