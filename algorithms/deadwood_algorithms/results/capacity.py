@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.scene.laws import capacity_of
 from deadwood_algorithms.stats.endings import ended
 from deadwood_algorithms.stats.statistics import percent_with_interval, reach_record
@@ -129,7 +130,8 @@ def overload_lines(record: dict[str, Any] | None) -> list[str]:
         )
         if record and name == "of_trees" and record.get("break_trees"):
             shown.append(
-                f"{share['n_hits']} trees broke (each log meets all of them); one was broken by {words or 'none'}"
+                f"{counted(share['n_hits'], 'tree')} broke (each log meets all trees); one was broken by "
+                f"{words or 'none'}"
             )
         else:
             shown.append(f"a hit above what {whose} can take had {words or 'none'}")

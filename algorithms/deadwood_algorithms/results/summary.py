@@ -9,6 +9,7 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, reach_records
@@ -173,7 +174,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     """What a reader wants to know first."""
     logs, speed, accuracy = summary["logs"], summary["speed"], summary["accuracy"]
     ends = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in logs["by_stop_reason"].items() if count)
-    lines = [f"{logs['released']} logs: {ends}"]
+    lines = [f"{counted(logs['released'], 'log')}: {ends}"]
     for record in summary["reach"]:
         lines.append(
             f"line {record['line_id']}: reached by {record['n_reach']} of {record['n_total']} logs, "
@@ -193,8 +194,9 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     lines += spreadless_lines(summary["spread"])
     for record in summary["barriers"]:
         lines.append(
-            f"barrier {record['barrier_id']}: {record['n_reached']} logs reach it, {record['n_stopped']} stopped, "
-            f"{record['n_overjumped']} overjumped, {record['n_passed_beside']} passed beside"
+            f"barrier {record['barrier_id']}: {counted(record['n_reached'], 'log reaches', 'logs reach')} it, "
+            f"{record['n_stopped']} stopped, {record['n_overjumped']} overjumped, {record['n_passed_beside']} passed "
+            "beside"
         )
     lines += overload_lines(summary["above_capacity"])
     lines.append(f"speed: {mean_words(speed, logs['released'])}, max {speed['max_ms']:.1f} m/s")
@@ -221,7 +223,7 @@ def mean_words(speed: dict[str, Any], n_logs: int) -> str:
     if not speed["n_mean"]:
         return "no mean (every log still moved at the time limit)"
     left_out = n_logs - speed["n_mean"]
-    suffix = f" (without {left_out} logs that still moved at the time limit)" if left_out else ""
+    suffix = f" (without {counted(left_out, 'log')} that still moved at the time limit)" if left_out else ""
     return f"mean {speed['mean_ms']:.1f} m/s{suffix}"
 
 
@@ -283,6 +285,7 @@ def promised_words(record: dict[str, Any]) -> str:
     asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"
     return (
-        f"{record['logs']} logs at {record['chosen']}: reach of lines within ±{together:.2g} points at 95 %{asked} "
+        f"{counted(record['logs'], 'log')} at {record['chosen']}: reach of lines within ±{together:.2g} points at 95 "
+        f"%{asked} "
         f"(line {record['line_id']}: sampling ±{sampling:.2g}, calculation ±{calculation:.2g} {source}){missed}"
     )

@@ -24,13 +24,13 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import write_bands
+from deadwood_algorithms.files.rasters import ByRows, write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Capacity, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.danger import ANY, bands_of_lines, danger_bands, units_of
+from deadwood_algorithms.results.danger import ANY, bands_by_rows, bands_of_lines, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
     block_hits_frame,
@@ -461,7 +461,12 @@ def write_run_rasters(
 def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: int) -> dict[str, str]:
     """The six GeoTIFFs of what so many logs drew on the cells, energies in kJ; what the grid has no height for is NaN
     in the shares."""
-    values = {**total, "reach_probability": shares_of(total["hit_count"], n_logs, np.isnan(grid.values))}
+    hits = total["hit_count"]
+
+    def shares(rows: slice) -> NDArray[np.float32]:
+        return shares_of(hits[rows], n_logs, np.isnan(grid.values[rows]))
+
+    values = {**total, "reach_probability": ByRows(grid.shape, shares)}
     for name, kind, units, style in MAPS:
         bands = {each: values[each] for each in bands_of(name)}
         write_bands(
@@ -500,7 +505,7 @@ def nodata_of(name: str, kind: str, *, windowed: bool) -> float | None:
 def write_danger(
     folder: Path, total: Mapping[str, NDArray], grid: Grid, line_ids: Sequence[Any], danger_least: int
 ) -> str:
-    bands = danger_bands(total["hit_count"], total["danger"], line_ids, danger_least)
+    bands = bands_by_rows(total["hit_count"], total["danger"], line_ids, danger_least)
     place = folder / "danger.tif"
     units = units_of(list(bands))
     write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)

@@ -80,7 +80,7 @@ def test_undeclared_nodata_is_outside_as_in_a_whole_dem(tmp_path, said):
         found = dem.grid(slice(0, NY), slice(0, NX)).values
     assert np.array_equal(found, read_dem(path).values, equal_nan=True)
     assert np.isnan(found).sum() == 3 * NX + 1
-    assert [each.split(": ")[1][:9] for each in said.warnings] == ["1 cells h", f"{3 * NX} cells"]
+    assert [each.split(": ")[1][:9] for each in said.warnings] == ["1 cell ho", f"{3 * NX} cells"]
 
 
 @pytest.mark.parametrize("transform", [NORTH_UP, SOUTH_UP])

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.params import presets
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import many, warn_of_lost
 from deadwood_algorithms.results.passages import Passages
@@ -22,7 +23,7 @@ def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> d
     left = ids[left_dem(source.deposits)]
     counts = {(each.kind, each.place_id): int((~np.isin(left, each.log_id)).sum()) for each in found}
     warnings = [
-        f"the percentiles of {each.kind} {each.place_id} are of the {each.log_id.size} logs that were seen there"
+        f"the percentiles of {each.kind} {each.place_id} are of the {counted(each.log_id.size, 'log')} seen there"
         for each in found
         if each.values and many(counts[each.kind, each.place_id], each.log_id.size)  # else it is not known who came
     ]
@@ -44,7 +45,7 @@ def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple
     shown = []
     for each in found:
         mine = [row for row in rows if (row["kind"], row["place_id"]) == (each.kind, each.place_id)]
-        shown.append(f"{each.kind} {each.place_id}: {each.log_id.size} logs come to it")
+        shown.append(f"{each.kind} {each.place_id}: {counted(each.log_id.size, 'log comes', 'logs come')} to it")
         by_quantity = {
             row["quantity"]: row for row in mine if row["n"] and not row["n_more"]
         }  # the highest that has both ends

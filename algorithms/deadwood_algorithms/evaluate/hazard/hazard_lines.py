@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import many, reach_phrases, warn_of_lost
 from deadwood_algorithms.results.run_folder import Run
@@ -33,7 +34,7 @@ def warn_of_small_sample(
     needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
     feedback.warn(
         f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
-        f"{periods[-1]:g}: {facts['logs']} logs cannot tell; about {needed:.2g} logs can"
+        f"{periods[-1]:g}: {counted(facts['logs'], 'log')} cannot tell; about {needed:.2g} logs can"
     )
 
 

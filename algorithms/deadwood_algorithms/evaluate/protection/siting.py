@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate, with_barriers
 from deadwood_algorithms.evaluate.protection.rerun import Rerun, without
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -276,7 +277,7 @@ class Siting:
         """Put a candidate up and slide again the logs that come near it; ``following`` are tried next in its place."""
         rows = self.rows_near(outcomes, chosen, number)
         if rows.size:
-            what = f"sliding {rows.size} logs with a barrier at {self.candidates[number].id}"
+            what = f"sliding {counted(rows.size, 'log')} with a barrier at {self.candidates[number].id}"
             later = [(self.rows_near(outcomes, chosen, k), [*chosen, k]) for k in following]
             found, _ = self.slide(rows, [*chosen, number], what, [each for each in later if each[0].size])
         else:
@@ -358,10 +359,13 @@ def choose(
 def why_none(best: Trial, among: int) -> str:
     """In words, why the best of the candidates left is not built."""
     if best.gain > 0:
-        return f"the best of {among} candidates left would keep {best.gain} more logs away, which is not beyond chance"
+        kept = counted(best.gain, "more log")
+        return f"the best of {counted(among, 'candidate')} left would keep {kept} away, which is not beyond chance"
     if best.gain == 0:
-        return f"none of {among} candidates left would keep away more logs than it additionally lets through"
-    return f"with each of {among} candidates left more logs would reach a line, with the best {-best.gain} more"
+        return f"none of {counted(among, 'candidate')} left would keep away more logs than it additionally lets through"
+    return (
+        f"with each of {counted(among, 'candidate')} left more logs would reach a line, with the best {-best.gain} more"
+    )
 
 
 def trials_alone(siting: Siting, outcomes: LogOutcomes) -> Iterator[Trial]:
