@@ -293,7 +293,13 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
 
 
 def profile_section(drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    return [figure_of(drawings["profile"], words.say("profile_note"))] if "profile" in drawings else []
+    """A figure a trajectory, so that a page of paper may end between two."""
+    shown = [figure_of(each) for kind, each in drawings.items() if kind.startswith("profile_")]
+    return (
+        [element("div", *shown, class_="profiles"), element("p", words.say("profile_note"), class_="quiet")]
+        if shown
+        else []
+    )
 
 
 def ledgers(source: ReportedRun, words: Words) -> Parts:
@@ -332,7 +338,7 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
     if source.tree_hits is not None and len(source.tree_hits):
         top = source.tree_hits.sort_values(["n_stops", "energy_taken_kj"], ascending=False).head(TOP_TREES)
         head = [words.say(each) for each in ("tree", "n_stops", "n_hits", "energy_taken")]
-        head[1:1] = ["DBH [cm]", f"{words.say('height')} [m]"]
+        head[1:1] = [f"{words.say('scenario_dbh')} [cm]", f"{words.say('height')} [m]"]
         rows = [
             (
                 each["tree_id"],
@@ -431,14 +437,14 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
     if engine := manifest.get("engine") or digests.get("engine"):
         rows.append((words.say("engine_digest"), "", element("code", engine)))
     head = [words.say("input"), words.say("file"), "SHA-256 / BLAKE2b"]
-    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
     cost_text = words.say(
         "cost_words",
         cpu=shown_number(cost["cpu_s"], words),
         wall=shown_number(cost["wall_s"], words),
         steps=shown_number(cost["steps"], words),
         rate=shown_number(cost["logs_per_s"], words),
-        machine=machine,
+        machine=f"{platform.system()} {platform.machine()}",
+        cores=os.cpu_count(),
     )
     body = [element("tr", *(element("td", cell) for cell in row)) for row in rows]
     table_of = element(
