@@ -111,7 +111,7 @@ def round_number(value: float) -> str:
 
 
 def span(low_h: float, high_h: float) -> str:
-    """From so many hours to so many, in the unit of the longer."""
+    """A range of hours, in the unit of the longer."""
     unit, hours = "days", 24.0
     if high_h < 36.0:
         unit, hours = ("h", 1.0) if high_h >= 1.5 else ("min", 1.0 / 60.0)
@@ -121,7 +121,7 @@ def span(low_h: float, high_h: float) -> str:
 def core_hours(
     results: dict[str, Any], beside: dict[str, Any], logs: float, sites: float, scene: str, fidelity: str
 ) -> float:
-    """CPU time of so many logs at so many sites [h]."""
+    """CPU time of a number of logs at a number of sites [h]."""
     a_log = results["entries"][scene][fidelity]["cpu_ms_per_log"] / 1000.0 + beside["other_cpu_s_per_log"]
     return (logs * a_log + sites * beside["other_cpu_s_per_run"]) / 3600.0
 

@@ -177,7 +177,7 @@ def period_of(row: Mapping[str, Any], words: Words) -> str:
 
 
 def from_where(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    """The map of the shares, the ground from which at least so many reach, and the ground that is passed."""
+    """The map of the shares, the ground from which at least a share of them reach, and the ground that is passed."""
     if "map-origins" not in source.answers.folders:
         return []
     facts = source.answers.folders["map-origins"][1]

@@ -36,7 +36,7 @@ COMPARED = (
 
 @dataclass
 class Comparison:
-    """What two or more runs come to side by side: rows as of `compare-scenarios`, and maps of the differences."""
+    """Two or more runs side by side: rows as of `compare-scenarios`, and maps of the differences."""
 
     rows: list[Any] = field(default_factory=list)
     differing: dict[str, dict[str, Any]] = field(default_factory=dict)

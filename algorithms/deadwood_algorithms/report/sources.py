@@ -282,7 +282,7 @@ def _layer(folder: Path, name: str) -> Any:
 
 
 def _barriers(run: Run) -> list[Passages]:
-    """How the logs come to the barriers; none where the shape that slid is gone, which `_arrivals` tells."""
+    """How the logs arrive at the barriers; none where the shape that slid is missing, which `_arrivals` reports."""
     try:
         return list(barrier_passages(run))
     except UserError:

@@ -199,7 +199,7 @@ def block_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
 
 
 def ledger_records(records: list[dict[str, Any]], hits: geopandas.GeoDataFrame) -> list[dict[str, Any]]:
-    """The barriers' records of the summary, with what their hits come to; None where a barrier was never hit."""
+    """The barriers' records of the summary, with the results of their hits; None where a barrier was never hit."""
     out = []
     barrier, energy, height = (hits[name].to_numpy() for name in ("barrier_id", "energy_kj", "height_m"))
     for record in records:

@@ -43,7 +43,7 @@ def reach_phrases(records: Iterable[Mapping[str, Any]]) -> list[str]:
 
 
 def many(n_lost: int, n: int) -> bool:
-    """Whether so many logs were lost that what has no bounds is worth a warning."""
+    """Whether enough logs were lost for a warning about what has no bounds."""
     return n_lost > WORTH_A_WARNING * n
 
 
@@ -62,5 +62,5 @@ def lost_warning(n_lost: int, n: int, phrases: Sequence[str]) -> str | None:
         return None
     return (
         f"{n_lost} of {n} logs ({percent_of(n_lost, n)}) left the terrain model or came onto its nodata, and their "
-        f"further movement is not known: {'; '.join(phrases)}; take a larger terrain model"
+        f"further movement is not known: {'; '.join(phrases)}; use a larger terrain model"
     )

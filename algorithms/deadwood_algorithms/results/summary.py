@@ -1,4 +1,4 @@
-"""What a run comes to: the content of ``summary.json``, and the few lines of it that a reader wants to see first."""
+"""The result of a run: the content of ``summary.json``, and the few lines of it that a reader wants to see first."""
 
 from __future__ import annotations
 
@@ -215,7 +215,7 @@ def spreadless_lines(records: list[dict[str, Any]]) -> list[str]:
         return []
     shown = ", ".join(without[:FEW_NAMED]) + (f" and {len(without) - FEW_NAMED} more" if without[FEW_NAMED:] else "")
     which = f"release {shown}" if len(without) == 1 else f"releases {shown}"
-    return [f"{which}: no lateral spread, for fewer than two logs went farther than the least run-out"]
+    return [f"{which}: no lateral spread, for fewer than two logs went farther than the minimum run-out"]
 
 
 def mean_words(speed: dict[str, Any], n_logs: int) -> str:

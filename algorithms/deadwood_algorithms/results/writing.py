@@ -243,7 +243,7 @@ def in_pieces(
     geometry: str,
     frame_of: Callable[[geopandas.GeoDataFrame, Mapping[str, NDArray]], geopandas.GeoDataFrame],
 ) -> Stream:
-    """A layer of one row for each log, made of so many deposits at once."""
+    """A layer of one row for each log, made from a number of deposits at once."""
 
     def pieces() -> Iterator[geopandas.GeoDataFrame]:
         for start in range(0, len(releases), PIECE):
@@ -459,7 +459,7 @@ def write_run_rasters(
 
 
 def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: int) -> dict[str, str]:
-    """The six GeoTIFFs of what so many logs drew on the cells, energies in kJ; what the grid has no height for is NaN
+    """The six GeoTIFFs of what the logs drew on the cells, energies in kJ; what the grid has no height for is NaN
     in the shares."""
     hits = total["hit_count"]
 

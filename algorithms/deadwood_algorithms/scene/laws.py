@@ -1,4 +1,4 @@
-"""Laws that a scene has only where they are asked for: trees that break, friction that grows with slip, soft ground."""
+"""Laws that a scene has only on request: trees that break, friction that grows with slip, soft ground."""
 
 from __future__ import annotations
 

@@ -91,5 +91,5 @@ def warning(n_left: int, n: int, sides: list[str], more: Array) -> str:
         )
     return (
         f"a look before the run: {n_left} of {n} logs (draft) leave the terrain model to the {where}; {need_words}. "
-        "Reach and spread will be those of logs as far as they are seen: take a larger terrain model"
+        "Reach and spread will be those of logs as far as they are seen: use a larger terrain model"
     )

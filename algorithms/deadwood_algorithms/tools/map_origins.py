@@ -52,12 +52,14 @@ class Ask:
         exclusive=True,
         help="Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie in cells with a share.",
     )
-    least: int = tool.integer("Least number of logs released in a cell for which it has a share", default=10, minimum=1)
+    least: int = tool.integer(
+        "Minimum number of logs released in a cell for which it has a share", default=10, minimum=1
+    )
     source_shares: tuple[float, ...] = tool.class_bounds(
-        "Least shares of the polygons of sources", 1.0, 10.0, 50.0, unit="%", maximum=100.0, help="Of the logs."
+        "Minimum shares of the polygons of sources", 1.0, 10.0, 50.0, unit="%", maximum=100.0, help="Of the logs."
     )
     affected_shares: tuple[float, ...] = tool.class_bounds(
-        "Least shares of the polygons of affected ground", 1.0, 10.0, unit="%", maximum=100.0,
+        "Minimum shares of the polygons of affected ground", 1.0, 10.0, unit="%", maximum=100.0,
         help="Of a release area's logs.",
     )  # fmt: skip
     output: str = tool.output_folder(
@@ -92,7 +94,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if found.share_with_enough < origins.ENOUGH:
             feedback.warn(
                 f"of {rows.size} logs {rows.size - found.released[found.enough].sum()} were released in cells of "
-                f"{cell:g} m with fewer than {ask.least}, whose share is not shown; take a larger --cell-m, a smaller "
+                f"{cell:g} m with fewer than {ask.least}, whose share is not shown; use a larger --cell-m, a smaller "
                 "--least, or release more"
             )
         bands, units = found.bands()

@@ -52,7 +52,7 @@ class Ask(tool.TakesPresets):
     dem: str = tool.terrain("Terrain (DEM)")
     share: float | None = tool.number("Share of the stems that is thrown", default=None, minimum=0.0, maximum=1.0)
     dbh_classes: str | None = tool.text(
-        "Share by class of DBH", default=None, help="Least DBH [cm]:share, with commas: 0:0.1,20:0.3,40:0.7."
+        "Share by class of DBH", default=None, help="Minimum DBH [cm]:share, separated by commas: 0:0.1,20:0.3,40:0.7."
     )
     windthrow_areas: str | None = tool.vector(
         "Areas of windthrow",

@@ -382,7 +382,7 @@ def test_what_is_saved_is_a_run_and_the_command_that_repeats_it_is_told(page, to
         reason: n for reason, n in page.state("base.stopped").items() if n
     }
     page.ask("document.querySelector('#keep button').click()")
-    page.wait("document.getElementById('alert').innerText.includes('take another name')")
+    page.wait("document.getElementById('alert').innerText.includes('choose another name')")
     assert not page.ask("document.querySelector('#keep button').disabled")
 
 

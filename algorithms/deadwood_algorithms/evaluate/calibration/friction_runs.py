@@ -162,7 +162,7 @@ def outcomes_of_deposits(
 
 
 def outcomes_of_reach(watched: Watched, slid: list[FrictionRun], logs: int, did: int) -> list[Observation]:
-    """So many logs of the event, of which so many reached one thing and not the other."""
+    """A number of logs of the event, and how many of them reached one thing and not the other."""
     done = np.stack([did_it(watched, each) for each in slid])
     rows = np.arange(done.shape[1])
     return [Observation(rows, done=done, yes=k < did) for k in range(logs)]

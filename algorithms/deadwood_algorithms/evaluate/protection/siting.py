@@ -40,7 +40,7 @@ from deadwood_engine.log_body import BASE_RADIUS
 Array = NDArray[np.float64]
 ARCS = 16  # straight pieces of a quarter circle of a zone, which cut off 0.1 % of its width
 AHEAD = 16  # candidates with whose logs a scheduler's workers may begin while one is at work
-CHANCE = 0.05  # a gain that chance alone makes more often than this, among so many candidates, is none
+CHANCE = 0.05  # a gain that chance alone makes more often than this, among this number of candidates, counts as none
 OVERLAP_M = 3.0  # of a candidate that may run within OVERLAP_WITHIN of a chosen one: joints, not one upon the other
 OVERLAP_WITHIN = 1.0  # [m]
 
@@ -326,7 +326,7 @@ class Step:
 
 
 def chance_of(trial: Trial, among: int) -> float:
-    """How likely chance alone makes the best of so many candidates so good, at most (McNemar, Bonferroni)."""
+    """How likely chance alone makes the best of the candidates this good, at most (McNemar, Bonferroni)."""
     return min(1.0, mcnemar_p(trial.brought, trial.kept) * among)
 
 

@@ -98,15 +98,19 @@ def folders_of(runs: str, names: str | None) -> tuple[list[str], list[str]]:
     """The folders of the runs and what the scenarios are called."""
     folders = [each.strip() for each in runs.split(",") if each.strip()]
     if len(folders) < 2:
-        raise UserError(f"--runs is '{runs}', but must name at least two folders of slide-logs, with commas")
+        raise UserError(f"--runs is '{runs}', but must name at least two folders of slide-logs, separated by commas")
     called = [each.strip() for each in names.split(",")] if names else [Path(each).name for each in folders]
     if len(called) != len(folders):
-        raise UserError(f"--names holds {len(called)} names for {len(folders)} runs; give one each, with commas")
+        raise UserError(
+            f"--names holds {len(called)} names for {len(folders)} runs; give one each, separated by commas"
+        )
     if names is None and len(set(called)) < len(called):  # a/run and b/run
         called = ["_".join(Path(each).parts[-2:]) for each in folders]
     for name in called:
         if not name or called.count(name) > 1:
-            raise UserError(f"--names: '{name}' does not distinguish the runs; give each a different name, with commas")
+            raise UserError(
+                f"--names: '{name}' does not distinguish the runs; give each a different name, separated by commas"
+            )
         if any(sign in name for sign in '/\\:*?"<>|'):
             raise UserError(f"--names: '{name}' cannot be part of a file's name; leave out {name!r}'s special signs")
     return folders, called
