@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 
 HEADER_BYTES = 2000
@@ -33,7 +34,7 @@ def refuse_broken_ascii(path: str | Path, columns: int, rows: int) -> None:
     values = count_words(path) - 2 * len(keys)
     if values != columns * rows:
         raise UserError(
-            f"{path}: the file holds {values} values, but {rows} rows of {columns} make {columns * rows}; "
+            f"{path}: the file holds {values} values, but {counted(rows, 'row')} of {columns} make {columns * rows}; "
             "it is cut off or damaged, get it again"
         )
 

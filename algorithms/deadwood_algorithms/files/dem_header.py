@@ -31,6 +31,7 @@ from deadwood_algorithms.files.crs import (
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.rasters import is_raster, open_raster, refuse_cut_off
 from deadwood_algorithms.files.tiles import Mosaic, Tile
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
@@ -206,7 +207,7 @@ def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
     if source.transform == Affine.identity():
         if source.gcps[0]:
             raise UserError(
-                f"{path}: the DEM is placed by {len(source.gcps[0])} ground control points only; "
+                f"{path}: the DEM is placed by {counted(len(source.gcps[0]), 'ground control point')} only; "
                 f"fix: {remedies.warp(source, path, '1')}, with the wanted cell size in place of 1"
             )
         raise UserError(f"{path}: the DEM has no georeference; fix, with its own numbers: {remedies.placed(path)}")

@@ -37,6 +37,7 @@ from deadwood_algorithms.files.sqlite_files import JOURNAL, settled, unmerged
 from deadwood_algorithms.files.streams import Stream, write_layer
 from deadwood_algorithms.files.tables import is_text_table, read_text_table, sheet_table
 from deadwood_algorithms.files.units import with_schema_names
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.schemas.written import geometry_named
 
@@ -414,7 +415,10 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
     if collections.any():  # as tools that cut crowns write them: a crown and slivers of lines
         array = array.copy()
         array[collections] = [_parts_of(each, kinds) for each in array[collections]]
-        feedback.note(f"{where}: {int(collections.sum())} geometry collections; their {' and '.join(kinds)}s are used")
+        feedback.note(
+            f"{where}: {counted(int(collections.sum()), 'geometry collection')}, of which the {' and '.join(kinds)}s "
+            "are used"
+        )
     kinds_of = shapely.get_type_id(array)
     foreign = ~np.isin(kinds_of, [code for kind in kinds for code in TYPE_CODES[kind]])
     if foreign.any():

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.stats.endings import ended
 from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
 Row = Mapping[str, Any]
@@ -385,7 +386,7 @@ def motion_findings(of: Evidence) -> list[Finding]:
             f"logs 3 m higher than the {standing:.1f} m at which they stand upright at the start",
         )
     )  # fmt: skip
-    stopped = (logs["stop_reason"] == "tree") & ~far
+    stopped = ended(logs, "tree") & ~far
     ends = wilson_interval(int(stopped.sum()), stopped.size)
     found.append(
         Finding(

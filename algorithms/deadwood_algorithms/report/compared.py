@@ -55,7 +55,7 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
         parts.append(comparison_table(compared.rows, [each.name for each in sources], words))
         differ = [
             (
-                words.known(f"model_{name}", name.replace("_", " ")),
+                words.say_or(f"model_{name}", name.replace("_", " ")),
                 "; ".join(f"{run}: {shown_value(value, words)}" for run, value in values.items()),
             )
             for name, values in compared.differing.items()
@@ -95,9 +95,9 @@ def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) ->
         head += [name] + ([f"{name}: {words.say('difference')}"] if k else [])
     body = []
     for quantity, item, unit in dict.fromkeys((row.quantity, row.item, row.unit) for row in kept):
-        shown = words.stop(item) if quantity == "ended" else words.known(f"item_{item}", item)
+        shown = words.stop(item) if quantity == "ended" else words.say_or(f"item_{item}", item)
         scale, shown_unit = (100.0, "%") if unit == "1" else (1.0, "°" if unit == "deg" else unit)
-        cells: list[Any] = [f"{words.known(f'quantity_{quantity}', quantity, item=shown)} [{shown_unit}]"]
+        cells: list[Any] = [f"{words.say_or(f'quantity_{quantity}', quantity, item=shown)} [{shown_unit}]"]
         for k, name in enumerate(names):
             row = of.get((name, quantity, item))
             if row is None:

@@ -347,7 +347,8 @@ PHRASES = {
     "engine_digest": "engine",
     "cost": "Cost",
     "cost_words": (
-        "{cpu} CPU s of sliding, {wall} s on the clock, {steps} steps, {rate} logs/s; this page was made on {machine}."
+        "{cpu} CPU s of sliding, {wall} s on the clock, {steps} steps, {rate} logs/s; this page was made on {machine}, "
+        "{cores} cores."
     ),
     "parameters": "Parameters",
     "comparison": "Comparison",

@@ -52,11 +52,11 @@ Extent = tuple[float, float, float, float]  # west, south, east, north [m]
 class Answers:
     """What the page shows of a run besides the run; empty where nothing was named.
 
-    worth : by layer (values, planted), the rows of value-trees
+    tree_effect : by layer (values, planted), the rows of value-trees
     folders : by tool, the folder, its facts, and the tool's parameters
     """
 
-    worth: dict[str, pandas.DataFrame] = field(default_factory=dict)
+    tree_effect: dict[str, pandas.DataFrame] = field(default_factory=dict)
     folders: dict[str, tuple[Path, dict[str, Any], dict[str, Any]]] = field(default_factory=dict)
 
 

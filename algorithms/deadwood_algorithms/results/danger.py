@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.rasters import ByRows
 from deadwood_algorithms.params.tool import Cancelled, Feedback
 from deadwood_algorithms.results.arrivals import first_touches
 from deadwood_algorithms.results.run_folder import Run, ends_of
@@ -36,16 +37,27 @@ def danger_bands(
     passed : shape (ny, nx), logs that passed each cell
     danger : shape (lines + 1, ny, nx), those that reached any line afterwards, then each line
     """
-    enough = passed >= least
-    of = passed[enough].astype(np.float64)
+    rows = slice(0, len(passed))
+    return {name: band.of(rows) for name, band in bands_by_rows(passed, danger, line_ids, least).items()}
 
-    def where_enough(values: NDArray[np.float64]) -> NDArray[np.float32]:
-        band = np.full(passed.shape, np.nan, np.float32)
-        band[enough] = values
-        return band
 
-    count, shares = where_enough(of), [where_enough(reached[enough] / of) for reached in danger]
-    return {ANY: shares[0], COUNT: count} | dict(zip(bands_of_lines(line_ids), shares[1:], strict=True))
+def bands_by_rows(
+    passed: NDArray[np.uint32], danger: NDArray[np.uint32], line_ids: Sequence[Any], least: int
+) -> dict[str, ByRows]:
+    """The same bands, of which only the rows that are asked for are computed."""
+
+    def band(reached: NDArray[np.uint32] | None) -> ByRows:
+        def of(rows: slice) -> NDArray[np.float32]:
+            enough = passed[rows] >= least
+            count = passed[rows][enough].astype(np.float64)
+            values = np.full(enough.shape, np.nan, np.float32)
+            values[enough] = count if reached is None else reached[rows][enough] / count
+            return values
+
+        return ByRows((passed.shape[0], passed.shape[1]), of)
+
+    lines = dict(zip(bands_of_lines(line_ids), danger[1:], strict=True))
+    return {ANY: band(danger[0]), COUNT: band(None)} | {name: band(reached) for name, reached in lines.items()}
 
 
 def bands_of_lines(line_ids: Sequence[Any]) -> list[str]:

@@ -16,16 +16,8 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.stats.statistics import bounds_if_lost, loss_matters, percent, percent_of, reach_record
-from deadwood_engine import STOP_REASONS
 
-LEFT = "left_dem"
 WORTH_A_WARNING = 0.05  # share of the logs
-
-
-def left_dem(stop_reason: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which logs left the terrain model, or came onto its nodata; reasons as the engine's numbers or as words."""
-    numbers = np.issubdtype(stop_reason.dtype, np.integer)
-    return np.asarray(stop_reason == (STOP_REASONS.index(LEFT) if numbers else LEFT), bool)
 
 
 def share_if_lost(reached: NDArray[np.bool_], left: NDArray[np.bool_]) -> dict[str, Any]:

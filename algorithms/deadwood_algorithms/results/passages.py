@@ -17,6 +17,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.vectors import read_table
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.results.edges import Edges
@@ -152,6 +153,8 @@ def design_rows(passages: Passages, levels: Sequence[float], confidence: float) 
             lack = passages.lacks.get(quantity, "")
             if lack:
                 record["n_more"] = 0
-            words = f"needs {record['n_more']} more hits for an upper bound" if record["n_more"] else lack
+            words = (
+                f"needs {counted(int(record['n_more']), 'more hit')} for an upper bound" if record["n_more"] else lack
+            )
             place = {"kind": passages.kind, "place_id": passages.place_id, "quantity": quantity, "unit": unit}
             yield place | {"percentile": round(100.0 * level, 9)} | record | {"note": words}

@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.checked import read_summary
 from deadwood_algorithms.scene.items import NO_TERRAIN, OFF_DEM, Items
@@ -106,19 +107,20 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     if breaking := scenario.get("breaking"):
         laws.append(f"trees break ({breaking['capacity_kj']:g} kJ at 40 cm DBH)")
     met = [
-        f"{scenario[name]['n']} {what[:-1] if scenario[name]['n'] == 1 else what}"
+        f"{counted(scenario[name]['n'], what)}"
         for name, what in (
-            ("trees", "trees"),
-            ("barriers", "barriers"),
-            ("lying_logs", "lying logs"),
-            ("blocks", "boulders"),
+            ("trees", "tree"),
+            ("barriers", "barrier"),
+            ("lying_logs", "lying log"),
+            ("blocks", "boulder"),
         )
         if scenario[name]["n"]
     ]
     dem = scenario["dem"]
     whose = f"scenario of {name}" if name else "scenario"
     return (
-        f"{whose}: {logs['n']} logs, {posture}, {sizes}; {', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
+        f"{whose}: {counted(logs['n'], 'log')}, {posture}, {sizes}; {', '.join(laws)}; "
+        f"{', '.join(met) or 'no obstacle'}; "
         f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
     )
 

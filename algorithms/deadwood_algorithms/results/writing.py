@@ -24,13 +24,13 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import write_bands
+from deadwood_algorithms.files.rasters import ByRows, write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Capacity, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.danger import ANY, bands_of_lines, danger_bands, units_of
+from deadwood_algorithms.results.danger import ANY, bands_by_rows, bands_of_lines, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
     block_hits_frame,
@@ -39,7 +39,7 @@ from deadwood_algorithms.results.hits import (
     tree_hits_frame,
 )
 from deadwood_algorithms.results.identity import Making, write_manifest
-from deadwood_algorithms.results.lost import left_dem, many, reach_records
+from deadwood_algorithms.results.lost import many, reach_records
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.summary import (
@@ -55,6 +55,7 @@ from deadwood_algorithms.simulate.checkpoints import WorkFolder
 from deadwood_algorithms.simulate.chunks import ChunkedRun, Keeper
 from deadwood_algorithms.simulate.columns import Columns
 from deadwood_algorithms.stats.directions import azimuth
+from deadwood_algorithms.stats.endings import ended, left_dem, reasons_in_words
 from deadwood_engine import STOP_REASONS, Rasters
 
 # A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
@@ -104,7 +105,7 @@ def arrays_of(
     "cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
-    failed = result.stop_reason == STOP_REASONS.index("failed")
+    failed = ended(result.stop_reason, "failed")
     kept |= {f"{FAILED}log_id": log_id[failed], f"{FAILED}state": result.last_state[failed]}
     return kept | hit_arrays(result.hits, log_id, layers, overloads) | cost | {f"{COST}wall_s": np.array([wall_s])}
 
@@ -165,7 +166,7 @@ def write_results(
         if len(paths):
             tables["trajectories"] = trajectories(paths, layers, releases, by_log)
         if layers.lines.ids:
-            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log["stop_reason"]), crs)
+            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log), crs)
             if touched.any():
                 tables["reached_by"] = Stream("Point Z", partial(reached_by, layers, touched, by_log, releases))
         hits = {
@@ -263,7 +264,7 @@ def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str,
         "release_x": start[:, 0],
         "release_y": start[:, 1],
         "release_z": start[:, 2],
-        "stop_reason": np.array(STOP_REASONS, object)[by_log["stop_reason"]],
+        "stop_reason": reasons_in_words(by_log),
         "stop_id": _stop_ids(layers, by_log),
         "duration_s": by_log["duration"],
         "path_m": by_log["path"],
@@ -293,7 +294,7 @@ def _stop_ids(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> NDArray[Any
     """Id, as text, of the tree, lying log (``lying:ID``), boulder (``block:ID``) or barrier that holds each log; None
     for the others."""
     ids = np.full(by_log["stop_item"].size, None, object)
-    reason = np.array(STOP_REASONS, object)[by_log["stop_reason"]]
+    reason = reasons_in_words(by_log)
     for row in np.flatnonzero(by_log["stop_item"] >= 0):
         item = int(by_log["stop_item"][row])
         if reason[row] == "tree":
@@ -460,7 +461,12 @@ def write_run_rasters(
 def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: int) -> dict[str, str]:
     """The six GeoTIFFs of what the logs drew on the cells, energies in kJ; what the grid has no height for is NaN
     in the shares."""
-    values = {**total, "reach_probability": shares_of(total["hit_count"], n_logs, np.isnan(grid.values))}
+    hits = total["hit_count"]
+
+    def shares(rows: slice) -> NDArray[np.float32]:
+        return shares_of(hits[rows], n_logs, np.isnan(grid.values[rows]))
+
+    values = {**total, "reach_probability": ByRows(grid.shape, shares)}
     for name, kind, units, style in MAPS:
         bands = {each: values[each] for each in bands_of(name)}
         write_bands(
@@ -499,7 +505,7 @@ def nodata_of(name: str, kind: str, *, windowed: bool) -> float | None:
 def write_danger(
     folder: Path, total: Mapping[str, NDArray], grid: Grid, line_ids: Sequence[Any], danger_least: int
 ) -> str:
-    bands = danger_bands(total["hit_count"], total["danger"], line_ids, danger_least)
+    bands = bands_by_rows(total["hit_count"], total["danger"], line_ids, danger_least)
     place = folder / "danger.tif"
     units = units_of(list(bands))
     write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)

@@ -35,7 +35,7 @@ class Breaking:
     power: float
 
     @classmethod
-    def asked(cls, breaks: bool, capacity_kj: float | None, power: float) -> Breaking | None:
+    def from_options(cls, breaks: bool, capacity_kj: float | None, power: float) -> Breaking | None:
         if not breaks:
             return None
         if capacity_kj is None:

@@ -6,6 +6,7 @@ import os
 
 from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 # Bytes a cell: heights as read, for the kernels, and their roughness (4 each); writing the rasters and the copies that
@@ -43,7 +44,10 @@ def threads_that_fit(
     cores = os.cpu_count() or 1
     most = max(MOST_THREADS, MOST_A_CORE * cores)
     if wanted > most:
-        feedback.note(f"--threads {wanted}: {most} threads are used, because more gain nothing on {cores} cores")
+        feedback.note(
+            f"--threads {wanted}: {counted(most, 'thread is', 'threads are')} used, because more gain nothing on "
+            f"{counted(cores, 'core')}"
+        )
         wanted = most
     free = free_bytes()
     base = cells * (SCENE_BYTES + WRITING_BYTES + (FRICTION_BYTES if friction_by_cell else 0))
@@ -62,7 +66,10 @@ def threads_that_fit(
             f"(deadwood-tool run-sites --by FIELD), {fewer}or use a coarser DEM "
             f"({remedies.coarser(what, 2.0 * cell)})"
         )
-    feedback.note(f"{fitting} threads are used instead of {wanted}, because the memory does not suffice for more")
+    feedback.note(
+        f"{counted(fitting, 'thread is', 'threads are')} used instead of {wanted}, because the memory does not "
+        "suffice for more"
+    )
     return fitting
 
 
@@ -83,7 +90,7 @@ def refuse_too_many_workers(
     fitting = max(0, int((SHARE * free - here) // each))
     fix = f"--workers {fitting} fit" if fitting else "leave out --scheduler: threads share what processes cannot"
     raise UserError(
-        f"--scheduler local: {number} workers on the {cells / 1e6:.3g} million cells of {what} need "
+        f"--scheduler local: {counted(number, 'worker')} on the {cells / 1e6:.3g} million cells of {what} need "
         f"{(here + number * each) / GIB:.1f} GB of memory, {free / GIB:.1f} GB are free; {fix}"
     )
 

@@ -220,7 +220,7 @@ class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
                 **slip_laws(self.shape, self.friction_max, self.friction_kappa, self.friction_beta),
                 **scar_laws(self.shape, self.soil_strength_mn_m2, self.scar_drag),
             },
-            breaking=Breaking.asked(self.break_trees, self.tree_capacity_kj, self.tree_capacity_power),
+            breaking=Breaking.from_options(self.break_trees, self.tree_capacity_kj, self.tree_capacity_power),
         )
 
 

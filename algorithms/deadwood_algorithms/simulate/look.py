@@ -16,7 +16,8 @@ from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.windows import GRAVITY, energy_slope
-from deadwood_engine import FIDELITIES, STOP_REASONS, Result, slide
+from deadwood_algorithms.stats.endings import left_dem
+from deadwood_engine import FIDELITIES, Result, slide
 from deadwood_engine.rotation import VX, VY
 
 Array = NDArray[np.float64]
@@ -47,7 +48,7 @@ def look(simulation: Simulation, layers: SceneLayers, releases: Releases, seed: 
     )
     # on a window of a large terrain model the logs near its sides continue when the run has widened it
     seen = ~result.reach[:, result.reach.shape[1] - len(layers.watched) :].any(axis=1)
-    left = seen & (result.stop_reason == STOP_REASONS.index("left_dem"))
+    left = seen & left_dem(result.stop_reason)
     if left.sum() <= WORTH_TELLING * seen.sum():
         return
     more = further(layers, result, np.flatnonzero(left), energy_slope(simulation.inputs.friction))

@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.simulate.checkpoints import WorkFolder
 
@@ -26,7 +27,7 @@ class Steps:
                 self._work.save(self._number, slide())
             except (Cancelled, KeyboardInterrupt, UserError) as error:
                 self.feedback.note(
-                    f"what {self._logs} logs did is kept in {self._work.path}; --resume continues from there"
+                    f"what {counted(self._logs, 'log')} did is kept in {self._work.path}; --resume continues from there"
                 )
                 if isinstance(error, UserError):  # the workers are lost
                     raise

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, engine_digest
 from deadwood_algorithms.simulate import piece as on_worker
 from deadwood_algorithms.simulate.batch import Batch, Sliding
@@ -287,7 +288,7 @@ class Workers:
             ours = {"version": VERSION, "engine": engine_digest(), "bits": self._bits}
             if facts == ours:
                 self._good[address] = threads
-                self.feedback.note(f"--scheduler: the worker {address} ({threads} threads) joins in")
+                self.feedback.note(f"--scheduler: the worker {address} ({counted(threads, 'thread')}) joins in")
                 return
             if (facts["version"], facts["engine"]) != (VERSION, engine_digest()):
                 why = f"it has engine {facts['engine']}, version {facts['version']}; here it is engine "

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from deadwood_algorithms.params.counts import counted
+
 Z_95 = 1.959964  # two-sided 95 % point of the normal distribution
 
 
@@ -189,6 +191,7 @@ def lost_words(record: Mapping[str, Any]) -> str:
     low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
     up_to, low, high = (percent(each, low, high) for each in (record["p_high_if_lost"], low, high))
     return (
-        f"; {record['n_lost']} others left the terrain model before it: {up_to} % if all of them reach it; chance and "
+        f"; {counted(record['n_lost'], 'other')} left the terrain model before it: {up_to} % if all of them reach "
+        "it; chance and "
         f"these together: {low} to {high} %"
     )

@@ -35,6 +35,7 @@ from pathlib import Path
 import numpy as np
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
@@ -186,7 +187,7 @@ def refuse_unclear(ask: Ask) -> int:
         raise UserError("--search-complete is about observed deposits; leave it out, or give --observed")
     did = ask.event_logs if ask.event_reached is None else ask.event_reached
     if did > ask.event_logs:
-        raise UserError(f"--event-reached is {did}, but the event has {ask.event_logs} logs (--event-logs)")
+        raise UserError(f"--event-reached is {did}, but the event has {counted(ask.event_logs, 'log')} (--event-logs)")
     return did
 
 

@@ -34,6 +34,7 @@ import numpy as np
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
+from deadwood_algorithms.stats.endings import left_dem
 
 RASTER, LAYERS, PICTURE = "origins.tif", "origins.gpkg", "origins.png"
 FACTS, MANIFEST = "origins.json", "manifest.json"
@@ -75,7 +76,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.rasters import write_bands
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
-    from deadwood_algorithms.results.lost import left_dem, many, reach_phrases, reach_records, warn_of_lost
+    from deadwood_algorithms.results.lost import many, reach_phrases, reach_records, warn_of_lost
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.schemas.files import ORIGIN_REACH
@@ -105,7 +106,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             layers["affected"] = affected
         write_vector(folder / LAYERS, layers)
         draw(folder / PICTURE, source, found, line_shapes(ask.lines, source))
-        left = left_dem(source.deposits["stop_reason"].to_numpy()[rows])
+        left = left_dem(source.deposits)[rows]
         reach = reach_records(reached, np.column_stack(list(reached.values())), left)
         phrases = reach_phrases(reach[1:])
         if many(int(left.sum()), rows.size):

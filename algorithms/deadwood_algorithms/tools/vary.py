@@ -32,6 +32,7 @@ from pathlib import Path
 
 from deadwood_algorithms.evaluate.sensitivity.file_names import FACTS, INDICES, PICTURE, RUNS, TORNADO
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
@@ -144,8 +145,12 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
                 f"give at least {layers.dem.cell:g}"
             )
         if len(logs) < FEW_LOGS:
-            feedback.warn(f"{len(logs)} logs reveal strong factors only; release a few hundred")
-        feedback.note(f"{len(places)} runs of {len(logs)} logs: {len(places) * len(logs)} logs are slid")
+            feedback.warn(
+                f"{counted(len(logs), 'log reveals', 'logs reveal')} strong factors only; release a few hundred"
+            )
+        feedback.note(
+            f"{counted(len(places), 'run')} of {counted(len(logs), 'log')}: {len(places) * len(logs)} to slide"
+        )
         decided_by = {
             "--logs or --seed": [ask.logs, ask.seed],
             "--dem-noise-length-m": ask.dem_noise_length_m,

@@ -35,6 +35,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.schemas import TREE_M
 
@@ -137,11 +138,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         lying = lying_stems(stems.place[rows], stems.dbh_cm[rows], stems.height_m[rows], azimuth, ask.stump_m, ground)
         laid = ~lying.off
         if (lying.cut & laid).any():
-            feedback.note(f"{int((lying.cut & laid).sum())} stems would reach beyond the terrain; they end at its edge")
+            feedback.note(
+                f"{counted(int((lying.cut & laid).sum()), 'stem')} would reach beyond the terrain: cut at its edge"
+            )
         if lying.off.any():
             feedback.note(
-                f"{int(lying.off.sum())} of {rows.size} thrown stems fall off the terrain model at its edge: they are "
-                "left out of the lying logs and count as removed, their stumps stay"
+                f"{int(lying.off.sum())} of {counted(rows.size, 'thrown stem')} would fall off the terrain model at "
+                "its edge: left out of the lying logs, counted as removed, the stump stays"
             )
         one_group = np.zeros(int(laid.sum()), np.int64)
         share = np.full(one_group.size, ask.lost)
@@ -175,8 +178,9 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tu
     """What each scenario has, and the commands that slide the same logs through all of them."""
     shown = []
     for name, counts in facts.items():
-        shown.append(f"{name}: {counts['standing']} trees stand, {counts['lying']} stems lie, "
-                     f"{counts['removed']} are removed")  # fmt: skip
+        shown.append(f"{name}: {counted(counts['standing'], 'tree stands', 'trees stand')}, "
+                     f"{counted(counts['lying'], 'stem lies', 'stems lie')}, "
+                     f"{counts['removed']} removed")  # fmt: skip
     shown.append("now slide the same logs through each, with your releases, lines and friction:")
     for name in facts:
         layers = ""

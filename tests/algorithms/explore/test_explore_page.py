@@ -356,7 +356,7 @@ def test_moving_logs_on_the_map_and_in_three_dimensions(page, shared):
     assert page.ask("document.getElementById('motion-said').hidden")
     page.ask("document.getElementById('open-space').click()")
     page.wait("window.deadwoodView && deadwoodView.scene().logs.length === 100")
-    poses = page.ask("[deadwoodView.poseAt(0, 0).ends, deadwoodView.scene().told.ground.nx]")
+    poses = page.ask("[deadwoodView.poseAt(0, 0).ends, deadwoodView.scene().spec.ground.nx]")
     assert np.isfinite(poses[0]).all()
     page.ask("document.querySelector('#space [data-part=play]').click()")
     page.wait("deadwoodView.state.time > 0.5")

@@ -265,7 +265,7 @@ def test_what_is_too_small_for_a_tree_is_left_out_and_said(tmp_path, forest, slo
     source.loc[:9, "dbh_cm"] = 0.7
     source.to_file(tmp_path / "small.gpkg")
     assert len(forest(like=str(tmp_path / "small.gpkg"))) == len(source) - 10
-    assert any("10 of the 939 trees there are left out (DBH < 1 cm or height < 1.3 m)" in each for each in said.notes)
+    assert any("10 of the 939 trees there left out (DBH < 1 cm or height < 1.3 m)" in each for each in said.notes)
 
 
 def test_only_the_trees_of_the_stand_are_fitted(tmp_path, forest):

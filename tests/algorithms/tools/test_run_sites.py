@@ -298,7 +298,7 @@ def test_an_interrupted_run_goes_on_in_the_middle_of_a_site(case, by, monkeypatc
     with pytest.raises(Cancelled):
         sites(case, "halted", feedback, **given)
     assert not (case.folder / "halted").exists()
-    assert "1 finished sites are kept" in feedback.notes[-1]
+    assert "1 finished site is kept" in feedback.notes[-1]
     work = case.folder / ".halted.part" / "sites"
     assert list(work.glob(".b.part/rasters_*.npz")), "the second site was not begun: the test says nothing"
     slid = (work / "a" / "run.gpkg").stat().st_mtime_ns

@@ -217,7 +217,7 @@ def test_what_cannot_be_asked_is_refused(case, bare, lines, tmp_path):
     refused("does not exist", tmp_path / "none", out, candidates=lines)
     refused("does not exist", bare, out, candidates=str(tmp_path / "none.gpkg"))
     off = write_layer(tmp_path / "off.gpkg", [shapely.LineString([(900.0, 0.0), (950.0, 0.0)])], barrier_id=["a"])
-    refused("the candidate does not touch the DEM", bare, out, candidates=off)
+    refused("no candidate touches the DEM", bare, out, candidates=off)
     piece = shapely.LineString([(10.0, 45.0), (20.0, 45.0)])
     twins = write_layer(tmp_path / "twins.gpkg", [piece, piece], barrier_id=["a", "a"])
     refused("rows 1, 2 are called 'a'; give each candidate its own id", bare, out, candidates=twins)

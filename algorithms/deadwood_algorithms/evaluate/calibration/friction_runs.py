@@ -16,11 +16,11 @@ from deadwood_algorithms.evaluate.calibration.score import Observation
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.scene.items import Items, digest_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_lines
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.simulate.simulation import Simulation
+from deadwood_algorithms.stats.endings import left_dem
 from deadwood_engine import STOP_REASONS, Lines
 
 Array = NDArray[np.float64]

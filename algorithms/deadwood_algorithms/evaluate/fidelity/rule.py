@@ -24,6 +24,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from deadwood_algorithms.params.counts import counted
+
 if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 
@@ -127,8 +129,9 @@ def too_thin(
     if n_logs >= available or (logs or 0) > available:
         more += f" (the layer has {available}: release more, and keep the yardstick with --planned-logs {planned})"
     sentence = (
-        f"Too few logs to recommend a fidelity: {n_logs} logs do not decide whether {easiest} has an error below the "
-        f"sampling noise of {planned} logs ({error_words(row)}). Compare {more}; until then {finest} is the safe one."
+        f"Too few logs to recommend a fidelity: {counted(n_logs, 'log does', 'logs do')} not decide whether "
+        f"{easiest} has an error below the sampling noise of {planned} logs ({error_words(row)}). Compare {more}; "
+        f"until then {finest} is the safe one."
     )
     return sentence, logs
 

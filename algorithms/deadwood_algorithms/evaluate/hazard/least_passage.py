@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.evaluate.hazard import cells
 from deadwood_algorithms.evaluate.hazard.origins import polygons_of
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.cell_quantiles import largest_by_rank
 from deadwood_algorithms.results.hit_counts import count_of
@@ -95,8 +96,8 @@ def energies_of_share(
     if share and wilson_bounds(0, n_logs)[1] > share:
         needed = math.ceil(Z_95**2 * (1.0 / share - 1.0))
         feedback.warn(
-            f"{n_logs} logs do not show whether {100 * share:g} % of the logs pass a cell that none of them passed; "
-            f"{needed} can"
+            f"{counted(n_logs, 'log does', 'logs do')} not show whether {100 * share:g} % of the logs pass a cell "
+            f"that none of them passed; {needed} can"
         )
     return Energies(found[0], found[1], found[2], what, facts)
 

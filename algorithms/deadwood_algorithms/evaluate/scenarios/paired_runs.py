@@ -16,10 +16,10 @@ from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in, read_run
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_lines
+from deadwood_algorithms.stats.endings import ended, left_dem
 
 # Of the releases, what deposits repeat, and how far two of the same may differ: coordinates by rounding alone.
 SAME = {
@@ -62,12 +62,12 @@ class Scenario:
     @cached_property
     def left_dem(self) -> NDArray[np.bool_]:
         """Logs that went out of sight, beyond the terrain model."""
-        return left_dem(self.column("stop_reason"))
+        return left_dem(self.run.deposits)[self.rows]
 
     @cached_property
     def still_moving(self) -> NDArray[np.bool_]:
         """Logs that had not come to rest at the time limit."""
-        return np.asarray(self.column("stop_reason") == "time_limit", bool)
+        return ended(self.run.deposits, "time_limit")[self.rows]
 
     @cached_property
     def places(self) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import warn_implausible, where_of
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.prepare.trees import allometry
 from deadwood_algorithms.prepare.trees import columns as tree_columns
@@ -160,7 +161,7 @@ def sizes(
     if filled.from_height.any():
         source.said.append(f"{filled.from_height.sum()} DBH missing, computed from the height: {named}")
     if filled.from_dbh.any():
-        source.said.append(f"{filled.from_dbh.sum()} heights missing, computed from the DBH: {named}")
+        source.said.append(f"{counted(filled.from_dbh.sum(), 'height')} missing, computed from the DBH: {named}")
     named_a_law = law_options.dbh_law or law_options.dbh_zones or law_options.dbh_sample or law != DEFAULT
     if named_a_law and not (filled.from_height | filled.from_dbh).any():
         feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh applies it")
