@@ -41,9 +41,8 @@ from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 
-TABLE, FACTS, PICTURE, LAYERS, MANIFEST = (
-    "calibration.csv", "calibration.json", "calibration.png", "calibration.gpkg", "manifest.json",
-)  # fmt: skip
+TABLE, FACTS, PICTURE, LAYERS = (f"calibration.{kind}" for kind in ("csv", "json", "png", "gpkg"))
+MANIFEST = "manifest.json"
 
 
 @dataclass(frozen=True, kw_only=True)

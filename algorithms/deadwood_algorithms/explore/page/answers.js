@@ -102,10 +102,9 @@ export function showLegend(scene, terrain, shown, variant, answer) {
   const parts = [], done = answer ? say("legend_logs", { done: answer.done, fidelity: answer.fidelity }) : "";
   if (shown.hits && variant?.kind === "hits" && answer) {
     const ramp = make("canvas", { class: "ramp", width: 64, height: 1, "aria-hidden": "true" }), brush = ramp.getContext("2d");
-    config.ramp.forEach((colour, k) => { brush.fillStyle = colour; brush.fillRect(64 * k / config.ramp.length, 0, 64 / config.ramp.length + 1, 1); });
-    const percent = (part) => number(100 * part * variant.top / answer.done, 100 * variant.top / answer.done < 5 ? 1 : 0);
+    config.ramp.forEach(({ colour }, k) => { brush.fillStyle = colour; brush.fillRect(64 * k / config.ramp.length, 0, 64 / config.ramp.length + 1, 1); });
     parts.push(make("div", {}, make("div", {}, `${say("legend_hits")} (${done})`), ramp,
-      make("div", { class: "scale" }, ...[0, 0.5, 1].map((each) => make("span", {}, say("percent", { p: percent(each) }))))));
+      make("div", { class: "scale" }, ...[0, 1, 2, 3].map((k) => make("span", {}, say("percent", { p: String(100 * config.ramp[k * (config.ramp.length - 1) / 3].share) }))))));
   }
   if (shown.hits && variant?.kind === "difference" && answer) {
     const { less, more, chance } = config.colours;

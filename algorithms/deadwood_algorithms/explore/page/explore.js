@@ -1,7 +1,7 @@
 /* What the page knows and asks: the release, the changes of the forest, the answers, and the variants that they show. */
 
 import { nameOf, showDifference, showLegend, showReach, showScene, showStops, verdictOf } from "./answers.js";
-import { boxOf, differencePicture, hitsPicture, topOf } from "./layers.js";
+import { boxOf, differencePicture, hitsPicture } from "./layers.js";
 import { connect } from "./link.js";
 import { SlopeMap } from "./map.js";
 import { drapesOf, Motion, spaceOf } from "./motion.js";
@@ -167,12 +167,12 @@ const complete = () => Boolean(state.base?.final && !state.base.preview);
 function hits(answer) {
   const isPreview = isPreviewOf(answer);
   if (!isPreview && state.full !== answer.id) return;
-  const box = boxOf(answer.data.hits, answer.at || [0, 0]), top = topOf(box);
+  const box = boxOf(answer.data.hits, answer.at || [0, 0]);
   const old = state.base?.picture;
   if (state.base?.id !== answer.id) stopMoving();
   state.base = {
-    ...answer, box, top, preview: isPreview, shape: state.shape, deposits: depositsOf(answer), edited: false, kind: "hits",
-    picture: { picture: hitsPicture(box, top, config.ramp, old?.picture), column: box.column, row: box.row },
+    ...answer, box, preview: isPreview, shape: state.shape, deposits: depositsOf(answer), edited: false, kind: "hits",
+    picture: { picture: hitsPicture(box, answer.done, config.ramp, old?.picture), column: box.column, row: box.row },
   };
   if (!edited()) map.content.holders = holdersOf(answer);
   if (isPreview) answered();
@@ -206,13 +206,13 @@ function forget() { state.after = null; map.content.holders = []; }
 
 function differed(answer) {
   if (!state.base || !edited() || ![state.editing, state.full, state.base.id].includes(answer.id)) return;
-  const data = answer.data.hits_after || answer.data.hits, box = boxOf(data, answer.at || [0, 0]), top = state.base.top, old = state.after;
+  const data = answer.data.hits_after || answer.data.hits, box = boxOf(data, answer.at || [0, 0]), old = state.after;
   answer.lines ||= [];
   answer.fidelity ||= state.base.fidelity;
   const deposits = depositsOf(answer);
   state.after = {
-    ...answer, box, top, deposits, edited: true, kind: "hits", base: state.base, preview: state.base.preview,
-    picture: { picture: hitsPicture(box, top, config.ramp, old?.picture.picture), column: box.column, row: box.row },
+    ...answer, box, deposits, edited: true, kind: "hits", base: state.base, preview: state.base.preview,
+    picture: { picture: hitsPicture(box, answer.done, config.ramp, old?.picture.picture), column: box.column, row: box.row },
   };
   if (old?.gap) state.gapCanvas = old.gap.picture.picture;
   map.content.holders = holdersOf(answer);
@@ -387,7 +387,7 @@ function shown() {
   showStops(stopsOf(seen) || base?.stopped);
   showDifference(scene, after, { fell: (tree) => changes.fell([tree]), look });
   const on = map.content.variants[0];
-  showLegend(scene, state.terrain, map.shown, on?.kind ? { ...on, top: base?.top } : null, seen);
+  showLegend(scene, state.terrain, map.shown, on?.kind ? on : null, seen);
   $("play").disabled = !complete();
   $("open-space").disabled = !state.terrain;
   $("keep").querySelector("button").disabled = !complete();
