@@ -136,6 +136,14 @@ class ByRows:
     of: Callable[[slice], np.ndarray]
 
 
+Band = np.ndarray | ByRows
+
+
+def rows_of(band: Band, rows: slice) -> np.ndarray:
+    """Rows of a band, counted from the south."""
+    return band.of(rows) if isinstance(band, ByRows) else band[rows]
+
+
 def write_raster(
     path: str | Path,
     values: np.ndarray,
@@ -171,7 +179,7 @@ def write_classes(
 
 def write_bands(
     path: str | Path,
-    bands: Mapping[str, np.ndarray] | Mapping[str, ByRows] | Mapping[str, np.ndarray | ByRows],
+    bands: Mapping[str, np.ndarray] | Mapping[str, ByRows] | Mapping[str, Band],
     grid: Grid,
     *,
     nodata: float | None = None,
@@ -249,11 +257,10 @@ def describe_band(target: Any, number: int, name: str, *, raster: str = "", mean
         target.update_tags(number, long_name=meaning)
 
 
-def _north_up(values: np.ndarray | ByRows, dtype: str, rows: slice) -> np.ndarray:
+def _north_up(values: Band, dtype: str, rows: slice) -> np.ndarray:
     """These rows of a raster, counted from the north."""
     from_south = slice(values.shape[0] - rows.stop, values.shape[0] - rows.start)
-    strip = values.of(from_south) if isinstance(values, ByRows) else values[from_south]
-    return np.ascontiguousarray(strip[::-1], dtype=dtype)
+    return np.ascontiguousarray(rows_of(values, from_south)[::-1], dtype=dtype)
 
 
 def _is_empty(values: np.ndarray, nodata: float | None) -> bool:

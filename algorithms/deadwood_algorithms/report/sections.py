@@ -29,6 +29,7 @@ from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.passages import UNITS, design_rows
+from deadwood_algorithms.results.scenario import overridden_options
 from deadwood_algorithms.schemas.looks import LOOKS
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
 from deadwood_algorithms.stats.statistics import percent_of, to_decimals
@@ -410,19 +411,6 @@ def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
         flag = "--" + name.replace("_", "-")
         words += [flag] if value is True else [flag, str(value)]
     return " ".join(shlex.quote(each) for each in words)
-
-
-def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:
-    """Options of the default log that no log of the run had: columns of its releases override them."""
-    parameters, found = manifest.get("parameters", {}), set()
-    for name, values in manifest.get("effective", {}).items():
-        given = parameters.get(name)
-        if isinstance(given, (int, float)) and not values["min"] - 1e-6 <= given <= values["max"] + 1e-6:
-            found.add(name)
-    posture = summary.get("scenario", {}).get("logs", {}).get("posture", {})
-    if posture and not posture.get(parameters.get("orientation"), 0.0):
-        found.add("orientation")
-    return found
 
 
 def provenance(source: ReportedRun, words: Words) -> Parts:

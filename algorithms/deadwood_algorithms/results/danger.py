@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import ByRows
+from deadwood_algorithms.files.rasters import Band, ByRows, rows_of
 from deadwood_algorithms.params.tool import Cancelled, Feedback
 from deadwood_algorithms.results.arrivals import first_touches
 from deadwood_algorithms.results.run_folder import Run, ends_of
@@ -42,16 +42,17 @@ def danger_bands(
 
 
 def bands_by_rows(
-    passed: NDArray[np.uint32], danger: NDArray[np.uint32], line_ids: Sequence[Any], least: int
+    passed: Band, danger: Sequence[Band] | NDArray[np.uint32], line_ids: Sequence[Any], least: int
 ) -> dict[str, ByRows]:
     """The same bands, of which only the rows that are asked for are computed."""
 
-    def band(reached: NDArray[np.uint32] | None) -> ByRows:
+    def band(reached: Band | None) -> ByRows:
         def of(rows: slice) -> NDArray[np.float32]:
-            enough = passed[rows] >= least
-            count = passed[rows][enough].astype(np.float64)
+            here = rows_of(passed, rows)
+            enough = here >= least
+            count = here[enough].astype(np.float64)
             values = np.full(enough.shape, np.nan, np.float32)
-            values[enough] = count if reached is None else reached[rows][enough] / count
+            values[enough] = count if reached is None else rows_of(reached, rows)[enough] / count
             return values
 
         return ByRows((passed.shape[0], passed.shape[1]), of)

@@ -214,3 +214,16 @@ def _rows_off(items: Items) -> Counter[str]:
 def _count(read: int, left_out: Counter[str]) -> dict[str, Any]:
     reasons = [{"why": why, "n": left_out[why]} for why in WHYS if left_out[why]]
     return {"read": read, "used": read - left_out.total(), "left_out": reasons}
+
+
+def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:
+    """Options of the default log that no log of the run had: columns of its releases override them."""
+    parameters, found = manifest.get("parameters", {}), set()
+    for name, values in manifest.get("effective", {}).items():
+        given = parameters.get(name)
+        if isinstance(given, (int, float)) and not values["min"] - 1e-6 <= given <= values["max"] + 1e-6:
+            found.add(name)
+    posture = summary.get("scenario", {}).get("logs", {}).get("posture", {})
+    if posture and not posture.get(parameters.get("orientation"), 0.0):
+        found.add("orientation")
+    return found

@@ -24,7 +24,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import ByRows, write_bands
+from deadwood_algorithms.files.rasters import Band, ByRows, rows_of, write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
@@ -54,6 +54,7 @@ from deadwood_algorithms.schemas.files import DANGER, DANGER_COUNT, RUN_RASTERS
 from deadwood_algorithms.simulate.checkpoints import WorkFolder
 from deadwood_algorithms.simulate.chunks import ChunkedRun, Keeper
 from deadwood_algorithms.simulate.columns import Columns
+from deadwood_algorithms.simulate.totals import Totals
 from deadwood_algorithms.stats.directions import azimuth
 from deadwood_algorithms.stats.endings import ended, left_dem, reasons_in_words
 from deadwood_engine import STOP_REASONS, Rasters
@@ -447,24 +448,35 @@ def write_run_rasters(
 
     With ``danger_counts`` and lines, the counts behind the seventh are an eighth.
     """
-    total = rasters.totals()
-    rasters.workers.clear()  # what they drew is written, and is the most that a run on a large DEM holds
-    total["energy_max"] /= np.float32(1000.0)
-    written = write_maps(folder, total, layers.dem, n_logs)
-    if "danger" in total:
-        written["danger"] = write_danger(folder, total, layers.dem, layers.lines.ids, danger_least)
+    totals = Totals(rasters)
+
+    def band(name: str, number: int | None = None) -> ByRows:
+        def of(rows: slice) -> NDArray:
+            values = totals.rows(rows)[name]
+            if name == "energy_max":
+                return values / np.float32(1000.0)
+            return values if number is None else values[number]
+
+        return ByRows(totals.shape, of)
+
+    written = write_maps(folder, {name: band(name) for name in totals.names}, layers.dem, n_logs)
+    if "danger" in totals.names:
+        danger = [band("danger", number) for number in range(len(totals.untouched["danger"]))]
+        hits, ids = band("hit_count"), layers.lines.ids
+        written["danger"] = write_danger(folder, hits, danger, layers.dem, ids, danger_least)
         if danger_counts:
-            written["danger_count"] = write_danger_counts(folder, total["danger"], layers.dem, layers.lines.ids)
+            written["danger_count"] = write_danger_counts(folder, danger, layers.dem, ids)
+    rasters.workers.clear()  # what they drew is written, and is the most that a run on a large DEM holds
     return written
 
 
-def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: int) -> dict[str, str]:
+def write_maps(folder: Path, total: Mapping[str, Band], grid: Grid, n_logs: int) -> dict[str, str]:
     """The six GeoTIFFs of what the logs drew on the cells, energies in kJ; what the grid has no height for is NaN
     in the shares."""
     hits = total["hit_count"]
 
     def shares(rows: slice) -> NDArray[np.float32]:
-        return shares_of(hits[rows], n_logs, np.isnan(grid.values[rows]))
+        return shares_of(rows_of(hits, rows), n_logs, np.isnan(grid.values[rows]))
 
     values = {**total, "reach_probability": ByRows(grid.shape, shares)}
     for name, kind, units, style in MAPS:
@@ -503,16 +515,21 @@ def nodata_of(name: str, kind: str, *, windowed: bool) -> float | None:
 
 
 def write_danger(
-    folder: Path, total: Mapping[str, NDArray], grid: Grid, line_ids: Sequence[Any], danger_least: int
+    folder: Path,
+    hits: Band,
+    danger: Sequence[Band] | NDArray[np.uint32],
+    grid: Grid,
+    line_ids: Sequence[Any],
+    danger_least: int,
 ) -> str:
-    bands = bands_by_rows(total["hit_count"], total["danger"], line_ids, danger_least)
+    bands = bands_by_rows(hits, danger, line_ids, danger_least)
     place = folder / "danger.tif"
     units = units_of(list(bands))
     write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
     return place.name
 
 
-def write_danger_counts(folder: Path, danger: NDArray[np.uint32], grid: Grid, line_ids: Sequence[Any]) -> str:
+def write_danger_counts(folder: Path, danger: Sequence[Band], grid: Grid, line_ids: Sequence[Any]) -> str:
     """Of any line, then of each: the counts from which those of several runs add up."""
     bands = dict(zip((ANY, *bands_of_lines(line_ids)), danger, strict=True))
     place = folder / "danger_count.tif"

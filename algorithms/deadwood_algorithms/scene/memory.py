@@ -9,13 +9,13 @@ from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 
-# Bytes a cell: heights as read, for the kernels, and their roughness (4 each); writing the rasters and the copies that
-# numpy makes on the way (28, measured on 16 million cells); friction that differs by cell (8, and 8 while it is read).
-SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 28, 16
-RASTER_BYTES = 24  # a cell and thread
+# Bytes a cell: heights as read, for the kernels, and their roughness (4 each); writing the rasters, strip by strip (12,
+# measured on 6 million cells, GDAL's cache among it); friction that differs by cell (8, and 8 while it is read).
+SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 12, 16
+RASTER_BYTES = 28  # a cell and thread
 # Of danger, with lines: the list of a log's cells (once) and the count of any line (once) and of each, a cell and
-# thread; put together and written, a cell and line. Pages that no log reaches are never allocated: the most it can be.
-DANGER_BYTES, DANGER_WRITING_BYTES = 4, 12
+# thread. Pages that no log reaches are never allocated: the most it can be.
+DANGER_BYTES = 4
 WORKER_BYTES = 300_000_000  # of libraries and kernels in a process of --scheduler local (measured: 250 MB)
 LOG_BYTES = 800  # a released log, mostly its row as it is read: 370 of four columns (docs/memory.md), 620 of thirteen
 MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, this number for each core; more gain nothing
@@ -53,7 +53,6 @@ def threads_that_fit(
     base = cells * (SCENE_BYTES + WRITING_BYTES + (FRICTION_BYTES if friction_by_cell else 0))
     each = cells * RASTER_BYTES
     if danger_lines:
-        base += cells * DANGER_WRITING_BYTES * (danger_lines + 1)
         each += cells * DANGER_BYTES * (danger_lines + 2)
     if free is None or base + wanted * each <= SHARE * free:
         return wanted

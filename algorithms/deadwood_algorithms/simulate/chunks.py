@@ -20,6 +20,7 @@ from deadwood_algorithms.simulate.checkpoints import WorkFolder
 from deadwood_algorithms.simulate.queue import Queue
 from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.simulate.sliding import reporter, slide_batch
+from deadwood_algorithms.simulate.totals import Totals
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.windows import scene_again, wider_scene
 from deadwood_engine import Rasters, Result
@@ -104,7 +105,7 @@ class ChunkedRun:
             since = time.perf_counter() - saved
             due = last or since > min(CHECKPOINT_S, saving_s / CHECKPOINT_SHARE) or feedback.cancelled()
             if fresh and due:
-                work.checkpoint(chunk + 1, self.slope.rasters.totals(), self.slope.layers.dem)
+                work.checkpoint(chunk + 1, Totals(self.slope.rasters), self.slope.layers.dem)
                 saving_s, saved = time.perf_counter() - saved - since, time.perf_counter()
             if last:
                 break
