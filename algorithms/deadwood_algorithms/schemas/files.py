@@ -645,6 +645,7 @@ SITES_FACTS = JsonFile(
         _key("reach[].p", "Their share"),
         _key("reach[].ci_low", "Lower end of its 95 % Wilson interval"),
         _key("reach[].ci_high", "Upper end"),
+        *(_key(f"reach[].{each.name}", each.meaning) for each in IF_LOST),
         _whole("failures", "The sites that failed, and the line that says why"),
         _key("merged", "The merged rasters, one a terrain model that several sites share"),
         _key("merged[].folder", "Where, in merged/"),
