@@ -64,6 +64,7 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.capacity import Capacity
     from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.results.lost import left_dem, reach_phrases, reach_records, warn_of_lost
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run
     from deadwood_algorithms.results.scenario import lines_of_run
@@ -96,6 +97,9 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
         with workers_for(where, feedback):
             slid, layers = slide_baseline(rerun, layers, feedback)
             refuse_other_ends(source, rows, slid.result.end_position)
+            left = left_dem(slid.result.stop_reason)
+            phrases = reach_phrases(reach_records(layers.lines.ids, slid.reach, left))
+            warn_of_lost(int(left.sum()), left.size, phrases, feedback, where=ask.run)
             broken = break_trees(rerun, layers, slid, capacity, steps, feedback)
         frames = frames_of(broken, slid, layers, capacity)
         write_vector(path, frames)
