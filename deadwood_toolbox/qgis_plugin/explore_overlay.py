@@ -7,8 +7,8 @@ that each can be moved to its place by an affine transformation, to a quarter of
 from __future__ import annotations
 
 from array import array
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -33,7 +33,6 @@ from qgis.PyQt.QtGui import QColor, QImage, QPainter, QPen, QPolygonF, QTransfor
 
 from .language import _
 
-QUANTILE = 0.995  # of the cells that were hit: the top of the colours, as on the page and in the report
 OPAQUE = 0.72
 EXACT_CELLS = 0.25  # how far a cell may lie from its place
 DEEPEST = 6  # halvings of the picture
@@ -57,22 +56,12 @@ class Hits:
     crs: QgsCoordinateReferenceSystem
     ends: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
 
-    def top(self) -> int:
-        """The count from which on the colour is that of the top of the scale."""
-        known = Counter(self.counts)
-        known.pop(0, None)
-        left = sum(known.values()) * (1.0 - QUANTILE)
-        for value in sorted(known, reverse=True):
-            left -= known[value]
-            if left <= 0.0:
-                return value
-        return 1
-
-    def picture(self, colours: Sequence[str], top: int) -> QImage:
-        most = max(self.counts, default=0)
-        last, alpha = len(colours) - 1, round(255 * OPAQUE) << 24
-        known = [alpha | int(each[1:], 16) for each in colours]
-        table = [0, *(known[min(last, round(value / top * last))] for value in range(1, most + 1))]
+    def picture(self, ramp: Sequence[Mapping[str, Any]], logs: int) -> QImage:
+        """Of each cell the share of so many logs, in the colour of the nearest share of the ramp; 0 is clear."""
+        alpha = round(255 * OPAQUE) << 24
+        known = [alpha | int(each["colour"][1:], 16) for each in ramp]
+        bounds = [logs * 0.5 * (one["share"] + other["share"]) for one, other in zip(ramp, ramp[1:])]  # noqa: B905, RUF007
+        table = [0, *(known[bisect_right(bounds, value)] for value in range(1, max(self.counts, default=0) + 1))]
         pixels = array("I", map(table.__getitem__, self.counts)).tobytes()
         size = (self.columns, self.rows, 4 * self.columns)
         return QImage(pixels, *size, QImage.Format.Format_ARGB32).copy()
@@ -122,7 +111,7 @@ class Overlay(QgsMapCanvasItem):
 
     def __init__(self, canvas: QgsMapCanvas, looks: dict[str, Any]) -> None:
         super().__init__(canvas)
-        self.canvas, self.colours = canvas, looks["ramp"]
+        self.canvas, self.ramp = canvas, looks["ramp"]
         self.released = looks["colours"]["release"]
         self.ring: list[tuple[float, float]] = []
         self.ring_crs = QgsCoordinateReferenceSystem()
@@ -134,10 +123,10 @@ class Overlay(QgsMapCanvasItem):
         self.shown: Callable[[], None] | None = None  # called when something new is on the screen
         self.setZValue(50)  # under rubber bands and the selection's marks
 
-    def put(self, hits: Hits | None, top: int = 1) -> None:
+    def put(self, hits: Hits | None, logs: int = 1) -> None:
         self.hits, self.view = hits, None
         if hits is not None:
-            self.picture = hits.picture(self.colours, top)
+            self.picture = hits.picture(self.ramp, logs)
         else:
             self.ring = []
         self.updatePosition()
@@ -229,7 +218,7 @@ def polygon(places: Sequence[tuple[float, float]], moved: Callable[[float, float
     return QPolygonF([QPointF(*moved(*each)) for each in places])
 
 
-def saved_layer(hits: Hits, path: str, name: str, colours: Sequence[str], top: int) -> QgsRasterLayer:
+def saved_layer(hits: Hits, path: str, name: str, colours: Sequence[Mapping[str, Any]], logs: int) -> QgsRasterLayer:
     """The counts as a GeoTIFF and a layer of it; 0 is no data, so that the map shows through."""
     east, south = hits.place(hits.columns, hits.rows)
     box = QgsRectangle(hits.west, south, east, hits.north)
@@ -246,12 +235,11 @@ def saved_layer(hits: Hits, path: str, name: str, colours: Sequence[str], top: i
     layer = QgsRasterLayer(path, name)
     if not written or not layer.isValid():
         raise OSError(_("{path} could not be written").format(path=path))
-    ramp = QgsColorRampShader(1.0, float(max(top, 2)))
-    steps = len(colours) - 1
+    ramp = QgsColorRampShader(logs * colours[0]["share"], logs * colours[-1]["share"])
     ramp.setColorRampItemList(
         [
-            QgsColorRampShader.ColorRampItem(1.0 + (max(top, 2) - 1.0) * k / steps, QColor(each))
-            for k, each in enumerate(colours)
+            QgsColorRampShader.ColorRampItem(logs * share, QColor(each["colour"]), f"{100.0 * share:.3g} %")
+            for each, share in ((each, each["share"]) for each in colours)
         ]
     )
     shader = QgsRasterShader()

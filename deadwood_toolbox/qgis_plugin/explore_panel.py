@@ -1,7 +1,7 @@
 """The panel "Explore": click on the map, and logs slide from there; select trees, and see what felling them changes.
 
-A process of the toolbox stays behind the panel and answers within a second. What is asked while an answer is on its way
-replaces it; nothing here waits for the process.
+A process of the toolbox stays behind the panel and answers within a second. A request replaces one that is still being
+answered; nothing here waits for the process.
 """
 
 from __future__ import annotations
@@ -332,20 +332,17 @@ class Panel(QDockWidget):
         said = self.words.difference(self.changed.facts, self.scene.names) if self.changed is not None else ""
         self.form.difference.setText(said)
         self.form.difference.setVisible(bool(said))
-        hits, top = self.shown_hits()
-        self.overlay.put(hits, top)
+        self.overlay.put(*self.shown_hits())
         shown = self.changed if self.changed is not None and self.shows_felled() else self.base
-        self.form.legend.setText(self.words.legend(shown.facts, top))
+        self.form.legend.setText(self.words.legend(shown.facts))
 
     def shown_hits(self) -> tuple[Hits, int]:
-        """The hits on the map, and the top of their colours: before and after have the same scale."""
+        """The hits on the map, and of how many logs they are."""
         if self.base is None or self.scene is None:
             raise RuntimeError("nothing has been answered yet")
-        base = self.scene.hits(self.base, "hits")
-        top = base.top()
         if self.changed is not None and self.shows_felled():
-            return self.scene.hits(self.changed, "hits_after"), top
-        return base, top
+            return self.scene.hits(self.changed, "hits_after"), self.changed.facts["done"]
+        return self.scene.hits(self.base, "hits"), self.base.facts["done"]
 
     def shows_felled(self) -> bool:
         return self.changed is not None and self.form.after.isChecked()
@@ -379,7 +376,7 @@ class Panel(QDockWidget):
     def _keep_hits(self) -> None:
         if self.base is None or self.scene is None:
             return
-        (hits, top), facts = self.shown_hits(), self.base.facts
+        (hits, logs), facts = self.shown_hits(), self.base.facts
         start = os.path.join(QgsProject.instance().homePath(), "explored_hits.tif")
         path = QFileDialog.getSaveFileName(self, _("Keep hits as a layer"), start, "GeoTIFF (*.tif)")[0]
         if not path:
@@ -388,7 +385,7 @@ class Panel(QDockWidget):
         felled = f", {self.words.say('felled', n=len(self.fell))}" if self.shows_felled() else ""
         name = _("Hits of {n} logs, {fidelity}").format(n=facts["done"], fidelity=facts["fidelity"]) + felled
         try:
-            layer = saved_layer(hits, path, name, self.words.ramp, top)
+            layer = saved_layer(hits, path, name, self.words.ramp, logs)
         except OSError as error:
             self.tell(str(error))
             return
@@ -405,7 +402,7 @@ class Panel(QDockWidget):
             return
         taken = [each for each in (path, f"{path}_layers.gpkg") if os.path.exists(each)]
         if taken:
-            self.tell(_("There is {path} already; take another name.").format(path=taken[0]))
+            self.tell(_("There is {path} already; choose another name.").format(path=taken[0]))
             return
         self.run_folder = os.path.abspath(path)
         self.number += 1

@@ -17,7 +17,7 @@ class Words:
 
     def __init__(self, looks: Mapping[str, Any]) -> None:
         self.phrases: Mapping[str, str] = {name: _(text) for name, text in looks["words"].items()}
-        self.ramp: list[str] = looks["ramp"]
+        self.ramp: list[dict[str, Any]] = looks["ramp"]
         self.stops: list[dict[str, str]] = [
             {**each, **{name: _(each[name]) for name in ("label",)}} for each in looks["stops"]
         ]
@@ -79,14 +79,15 @@ class Words:
         value, low, high = (_number(found[each], 1, signed=True) for each in ("error_points", "ci_low", "ci_high"))
         return _quiet(self.say("error_known", fidelity=name, value=value, low=low, high=high))
 
-    def legend(self, answer: Mapping[str, Any], top: int) -> str:
+    def legend(self, answer: Mapping[str, Any]) -> str:
         """What the colours say: hits of cells, and where logs ended."""
-        cells = "".join(f'<td width="5" bgcolor="{each}">&nbsp;</td>' for each in self.ramp)
-        most = self.say("percent", p=_number(100.0 * top / answer["done"], 0 if 20 * top >= answer["done"] else 1))
+        cells = "".join(f'<td width="5" bgcolor="{each["colour"]}">&nbsp;</td>' for each in self.ramp)
+        least, most = (self.say("percent", p=f"{100.0 * self.ramp[k]['share']:g}") for k in (0, -1))
         said = (
             f"{self.say('legend_hits')} ({self.say('legend_logs', done=answer['done'], fidelity=answer['fidelity'])})"
         )
-        ramp = f'<table cellspacing="0" cellpadding="0"><tr>{cells}<td>&nbsp;{most}</td></tr></table>'
+        scale = f"<td>{least}&nbsp;</td>{cells}<td>&nbsp;{most}</td>"
+        ramp = f'<table cellspacing="0" cellpadding="0"><tr>{scale}</tr></table>'
         ends = [
             f'<span style="color:{each["colour"]}">&#9679;</span> {html.escape(each["label"])}: {count}'
             for each in self.stops

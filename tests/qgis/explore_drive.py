@@ -121,7 +121,7 @@ def children() -> list[int]:
 def misplaced(hits: Any) -> dict[str, Any]:
     """Of the cells in the view: those whose middle is drawn although nothing hit it, or vice versa."""
     overlay = panel().overlay
-    overlay.put(replace(hits, ends={}), hits.top())
+    overlay.put(replace(hits, ends={}), max(hits.counts))
     overlay.circle([], hits.crs)
     canvas.viewport().repaint()
     move = QgsCoordinateTransform(hits.crs, project.crs(), project)

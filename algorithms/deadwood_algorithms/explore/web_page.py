@@ -6,8 +6,10 @@ Without the engine and without matplotlib: the server's process is to be small, 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
+from itertools import pairwise
 from typing import Any
 
 from deadwood_algorithms import schemas
@@ -15,8 +17,8 @@ from deadwood_algorithms.explore.phrases import PHRASES
 from deadwood_algorithms.schemas.looks import (
     BARRIER,
     ENDS,
-    HITS,
     LESS_MORE,
+    LOOKS,
     MOVING,
     RELEASE,
     ROAD,
@@ -25,12 +27,14 @@ from deadwood_algorithms.schemas.looks import (
     STONE,
     TREE,
     WOOD,
+    Look,
+    rgb,
 )
 
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 PAGE = resources.files("deadwood_algorithms.explore") / "page"
 SHARED = {"view3d.js": resources.files("deadwood_algorithms.report") / "view3d.js"}  # what reports have, too
-RAMP_STEPS = 29  # whole steps between two of the ramp's eight colours
+RAMP_STEPS = 4  # between two stops of the scale of shares
 # Classes of slope, from [deg], in colours from light to dark that colour-blind readers tell apart (YlOrBr).
 SLOPE = ((20.0, "#ffffd4"), (30.0, "#fed98e"), (35.0, "#fe9929"), (40.0, "#d95f0e"), (45.0, "#993404"))
 CHANGED, CHANCE = RUNS[1], "#dddddd"  # what the user changed; cells whose difference chance explains
@@ -41,7 +45,7 @@ def facts() -> dict[str, Any]:
     return {
         "language": "en",
         "words": PHRASES,
-        "ramp": ramp(HITS, RAMP_STEPS),  # as the report's map of hits
+        "ramp": ramp(LOOKS["shares"]),  # as every other map of hits
         "stops": [
             dict(zip(("reason", "label", "colour", "shape"), (reason, *ENDS[reason]), strict=True))
             for reason in schemas.STOP_REASONS
@@ -64,16 +68,19 @@ def facts() -> dict[str, Any]:
     }
 
 
-def ramp(colours: tuple[str, ...], steps: int) -> list[str]:
-    """So many colours, evenly between those given."""
-    known = [[int(each[k : k + 2], 16) for k in (1, 3, 5)] for each in colours]
+def ramp(look: Look) -> list[dict[str, Any]]:
+    """Colours from few to many, each with its share: the stops of a scale, and even steps between two of them."""
+    stops = list(zip(look.stops, map(rgb, look.colours), strict=True))
     found = []
-    for step in range(steps):
-        exact = step * (len(known) - 1) / (steps - 1)
-        low = min(int(exact), len(known) - 2)
-        mixed = [a + (b - a) * (exact - low) for a, b in zip(known[low], known[low + 1], strict=True)]
-        found.append("#" + "".join(f"{round(each):02x}" for each in mixed))
-    return found
+    for (low, dark), (high, bright) in pairwise(stops):
+        for part in (k / RAMP_STEPS for k in range(RAMP_STEPS)):
+            mixed = [a + (b - a) * part for a, b in zip(dark, bright, strict=True)]
+            found.append({"share": low + (high - low) * part, "colour": hexed(mixed)})
+    return [*found, {"share": stops[-1][0], "colour": hexed(stops[-1][1])}]
+
+
+def hexed(colour: Sequence[float]) -> str:
+    return "#" + "".join(f"{round(255.0 * each):02x}" for each in colour)
 
 
 @cache
@@ -82,7 +89,7 @@ def files() -> dict[str, tuple[str, bytes]]:
     sources = {each.name: each for each in PAGE.iterdir() if each.name.rsplit(".", 1)[-1] in KINDS} | SHARED
     found = {name: each.read_text(encoding="utf-8") for name, each in sources.items()}
     facts_json = json.dumps(facts(), ensure_ascii=False).replace("<", "\\u003c")
-    found["index.html"] = found["index.html"].replace('id="told">{}<', f'id="told">{facts_json}<', 1)
+    found["index.html"] = found["index.html"].replace('id="config">{}<', f'id="config">{facts_json}<', 1)
     return {
         name: (f"{KINDS[name.rsplit('.', 1)[-1]]}; charset=utf-8", text.encode("utf-8")) for name, text in found.items()
     }

@@ -70,7 +70,9 @@ def _refuse_words(path: str | Path, header_lines: int) -> None:
                 row += piece.count(b"\n", 0, at) + 1
                 before, behind = piece[max(0, at - 20) : at].split(), piece[at : at + 20].split()
                 word = (before[-1] if before and not piece[at - 1 : at].isspace() else b"") + behind[0]
-                raise UserError(f"{path}, row {row} of the grid: '{word.decode('latin-1')}' is no number; correct it")
+                raise UserError(
+                    f"{path}, row {row} of the grid: '{word.decode('latin-1')}' is not a number; correct it"
+                )
             row += piece.count(b"\n")
 
 

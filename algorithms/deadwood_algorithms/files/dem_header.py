@@ -132,7 +132,7 @@ def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path, given: str | Non
         raise UserError(
             f"{path}: the DEM's CRS '{crs.name}' is not a projected one; "
             f"fix: {remedies.with_crs(path, 'EPSG:2056')}, with the code of its true CRS"
-            + ("; or --crs local, which takes its coordinates as metres of a site of its own" if is_local(crs) else "")
+            + ("; or --crs local, which takes its coordinates as metres on a local grid" if is_local(crs) else "")
         )
     for part in crs.sub_crs_list if crs.is_compound else []:
         if part.is_vertical and part.axis_info:
@@ -197,7 +197,7 @@ def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path, code
 def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
     kind = source.dtypes[0]
     if np.dtype(kind).kind == "c":
-        raise UserError(f"{path}: the DEM's values are complex numbers ({kind}), which are no heights")
+        raise UserError(f"{path}: the DEM's values are complex numbers ({kind}), which are not heights")
     palette = ColorInterp.palette in source.colorinterp
     if kind == "uint8" and (palette or source.count >= 3):
         bands = "the colours of a palette" if palette else f"{source.count} bands of uint8"

@@ -33,7 +33,7 @@ STEEPEST_DEG = 58.0
 FOOT_M = 0.3048
 
 STEP_M = 0.2  # lower ones hold no log
-# Shares of pairs of neighbouring differences: at least that many are not level in both, and of these so many lie
+# Shares of pairs of neighbouring differences: at least the first are not level in both, and of these the second lie
 # between level ground and a step. On surveyed ground hardly any pair does, on whole metres and repeated cells most do.
 SLOPING_SHARE, STEPPED_SHARE = 0.05, 0.3
 JUDGED_BY = 200  # pairs of cells; fewer tell nothing
@@ -203,8 +203,8 @@ class Found:
     def say(self, path: str, feedback: Feedback) -> None:
         if self.far:
             feedback.warn(
-                f"{path}: {counted(self.far, 'cell holds', 'cells hold')} {self.shown:g} m, which is no height on "
-                "Earth: taken as outside"
+                f"{path}: {counted(self.far, 'cell holds', 'cells hold')} {self.shown:g} m, which is not a height on "
+                "Earth; taken as outside"
             )
         if self.zero:
             feedback.warn(

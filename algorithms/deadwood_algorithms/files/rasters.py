@@ -278,7 +278,7 @@ def open_raster(path: str | Path, what: str) -> Any:
     except RasterioError as error:
         packed = "it is packed; unpack it first" if Path(path).suffix.lower() in PACKED else None
         reason = why_not_ascii(path) or packed or first_line(error)
-        raise UserError(f"{path}: the {what} is no raster that can be read ({reason})") from error
+        raise UserError(f"{path}: the {what} is not a raster that can be read ({reason})") from error
     if source.count == 0:
         whole = source.subdatasets
         names = ", ".join(name.split(":")[-1] for name in whole)

@@ -174,7 +174,7 @@ def _decoded(path: Path, what: str) -> str:
     else:
         raise UserError(f"{path}: the {what} table is not readable text; save it as UTF-8")
     if "\0" in text:
-        raise UserError(f"{path}: the {what} table is no text file (it holds NUL bytes); save it as text, UTF-8")
+        raise UserError(f"{path}: the {what} table is not a text file (it holds NUL bytes); save it as text, UTF-8")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 

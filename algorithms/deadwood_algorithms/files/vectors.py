@@ -165,7 +165,7 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
             others = _layers_that_hold_rows(place) if frame.empty else []
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         raise UserError(
-            f"{name}: the {what} file is no vector layer that can be read ({_reason(name, error)})"
+            f"{name}: the {what} file is not a vector layer that can be read ({_reason(name, error)})"
         ) from error
     if Path(name).suffix.lower() in SHEETS:
         frame = sheet_table(frame)
@@ -208,7 +208,7 @@ def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.Dat
         try:
             pyogrio.list_layers(Path(folder) / place.name)  # opening it writes the index
         except DataSourceError as error:
-            raise UserError(f"{name}: the {what} file is no vector layer that can be read ({error})") from error
+            raise UserError(f"{name}: the {what} file is not a vector layer that can be read ({error})") from error
         finally:
             pyogrio.set_gdal_config_options({"SHAPE_RESTORE_SHX": None})
         frame = read_table(Path(folder) / place.name, what=what, geometry=geometry)
@@ -285,7 +285,7 @@ def _read_arrow(name: str, what: str) -> pd.DataFrame:
         frame = gpd.read_feather(name) if name.lower().endswith(".feather") else gpd.read_parquet(name)
     except (ValueError, KeyError, TypeError, NotImplementedError, pyarrow.ArrowException, OSError) as error:
         reason = (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
-        raise UserError(f"{name}: the {what} file is no layer of geometries that can be read ({reason})") from error
+        raise UserError(f"{name}: the {what} file is not a layer of geometries that can be read ({reason})") from error
     frame = frame.reset_index(drop=True)
     _refuse_twins(frame, name)
     if frame.geometry.name != "geometry":
@@ -397,8 +397,8 @@ def _shapes_of_text(frame: pd.DataFrame, column: Any, where: str) -> gpd.GeoData
     if shapely.is_missing(shapes).any():
         row = int(np.argmax(shapely.is_missing(shapes)))
         raise UserError(
-            f"{where}, field '{column}', row {row + 1}: '{str(frame[column].iloc[row])[:40]}' is no geometry as text "
-            "(such as POINT (2600000 1200000))"
+            f"{where}, field '{column}', row {row + 1}: '{str(frame[column].iloc[row])[:40]}' is not a geometry as "
+            "text (such as POINT (2600000 1200000))"
         )
     return gpd.GeoDataFrame(pd.DataFrame(frame.drop(columns=[column])), geometry=shapes)
 

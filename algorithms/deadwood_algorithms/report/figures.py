@@ -11,6 +11,7 @@ import io
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from deadwood_algorithms.report.markup import Markup, escaped, picture_address
+from deadwood_algorithms.report.profiles import Profile
 from deadwood_algorithms.report.rounded import share_of
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
@@ -134,7 +136,7 @@ def _panels(number: int, height: float, **more: Any) -> tuple[Figure, list[Any]]
     return figure, list(axes)
 
 
-def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Any]) -> dict[str, Drawing]:
+def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Profile]) -> dict[str, Drawing]:
     """The figures that a run has data for, by what they show."""
     kinds: list[tuple[str, bool, Callable[[], Figure]]] = [
         ("reach", bool(source.summary["reach"]), lambda: reach_figure(source, words)),
@@ -142,9 +144,9 @@ def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Any]
         ("spread", bool(counted_azimuths(source)), lambda: rose_figure(source, words)),
         ("runout", True, lambda: runout_figure([source], words)),
         ("distributions", True, lambda: distributions_figure(source, words)),
-        ("profile", bool(profiles), lambda: profile_figure(profiles, source.colour, words)),
+        *((f"profile_{each.chosen}", True, partial(profile_figure, each, source.colour, words)) for each in profiles),
     ]
-    titles = {"distributions": "ways"}
+    titles = {"distributions": "ways"} | {f"profile_{each.chosen}": "profile" for each in profiles}
     return {
         kind: Drawing(f"{key}_{kind}", words.say(titles.get(kind, kind)), draw) for kind, there, draw in kinds if there
     }
@@ -274,33 +276,28 @@ def distributions_figure(source: ReportedRun, words: Words) -> Figure:
     return figure
 
 
-def profile_figure(profiles: list[Any], colour: str, words: Words) -> Figure:
-    """For each of the chosen trajectories the terrain and the way of the log, one metre up as long as one along; beside
-    them its speed and its clearance, along the same way."""
-    drops = [float(np.ptp(each.terrain[np.isfinite(each.terrain)])) / float(each.way[-1]) for each in profiles]
-    tall = [float(np.clip(PROFILE_IN * drop, 1.1, 2.4)) + 0.75 for drop in drops]
-    figure = Figure(figsize=(WIDTH, sum(tall) + 0.35), layout="constrained")
-    rows = figure.subplots(
-        len(profiles), 2, squeeze=False, gridspec_kw={"height_ratios": tall, "width_ratios": (1.6, 1.0)}
-    )
-    handles: list[Any] = []
-    for (axes, right), each in zip(rows, profiles, strict=True):
-        low = float(np.nanmin(each.terrain)) - 0.04 * float(each.way[-1])
-        axes.fill_between(each.way, each.terrain, low, color="#8a8a8a", alpha=0.3, linewidth=0)
-        ground = axes.plot(each.way, each.terrain, color=INK, linewidth=1.0, label=words.say("terrain"))
-        middle = axes.plot(each.way, each.z, color=colour, linewidth=1.3, label=words.say("centre"))
-        axes.set(xlabel=words.say("way"), ylabel=words.say("elevation"), aspect="equal", adjustable="datalim")
-        axes.set_title(words.say(each.phrase, id=each.log_id), loc="left", fontsize=9)
-        fast = right.plot(each.way, each.speed, color=colour, linewidth=1.1, linestyle="--", label=words.say("speed"))
-        right.set(xlabel=words.say("way"), ylabel=words.say("speed_axis"), ylim=(0.0, None), xlim=(0.0, None))
-        up = right.twinx()
-        gap = up.fill_between(each.way, np.fmax(each.clearance, 0.0), color=WOOD, alpha=0.55, linewidth=0,
-                              label=words.say("clearance"))  # fmt: skip
-        up.set(ylabel=words.say("clearance_axis"), ylim=(0.0, 1.6 * max(float(np.nanmax(each.clearance)), 0.5)))
-        up.grid(visible=False)
-        up.spines["right"].set_visible(True)
-        handles = [*ground, *middle, *fast, gap]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
+def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
+    """The terrain and the way of one log, one metre up as long as one along; beside them its speed and its clearance,
+    along the same way."""
+    drop = float(np.ptp(profile.terrain[np.isfinite(profile.terrain)])) / float(profile.way[-1])
+    tall = float(np.clip(PROFILE_IN * drop, 1.1, 2.4)) + 0.75
+    figure = Figure(figsize=(WIDTH, tall + 0.3), layout="constrained")
+    axes, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.6, 1.0)})
+    low = float(np.nanmin(profile.terrain)) - 0.04 * float(profile.way[-1])
+    axes.fill_between(profile.way, profile.terrain, low, color="#8a8a8a", alpha=0.3, linewidth=0)
+    ground = axes.plot(profile.way, profile.terrain, color=INK, linewidth=1.0, label=words.say("terrain"))
+    middle = axes.plot(profile.way, profile.z, color=colour, linewidth=1.3, label=words.say("centre"))
+    axes.set(xlabel=words.say("way"), ylabel=words.say("elevation"), aspect="equal", adjustable="datalim")
+    axes.set_title(words.say(f"chosen_{profile.chosen}", id=profile.log_id), loc="left", fontsize=9)
+    fast = right.plot(profile.way, profile.speed, color=colour, linewidth=1.1, linestyle="--", label=words.say("speed"))
+    right.set(xlabel=words.say("way"), ylabel=words.say("speed_axis"), ylim=(0.0, None), xlim=(0.0, None))
+    up = right.twinx()
+    gap = up.fill_between(profile.way, np.fmax(profile.clearance, 0.0), color=WOOD, alpha=0.55, linewidth=0,
+                          label=words.say("clearance"))  # fmt: skip
+    up.set(ylabel=words.say("clearance_axis"), ylim=(0.0, 1.6 * max(float(np.nanmax(profile.clearance)), 0.5)))
+    up.grid(visible=False)
+    up.spines["right"].set_visible(True)
+    figure.legend(handles=[*ground, *middle, *fast, gap], loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 QUALITY = 78
 LONG = 45  # letters of a cell, from which on it is a sentence
-SHORT = 16  # rows of a table that fits on any page
+SHORT = 8  # rows of a table that is not torn apart on paper
 
 
 class Markup(str):

@@ -14,10 +14,10 @@ POINTS = 1200  # of a profile: more are not seen
 
 @dataclass(frozen=True)
 class Profile:
-    """Along the way of one log's centre of mass, shape (n,) [m, m/s]; ``phrase`` says why it was chosen."""
+    """Along the way of one log's centre of mass, shape (n,) [m, m/s]; ``chosen`` is what for: farthest, ..."""
 
     log_id: int
-    phrase: str
+    chosen: str
     way: NDArray[np.float64]
     terrain: NDArray[np.float64]
     z: NDArray[np.float64]
@@ -35,13 +35,13 @@ def chosen_profiles(source: ReportedRun) -> list[Profile]:
     far = ids[np.lexsort((ids, stored["runout_m"].to_numpy()))]
     fast = ids[np.lexsort((ids, stored["speed_max_ms"].to_numpy()))]
     picks = {
-        int(far[-1]): "chosen_farthest",
-        int(fast[-1]): "chosen_fastest",
-        int(far[far.size // 2]): "chosen_median",
+        int(far[-1]): "farthest",
+        int(fast[-1]): "fastest",
+        int(far[far.size // 2]): "median",
     }
     paths = paths_by_log(source.run, np.array(list(picks), np.int64))
     made = []
-    for log_id, phrase in picks.items():
+    for log_id, chosen in picks.items():
         path = paths[log_id]
         keep = np.unique(np.linspace(0, path["x"].size - 1, min(POINTS, path["x"].size)).astype(int))
         x, y, z = (path[name][keep] for name in "xyz")
@@ -51,7 +51,7 @@ def chosen_profiles(source: ReportedRun) -> list[Profile]:
             made.append(
                 Profile(
                     log_id,
-                    phrase,
+                    chosen,
                     way,
                     terrain,
                     z,

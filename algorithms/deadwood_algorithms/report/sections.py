@@ -57,7 +57,7 @@ def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Pa
         if reasons.get(name, 0)
     ]
     for parameter, file in source.run.changed:
-        what = words.known(f"input_{parameter}", parameter.replace("_", " "))
+        what = words.say_or(f"input_{parameter}", parameter.replace("_", " "))
         found.append(words.say("input_changed", what=what, path=Path(file).name))
     before = f"{source.name}: " if named else ""
     return [element("p", before + each, class_="warning") for each in found]
@@ -67,7 +67,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
     phrases, facts = source.summary["modelled"], source.summary.get("modelled_facts", {})
     rows = [
         (
-            words.known(f"model_{name}", name.replace("_", " ")),
+            words.say_or(f"model_{name}", name.replace("_", " ")),
             words.clauses(facts[name]) if name in facts else str(phrases[name]),
         )
         for name in phrases
@@ -80,7 +80,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
         for phrase, filled in source.lacks:
             filled = dict(filled)
             if "what" in filled:
-                filled["what"] = words.known(f"input_{filled['what']}", str(filled["what"]))
+                filled["what"] = words.say_or(f"input_{filled['what']}", str(filled["what"]))
                 filled["reason"] = filled["reason"] or words.say("gone")
                 filled["path"] = Path(filled["path"]).name or filled["path"]
             lacks.append(element("li", words.say(phrase, **filled)))
@@ -294,7 +294,13 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
 
 
 def profile_section(drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    return [figure_of(drawings["profile"], words.say("profile_note"))] if "profile" in drawings else []
+    """A figure a trajectory, so that a page of paper may end between two."""
+    shown = [figure_of(each) for kind, each in drawings.items() if kind.startswith("profile_")]
+    return (
+        [element("div", *shown, class_="profiles"), element("p", words.say("profile_note"), class_="quiet")]
+        if shown
+        else []
+    )
 
 
 def ledgers(source: ReportedRun, words: Words) -> Parts:
@@ -333,7 +339,7 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
     if source.tree_hits is not None and len(source.tree_hits):
         top = source.tree_hits.sort_values(["n_stops", "energy_taken_kj"], ascending=False).head(TOP_TREES)
         head = [words.say(each) for each in ("tree", "n_stops", "n_hits", "energy_taken")]
-        head[1:1] = ["DBH [cm]", f"{words.say('height')} [m]"]
+        head[1:1] = [f"{words.say('scenario_dbh')} [cm]", f"{words.say('height')} [m]"]
         rows = [
             (
                 each["tree_id"],
@@ -419,14 +425,14 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
     if engine := manifest.get("engine") or digests.get("engine"):
         rows.append((words.say("engine_digest"), "", element("code", engine)))
     head = [words.say("input"), words.say("file"), "SHA-256 / BLAKE2b"]
-    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
     cost_text = words.say(
         "cost_words",
         cpu=shown_number(cost["cpu_s"], words),
         wall=shown_number(cost["wall_s"], words),
         steps=shown_number(cost["steps"], words),
         rate=shown_number(cost["logs_per_s"], words),
-        machine=machine,
+        machine=f"{platform.system()} {platform.machine()}",
+        cores=os.cpu_count(),
     )
     body = [element("tr", *(element("td", cell) for cell in row)) for row in rows]
     table_of = element(
@@ -461,7 +467,7 @@ def sections_of(
         ("reach", lambda: reach(source, drawings, words)),
         ("arrivals", lambda: arrivals(source, drawings, words)),
         ("design", lambda: design(source, words)),
-        ("worth", lambda: answer_sections.worth(source, drawings, words)),
+        ("tree_effect", lambda: answer_sections.tree_effect(source, drawings, words)),
         ("siting", lambda: answer_sections.siting(source, drawings, words)),
         ("intensity", lambda: answer_sections.intensity(source, drawings, words)),
         ("from_where", lambda: answer_sections.from_where(source, drawings, words)),

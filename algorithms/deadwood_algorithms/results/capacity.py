@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.scene.laws import capacity_of
+from deadwood_algorithms.stats.endings import ended
 from deadwood_algorithms.stats.statistics import percent_with_interval, reach_record
-from deadwood_engine import STOP_REASONS
 
 if TYPE_CHECKING:
     from deadwood_algorithms.scene.items import Items
@@ -85,7 +85,7 @@ def overload_record(
     """Shares of the logs, of those that standing trees hold and of those that reach each line, with a hit above."""
     if not capacity:
         return None
-    held = by_log["stop_reason"] == STOP_REASONS.index("tree")
+    held = ended(by_log, "tree")
     groups = {"all": np.ones(held.size, bool), "held_by_trees": held}
     record: dict[str, Any] = dict(vars(capacity))
     for name, column, asked in (

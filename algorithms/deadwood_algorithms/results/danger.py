@@ -76,7 +76,7 @@ def danger_of(
     """How many of the wanted logs pass each cell, and how many of these reach any line afterwards, and each line."""
     cells = grid.shape[0] * grid.shape[1]
     refuse_too_many(
-        cells, "cells", source.grid.path, each=BAND_BYTES * (len(items.ids) + 1), fix="take a larger --cell-m"
+        cells, "cells", source.grid.path, each=BAND_BYTES * (len(items.ids) + 1), fix="use a larger --cell-m"
     )
     count = np.zeros(grid.shape, np.uint32)
     danger = np.zeros((len(items.ids) + 1, *grid.shape), np.uint32)

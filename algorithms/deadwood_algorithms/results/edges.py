@@ -1,4 +1,4 @@
-"""How near logs come to the edge of the known terrain, and how high they are above it: a DEM read block by block.
+"""How close logs get to the edge of the known terrain, and how high they are above it: a DEM read block by block.
 
 Beyond the DEM, and on its nodata, nothing is known: a log whose centre of mass goes there ends (``left_dem``), and one
 that passes by hangs over the edge with what is out there. Either ends elsewhere than on a larger DEM, so reach and

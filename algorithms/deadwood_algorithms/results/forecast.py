@@ -82,7 +82,7 @@ class Forecast:
 
 
 def forecast(pilot: Pilot, logs: int, kept: int, *, threads: int, workers: int) -> Forecast:
-    """What so many logs will take, of which so many keep their trajectory."""
+    """What a number of logs will take, some of which keep their trajectory."""
     times, more = logs / pilot.logs, max(0, logs - pilot.logs)
     more_kept = max(0, kept - pilot.kept)
     a_trajectory = pilot.vertices / max(pilot.kept, 1)
@@ -155,7 +155,7 @@ def refuse_too_large(found: Forecast, output: str) -> None:
 
 
 def refuse_full_disk(output: str, logs: int, kept: int) -> None:
-    """Raise ``UserError`` before the work where not even the least that so many logs leave will fit on the disk."""
+    """Raise ``UserError`` before the work where not even the least output of these logs will fit on the disk."""
     least, room = logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, free_disk(output)
     if least > room:
         raise UserError(

@@ -182,7 +182,7 @@ def _things(number: int, **sizes: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def _used(number: int, outside: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which of so many things are not among those outside."""
+    """Which of n things are not among those outside."""
     used = np.ones(number, bool)
     used[outside] = False
     return used

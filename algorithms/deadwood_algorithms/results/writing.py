@@ -39,7 +39,7 @@ from deadwood_algorithms.results.hits import (
     tree_hits_frame,
 )
 from deadwood_algorithms.results.identity import Making, write_manifest
-from deadwood_algorithms.results.lost import left_dem, many, reach_records
+from deadwood_algorithms.results.lost import many, reach_records
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.summary import (
@@ -56,6 +56,7 @@ from deadwood_algorithms.simulate.chunks import ChunkedRun, Keeper
 from deadwood_algorithms.simulate.columns import Columns
 from deadwood_algorithms.simulate.totals import Totals
 from deadwood_algorithms.stats.directions import azimuth
+from deadwood_algorithms.stats.endings import ended, left_dem, reasons_in_words
 from deadwood_engine import STOP_REASONS, Rasters
 
 # A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
@@ -105,7 +106,7 @@ def arrays_of(
     "cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
-    failed = result.stop_reason == STOP_REASONS.index("failed")
+    failed = ended(result.stop_reason, "failed")
     kept |= {f"{FAILED}log_id": log_id[failed], f"{FAILED}state": result.last_state[failed]}
     return kept | hit_arrays(result.hits, log_id, layers, overloads) | cost | {f"{COST}wall_s": np.array([wall_s])}
 
@@ -166,7 +167,7 @@ def write_results(
         if len(paths):
             tables["trajectories"] = trajectories(paths, layers, releases, by_log)
         if layers.lines.ids:
-            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log["stop_reason"]), crs)
+            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log), crs)
             if touched.any():
                 tables["reached_by"] = Stream("Point Z", partial(reached_by, layers, touched, by_log, releases))
         hits = {
@@ -243,7 +244,7 @@ def in_pieces(
     geometry: str,
     frame_of: Callable[[geopandas.GeoDataFrame, Mapping[str, NDArray]], geopandas.GeoDataFrame],
 ) -> Stream:
-    """A layer of one row for each log, made of so many deposits at once."""
+    """A layer of one row for each log, made from a number of deposits at once."""
 
     def pieces() -> Iterator[geopandas.GeoDataFrame]:
         for start in range(0, len(releases), PIECE):
@@ -264,7 +265,7 @@ def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str,
         "release_x": start[:, 0],
         "release_y": start[:, 1],
         "release_z": start[:, 2],
-        "stop_reason": np.array(STOP_REASONS, object)[by_log["stop_reason"]],
+        "stop_reason": reasons_in_words(by_log),
         "stop_id": _stop_ids(layers, by_log),
         "duration_s": by_log["duration"],
         "path_m": by_log["path"],
@@ -294,7 +295,7 @@ def _stop_ids(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> NDArray[Any
     """Id, as text, of the tree, lying log (``lying:ID``), boulder (``block:ID``) or barrier that holds each log; None
     for the others."""
     ids = np.full(by_log["stop_item"].size, None, object)
-    reason = np.array(STOP_REASONS, object)[by_log["stop_reason"]]
+    reason = reasons_in_words(by_log)
     for row in np.flatnonzero(by_log["stop_item"] >= 0):
         item = int(by_log["stop_item"][row])
         if reason[row] == "tree":
@@ -470,7 +471,7 @@ def write_run_rasters(
 
 
 def write_maps(folder: Path, total: Mapping[str, Band], grid: Grid, n_logs: int) -> dict[str, str]:
-    """The six GeoTIFFs of what so many logs drew on the cells, energies in kJ; what the grid has no height for is NaN
+    """The six GeoTIFFs of what the logs drew on the cells, energies in kJ; what the grid has no height for is NaN
     in the shares."""
     hits = total["hit_count"]
 

@@ -74,5 +74,5 @@ def read_blocks(path: str | None, grid: Grid, feedback: Feedback) -> Boulders:
     field = next((name for name in ("block_id", "name") if name in frame), "")
     twins = shared_words(frame, field, ids.tolist())
     if twins:
-        feedback.warn(f"{twins}; no result can distinguish them. Give each a block_id of its own")
+        feedback.warn(f"{twins}; no result can distinguish them. Give each its own block_id")
     return Boulders(Blocks(x[on], y[on], diameter[on], height[on]), [str(each) for each in ids[on]], beyond)

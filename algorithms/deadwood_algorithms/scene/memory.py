@@ -1,4 +1,4 @@
-"""How much memory sliding takes on so many cells, and how much is free: said before the work, not by a killed run."""
+"""How much memory sliding takes on a number of cells, and how much is free: reported before the work starts."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from deadwood_algorithms.params.tool import Feedback, UserError
 SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 12, 16
 RASTER_BYTES = 28  # a cell and thread
 # Of danger, with lines: the list of a log's cells (once) and the count of any line (once) and of each, a cell and
-# thread. Pages that no log comes to are never given out: the most it can be.
+# thread. Pages that no log reaches are never allocated: the most it can be.
 DANGER_BYTES = 4
 WORKER_BYTES = 300_000_000  # of libraries and kernels in a process of --scheduler local (measured: 250 MB)
 LOG_BYTES = 800  # a released log, mostly its row as it is read: 370 of four columns (docs/memory.md), 620 of thirteen
-MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, so many for each core; more gain nothing
+MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, this number for each core; more gain nothing
 
 
 def threads_that_fit(
@@ -62,7 +62,7 @@ def threads_that_fit(
         raise UserError(
             f"{what}: {cells / 1e6:.0f} million cells need {(base + each) / GIB:.1f} GB of memory, "
             f"{free / GIB:.1f} GB are free; slide the releases of each area apart "
-            f"(deadwood-tool run-sites --by FIELD), {fewer}or take a coarser DEM "
+            f"(deadwood-tool run-sites --by FIELD), {fewer}or use a coarser DEM "
             f"({remedies.coarser(what, 2.0 * cell)})"
         )
     feedback.note(
@@ -75,7 +75,7 @@ def threads_that_fit(
 def refuse_too_many_workers(
     number: int, cells: int, *, friction_by_cell: bool, what: str, danger_lines: int = 0
 ) -> None:
-    """Raise ``UserError`` where so many processes, each with scene and rasters of its own, do not fit into memory.
+    """Raise ``UserError`` where the processes, each with its own scene and rasters, do not fit into memory.
 
     ``what`` is the DEM's path; ``danger_lines`` are the lines whose danger is counted.
     """
@@ -95,7 +95,7 @@ def refuse_too_many_workers(
 
 
 def refuse_too_many(count: int, things: str, what: str, *, each: int, fix: str) -> None:
-    """Raise ``UserError`` where so many things, of so many bytes each, do not fit into the memory that is free."""
+    """Raise ``UserError`` where a number of things of a size [bytes] do not fit into the free memory."""
     free = free_bytes()
     if free is not None and count * each > SHARE * free:
         raise UserError(

@@ -174,7 +174,7 @@ def _refuse_off_dem(
     if off.size:
         raise UserError(
             f"{path}, {rows_named(off)}: {off.size} of {x.size} releases lie off the DEM or on its nodata "
-            f"(log_id {log_id[off[0]]} at {x[off[0]]:.1f}, {y[off[0]]:.1f}); remove them, or take a larger DEM"
+            f"(log_id {log_id[off[0]]} at {x[off[0]]:.1f}, {y[off[0]]:.1f}); remove them, or use a larger DEM"
         )
 
 

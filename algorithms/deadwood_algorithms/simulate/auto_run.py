@@ -33,7 +33,7 @@ WITHIN_BUDGET, WRITING_S = 0.95, 1.0
 
 @dataclass(frozen=True)
 class Promise:
-    """What is asked for: an error of every line's reach, or the least that can be had in so many seconds.
+    """What is required: an error of every line's reach, or the smallest error possible in a number of seconds.
 
     assume : up to which fidelity the page's errors of calculation are taken for granted
     """

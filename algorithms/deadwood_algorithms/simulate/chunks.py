@@ -29,8 +29,9 @@ from deadwood_engine import Rasters, Result
 CHUNK = 512
 # The first chunks are smaller, so that a run that is soon interrupted keeps something, however slow its logs are.
 FIRST_CHUNKS = (32, 64, 128, 256)  # logs after which they end
-# A state of the rasters is saved after a chunk as often as that costs so much of the time (on 4000 x 4000 cells half a
-# second, on others next to nothing), and at least so often: what an interruption loses, beside the chunk at work.
+# A state of the rasters is saved after a chunk as often as that costs this share of the time (half a second on
+# 4000 x 4000 cells, on others next to nothing), and at least this often: what an interruption loses, beside the chunk
+# at work.
 CHECKPOINT_SHARE, CHECKPOINT_S = 0.05, 10.0
 
 # Of a chunk's result, the scene, the logs' ids and the seconds that it took: what is kept by log, and the poses.
@@ -129,7 +130,7 @@ class ChunkedRun:
             raise Cancelled from error
 
     def _slide_chunk(self, chunk: int) -> list[str]:
-        """Slide the logs of one chunk and keep what comes of them; or the sides of the window that were too near.
+        """Slide the logs of one chunk and keep the results; or the sides of the window that were too near.
 
         The rasters of the last checkpoint hold all chunks before it, so one of those that was lost is not drawn again.
         Workers elsewhere begin with the chunks behind it while a slow log keeps it waiting.

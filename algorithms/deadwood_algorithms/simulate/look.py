@@ -18,7 +18,8 @@ from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.windows import GRAVITY, energy_slope
-from deadwood_engine import FIDELITIES, STOP_REASONS, Result, slide
+from deadwood_algorithms.stats.endings import left_dem
+from deadwood_engine import FIDELITIES, Result, slide
 from deadwood_engine.rotation import VX, VY
 
 Array = NDArray[np.float64]
@@ -51,7 +52,7 @@ def look(simulation: Simulation, layers: SceneLayers, releases: Releases, seed: 
     )
     # on a window of a large terrain model the logs near its sides continue when the run has widened it
     seen = ~result.reach[:, result.reach.shape[1] - len(layers.watched) :].any(axis=1)
-    left = seen & (result.stop_reason == STOP_REASONS.index("left_dem"))
+    left = seen & left_dem(result.stop_reason)
     if left.sum() <= WORTH_TELLING * seen.sum():
         return
     more = further(layers, result, np.flatnonzero(left), energy_slope(simulation.inputs.friction))
@@ -110,5 +111,5 @@ def warning(n_left: int, n: int, sides: list[str], more: Array, friction: float 
         )
     return (
         f"a look before the run: {n_left} of {n} logs ({how}) leave the terrain model to the {where}; {need_words}. "
-        "Reach and spread will be those of logs as far as they are seen: take a larger terrain model"
+        "Reach and spread will be those of logs as far as they are seen: use a larger terrain model"
     )

@@ -127,7 +127,7 @@ def loss_matters(record: Mapping[str, Any]) -> bool:
 
 
 def decimals_of(low: float, high: float) -> int:
-    """Decimals of a number that its interval allows: so many that its half-width has two digits, and at least none.
+    """Decimals of a number that its interval allows: enough that its half-width has two digits, and at least none.
 
     12 +- 1.8 has one, 0.15 +- 0.19 two, 75 +- 13 none.
     """
@@ -145,7 +145,7 @@ def percent(share: float, low: float, high: float, *, sign: bool = False) -> str
 
 
 def to_decimals(value: float, decimals: int, *, sign: bool = False) -> str:
-    """``+1.20``, ``0.00``: with so many decimals; what rounds to zero has no sign."""
+    """``+1.20``, ``0.00``: with a number of decimals; what rounds to zero has no sign."""
     text = f"{value:{'+' if sign else ''}.{decimals}f}"
     return text.lstrip("-+") if float(text) == 0.0 else text
 

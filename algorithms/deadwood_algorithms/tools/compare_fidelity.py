@@ -39,7 +39,7 @@ class Ask(SlidingOptions, SceneByName):
     fidelities: str = tool.text(
         "Fidelities to compare",
         default=",".join(NAMES),
-        help="At least two, with commas; the finest is the standard of comparison.",
+        help="At least two, separated by commas; the finest is the standard of comparison.",
     )
     logs: int = tool.integer(
         "Logs to compare",
@@ -131,7 +131,9 @@ def fidelities_wanted(text: str) -> list[str]:
         raise UserError(f"--fidelities: '{unknown[0]}' is none of {', '.join(NAMES)}")
     chosen = [name for name in NAMES if name in wanted]
     if len(chosen) < 2:
-        raise UserError(f"--fidelities is '{text}', but must name at least two of {', '.join(NAMES)}, with commas")
+        raise UserError(
+            f"--fidelities is '{text}', but must name at least two of {', '.join(NAMES)}, separated by commas"
+        )
     return chosen
 
 

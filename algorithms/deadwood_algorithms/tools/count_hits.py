@@ -75,7 +75,7 @@ class Ask:
         "Roads, railways, houses of that raster", "line", "polygon", default=None, help="Default: the lines of the run."
     )
     danger_least: int = tool.integer(
-        "Least number of passing logs for which a cell has a value", default=10, minimum=1, advanced=True
+        "Minimum number of passing logs for which a cell has a value", default=10, minimum=1, advanced=True
     )
     output: str = tool.output_raster("Hit counts")
     overwrite: bool = tool.overwrite()
@@ -184,7 +184,7 @@ def visited(grid: Grid, source: Run) -> Grid:
         part = Part(column, row, columns, rows).cut_to(grid.shape)
     if part.cells > CELLS_MOST:
         raise UserError(
-            f"--cell-m {grid.cell:g} makes a raster of {part.columns} x {part.rows} cells; take a larger cell"
+            f"--cell-m {grid.cell:g} makes a raster of {part.columns} x {part.rows} cells; use a larger cell"
         )
     return grid if part == grid.part else grid.window(part)
 

@@ -57,7 +57,7 @@ class Ask:
         "Constant diameter of the window instead", unit="m", default=None, minimum=0.0, maximum=100.0, exclusive=True
     )
     min_height_m: float = tool.number(
-        "Least height of a tree",
+        "Minimum height of a tree",
         unit="m",
         default=2.0,
         minimum=1.3,
@@ -104,8 +104,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         tops = find_tops(read, canopy.shape, canopy.cell, window, ask.min_height_m, TREE_M[1], after_block=after_block)
         if tops.too_high:
             feedback.warn(
-                f"{path}: {counted(tops.too_high, 'cell is', 'cells are')} more than {TREE_M[1]:g} m above the "
-                "ground, where no tree ends; is it a canopy model, in metres?"
+                f"{path}: {counted(tops.too_high, 'cell stands', 'cells stand')} more than {TREE_M[1]:g} m above the "
+                "ground, higher than any tree; is it a canopy model, in metres?"
             )
         height = np.round(tops.height, 3)
         dbh = law.dbh(height, np.full(height.size, np.nan))

@@ -162,7 +162,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         )
     if redrawn:
         lines.append(
-            f"{redrawn} draws were no tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
+            f"{redrawn} draws were not a tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
         )
     facts: dict[str, Any] = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
     facts |= {"basal_area_m2_per_ha": planted}

@@ -115,10 +115,8 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
             for number, site in enumerate(sites, start=1):
                 found.append(slide_site(ask, site, work, site_stage(feedback, site.name, number, len(sites))))
         except (Cancelled, KeyboardInterrupt, NobodySlides) as error:
-            feedback.note(
-                f"{counted(len(found), 'finished site is', 'finished sites are')} kept in {work.path}; --resume "
-                "continues from there"
-            )
+            kept = counted(len(found), "finished site is", "finished sites are")
+            feedback.note(f"{kept} kept in {work.path}; --resume continues from there")
             if isinstance(error, NobodySlides):  # no site could be slid any more
                 raise
             raise Cancelled from error

@@ -48,7 +48,7 @@ class Ask(SlidingOptions, SceneByName):
         "Factors and their ranges",
         default="friction_factor,rolling_friction,log_dbh_factor,log_length_factor",
         path_like=True,
-        help="NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes its default range: "
+        help="NAME=LOW:HIGH, separated by commas, or a JSON or CSV file of them. A name alone takes its default range: "
         "friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution 0:0.2, tree_friction "
         "0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1, log_density_factor 0.7:1.3, "
         "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard, orientation upright:random-lying (the "

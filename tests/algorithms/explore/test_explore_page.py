@@ -23,6 +23,8 @@ from PIL import Image
 from slope_case import layer
 
 from deadwood_algorithms.explore.phrases import PHRASES
+from deadwood_algorithms.files.pictures import colours_of
+from deadwood_algorithms.schemas.looks import LOOKS
 
 PATIENCE_S = 600.0  # the kernels are compiled where no test has done so yet
 FOREST = 220  # trees of the case
@@ -145,6 +147,25 @@ def page(shared, tool) -> Page:
 
 def complaints(browser: Browser) -> list[str]:
     return [each for each in browser.complaints if "GL Driver Message" not in each]  # of taking the picture
+
+
+def test_a_cell_has_the_colour_of_its_share_in_every_map(page):
+    """What is drawn, pixel by pixel against Matplotlib's drawing of the same shares; the legend names the scale."""
+    page.release()
+    told = page.ask(
+        """(() => { const { box, picture: { picture } } = deadwoodExplore.state.base;
+             const seen = picture.getContext('2d').getImageData(0, 0, box.columns, box.rows).data;
+             return Array.from(box.values, (n, k) => [n, ...seen.slice(4 * k, 4 * k + 4)]); })()"""
+    )
+    cells = np.unique(np.array(told), axis=0)
+    assert (cells[cells[:, 0] == 0, 4] == 0).all()
+    hit = cells[cells[:, 0] > 0]
+    assert hit[:, 0].max() > 30
+    shades, scale = colours_of(LOOKS["shares"])
+    wanted = 255.0 * shades(scale(hit[:, 0] / 300.0))[:, :3]
+    # a quarter of a stretch of at most 110 lies between two colours of the ramp; and what opacity rounds
+    assert np.abs(hit[:, 1:4] - wanted).max() <= 110 / 8 + 2
+    assert page.words("#legend .scale").split() == ["0.1", "%", "1", "%", "10", "%", "100", "%"]
 
 
 def test_a_click_slides_logs_and_tells_who_reaches_what(page, shared):
@@ -356,7 +377,7 @@ def test_moving_logs_on_the_map_and_in_three_dimensions(page, shared):
     assert page.ask("document.getElementById('motion-said').hidden")
     page.ask("document.getElementById('open-space').click()")
     page.wait("window.deadwoodView && deadwoodView.scene().logs.length === 100")
-    poses = page.ask("[deadwoodView.poseAt(0, 0).ends, deadwoodView.scene().told.ground.nx]")
+    poses = page.ask("[deadwoodView.poseAt(0, 0).ends, deadwoodView.scene().spec.ground.nx]")
     assert np.isfinite(poses[0]).all()
     page.ask("document.querySelector('#space [data-part=play]').click()")
     page.wait("deadwoodView.state.time > 0.5")
@@ -382,7 +403,7 @@ def test_what_is_saved_is_a_run_and_the_command_that_repeats_it_is_told(page, to
         reason: n for reason, n in page.state("base.stopped").items() if n
     }
     page.ask("document.querySelector('#keep button').click()")
-    page.wait("document.getElementById('alert').innerText.includes('take another name')")
+    page.wait("document.getElementById('alert').innerText.includes('choose another name')")
     assert not page.ask("document.querySelector('#keep button').disabled")
 
 

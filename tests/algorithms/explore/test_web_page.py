@@ -12,7 +12,8 @@ import numpy as np
 
 from deadwood_algorithms.explore import web_page
 from deadwood_algorithms.explore.phrases import PHRASES
-from deadwood_algorithms.schemas.looks import ENDS, HITS, ROAD
+from deadwood_algorithms.files.pictures import colours_of
+from deadwood_algorithms.schemas.looks import ENDS, LOOKS, ROAD
 from deadwood_engine import FIDELITIES, STOP_REASONS
 
 PAGE = resources.files("deadwood_algorithms.explore") / "page"
@@ -39,13 +40,12 @@ def test_every_script_that_is_imported_is_there():
 
 def test_the_page_is_told_words_and_the_reports_colours():
     text = web_page.files()["index.html"][1].decode("utf-8")
-    found = re.search(r'id="told">(.*?)</script>', text, re.S)
+    found = re.search(r'id="config">(.*?)</script>', text, re.S)
     assert found
     told = json.loads(found[1])
     assert told["words"] == PHRASES
     assert [each["reason"] for each in told["stops"]] == list(STOP_REASONS)
     assert [each["colour"] for each in told["stops"]] == [ENDS[each][1] for each in STOP_REASONS]
-    assert (told["ramp"][0], told["ramp"][-1]) == (HITS[0], HITS[-1])  # as the report's map of hits
     assert told["colours"]["line"] == ROAD
 
 
@@ -59,13 +59,16 @@ def test_words_cannot_end_the_block_that_holds_them(monkeypatch):
 
 
 def test_hits_have_the_colours_of_the_reports_map():
-    """The ramp at eight even places, and straight lines between them, which end where the next one starts."""
+    """Each share in the colour that Matplotlib draws it in there; the scale is whole."""
     ramp = web_page.facts()["ramp"]
-    step = (len(ramp) - 1) // 7
-    assert ramp[::step] == list(HITS)
-    for k in range(0, len(ramp) - 1, step):
-        ends, middle = (rgb(ramp[k]), rgb(ramp[k + step])), rgb(ramp[k + step // 2])
-        assert np.abs(np.mean(ends, axis=0) - middle).max() <= 0.5
+    shades, scale = colours_of(LOOKS["shares"])
+    for each in ramp:
+        # half a step of 256, and half a step of Matplotlib's 512 colours of six stretches of up to 110
+        assert np.abs(255.0 * np.array(shades(scale(each["share"]))[:3]) - rgb(each["colour"])).max() <= 1.5
+    shares = [each["share"] for each in ramp]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (LOOKS["shares"].stops[0], 1.0)
+    assert set(LOOKS["shares"].stops) <= set(shares)
 
 
 def rgb(colour: str) -> list[int]:

@@ -119,7 +119,7 @@ def test_a_part_is_the_cut_of_the_whole_whatever_its_zeros_mean(tmp_path, said, 
     assert (cut.x0, cut.y0) == (whole.x0 + 5 * CELL, whole.y0 + 11 * CELL)
     assert (cut.frame.shape, cut.part) == (whole.shape, part)
     assert (cut.values == 0.0).any() == (name != "mountain")
-    assert any("no height on Earth" in warning for warning in said.warnings)
+    assert any("not a height on Earth" in warning for warning in said.warnings)
     assert any("exactly 0 m" in warning for warning in said.warnings) == (name == "mountain")
 
 

@@ -377,7 +377,18 @@ def test_figures_and_scene_as_files(run, tmp_path):
     make_report.TOOL(runs=str(run), output=str(tmp_path / "p.html"), figures=str(figures), gltf=str(tmp_path / "s.glb"))
     stems = {each.stem for each in figures.glob("*.png")}
     assert stems == {
-        f"r0_{name}" for name in ("reach", "arrivals", "spread", "runout", "distributions", "profile", "map")
+        f"r0_{name}"
+        for name in (
+            "reach",
+            "arrivals",
+            "spread",
+            "runout",
+            "distributions",
+            "profile_farthest",
+            "profile_fastest",
+            "profile_median",
+            "map",
+        )
     }
     for stem in stems:
         assert (figures / f"{stem}.png").read_bytes()[:4] == b"\x89PNG"

@@ -446,7 +446,7 @@ BAD = {
     "no judgement": (lambda f: {"deadwood": points(f)}, "--deadwood needs --assessed"),
     "a stage": (
         lambda f: {"deadwood": points(f, decay_stage=["rotten"]), "assessed": str(f / "x.gpkg")},
-        "logs.gpkg, layer 'logs', field 'decay_stage', row 1: 'rotten' is no stage of decay",
+        "logs.gpkg, layer 'logs', field 'decay_stage', row 1: 'rotten' is not a stage of decay",
     ),
     "years of text": (
         lambda f: {"deadwood": points(f, years_dead=[-1.0]), "assessed": str(f / "x.gpkg")},

@@ -398,7 +398,7 @@ def check_killed(
         ("site,frction\na,0.3\n", "no parameter of slide-logs is called 'frction'; did you mean 'friction'"),
         ("site,output\na,x\n", "the column 'output' is set by run-sites itself; remove it"),
         ("site,friction\na,0.3\nA,0.4\n", "field 'site': 'A' stands in rows 1 and 2"),
-        ("site,friction\na/b,0.3\n", "field 'site', row 1: 'a/b' is no name of a folder"),
+        ("site,friction\na/b,0.3\n", "field 'site', row 1: 'a/b' is not a name of a folder"),
         ("site,friction\n,0.3\n", "field 'site', row 1: the site has no name"),
         ("site,time-limit,time_limit_s\na,3,4\n", "the columns 'time-limit' and 'time_limit_s' mean the same"),
     ],

@@ -1,4 +1,4 @@
-"""What a calibration comes to: a record a coefficient, the sentence, the table for a reader, and what to beware of."""
+"""The results of a calibration: a record per coefficient, the sentence, the table for a reader, and warnings."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def warn_of_logs(
     if lost is not None:
         feedback.warn(
             f"of {n} logs, {who} left the terrain model before it was seen whether they reach the lines: they count "
-            "as far as they were seen; take a larger one"
+            "as far as they were seen; use a larger one"
         )
     elif search_complete:
         feedback.warn(
@@ -146,7 +146,7 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
 
 
 def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
-    """A table with a line for each coefficient, and what it comes to."""
+    """A table with a line for each coefficient, and the result."""
     with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)
     with_lost, with_bounds = any(row["without_deposit"] for row in rows), any(row.get("n_lost") for row in rows)
     head = ["friction", "relative likelihood", "p", "run-out (5-95 %)"]

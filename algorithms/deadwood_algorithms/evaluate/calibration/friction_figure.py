@@ -131,7 +131,7 @@ def seen_runouts(observed: Observed | None, logs: Releases) -> np.ndarray:
 def ground(
     axes: Axes, best: FrictionRun, layers: SceneLayers, logs: Releases, observed: Observed | None, watched: Watched
 ) -> None:
-    """Releases, simulated deposits of the likeliest coefficient, and what was observed, on the relief."""
+    """Releases, simulated deposits of the most likely coefficient, and what was observed, on the relief."""
     rests = best.resting
     x, y = (np.concatenate([getattr(logs, name), getattr(best, name)]) for name in "xy")
     if observed:

@@ -1,4 +1,4 @@
-"""Which fidelity is fine enough for so many logs, and whether the comparison can tell.
+"""Which fidelity is fine enough for a number of logs, and whether the comparison can tell.
 
 A run of N logs errs by chance: a reach probability by the half-width of its 95 % Wilson interval, the noise. A fidelity
 is *within* it when its own error is shown to be smaller: |difference to the finest| + half-width of the paired interval
@@ -35,7 +35,7 @@ LEAST_LOGS = 50  # with fewer, neither halves nor quantiles mean anything
 
 @dataclass(frozen=True)
 class Recommendation:
-    """What the comparison comes to.
+    """The result of the comparison.
 
     fidelity : the cheapest that is shown to be fine enough, or None where the evidence is too thin
     judged_by : what decided; verdicts : of each fidelity but the finest; silent_lines : all logs reach them, or none
@@ -164,7 +164,7 @@ def two_digits(value: float) -> int:
 
 
 def farthest(row: FidelityRow) -> float:
-    """How near a row comes to its noise, or how far beyond."""
+    """How close a row is to its noise, or how far beyond."""
     size = max(abs(row.ci_low), abs(row.ci_high)) if row.quantity == "reach" else row.difference
     return size / row.noise if row.noise > 0.0 else math.inf
 

@@ -34,10 +34,10 @@ GROWS = "which grows with the number of logs, and so does the area of each class
 
 @dataclass(frozen=True)
 class Ranks:
-    """How many logs a cell's energy must be brought by, of so many logs.
+    """How many of the logs must bring a cell's energy.
 
-    estimate : so many are the share; sure : with so many the 95 % interval lies above it; possible : with so many it
-    is not yet below it
+    estimate : number that is the share; sure : number from which the 95 % interval lies above it; possible : number
+    from which it is not yet below it
     """
 
     estimate: int
@@ -67,7 +67,7 @@ class Energies:
 def energies_of_share(
     source: Run, share: float, raster: str | None, grid: Grid, hits: NDArray[np.float32], feedback: Feedback
 ) -> Energies:
-    """Energies that at least this share of the logs bring; a given raster, or the largest, where so many pass."""
+    """Energies that at least this share of the logs bring; a given raster, or the largest, where enough logs pass."""
     known = source.stored_log_ids
     ranked = share > 0.0 and raster is None and known.size > 0
     n_logs = int(known.size) if ranked else len(source.deposits)

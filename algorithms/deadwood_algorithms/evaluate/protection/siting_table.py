@@ -30,7 +30,7 @@ def with_classes(frame: Any, name: str | None) -> Any:
 
 
 def rows_of(siting: Siting, now: LogOutcomes, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
-    """One row for each candidate alone, by what is left, and one a chosen set."""
+    """One row for each candidate alone, by what is left, and one per chosen set."""
     n = len(now.reach)
     rows = []
     for trial in alone:

@@ -51,7 +51,7 @@ def draw(path: Path, rows: Sequence[ScenarioRow], compared: Compared, maps: dict
     figure = plt.figure(figsize=(width, height))
 
     def panel(left: float, top: float, wide: float, high: float) -> Axes:
-        """Axes whose top left corner lies so many inches from the figure's."""
+        """Axes whose top left corner lies at a distance [inches] from the figure's."""
         return figure.add_axes((left / width, 1.0 - (top + high) / height, wide / width, high / height))
 
     names = [each.name for each in compared.scenarios]

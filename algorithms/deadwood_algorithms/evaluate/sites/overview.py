@@ -1,4 +1,4 @@
-"""What the sites come to, side by side: one row for each site and line, and the same on the map."""
+"""The results of the sites, side by side: one row for each site and line, and the same on the map."""
 
 from __future__ import annotations
 

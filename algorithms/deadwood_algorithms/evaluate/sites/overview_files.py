@@ -1,4 +1,4 @@
-"""What the sites of a region come to, side by side: table, layer, map and facts."""
+"""The results of a region's sites, side by side: table, layer, map and facts."""
 
 from __future__ import annotations
 

@@ -1,13 +1,13 @@
 /* What the page knows and asks: the release, the changes of the forest, the answers, and the variants that they show. */
 
 import { nameOf, showDifference, showLegend, showReach, showScene, showStops, verdictOf } from "./answers.js";
-import { boxOf, differencePicture, hitsPicture, topOf } from "./layers.js";
+import { boxOf, differencePicture, hitsPicture } from "./layers.js";
 import { connect } from "./link.js";
 import { SlopeMap } from "./map.js";
 import { drapesOf, Motion, spaceOf } from "./motion.js";
 import { Terrain } from "./terrain.js";
 import { Hand, toolbar, TOOLS } from "./tools.js";
-import { coordinate, count, difference, fill, make, number, say, share, told } from "./words.js";
+import { coordinate, count, difference, fill, make, number, say, share, config } from "./words.js";
 
 const REST_MS = 140; // without a move of the pointer: then more logs are asked for
 const PATIENCE_MS = 4000; // for a preview that nobody answers
@@ -19,7 +19,7 @@ const $ = (id) => document.getElementById(id);
 
 fill();
 document.title = say("title");
-const map = new SlopeMap($("map"), told, say);
+const map = new SlopeMap($("map"), config, say);
 const state = {
   scene: null, terrain: null, shape: null, settings: null, edits: NOTHING, past: [], future: [],
   base: null, after: null, mode: "before", flick: 0, asked: 0, full: 0, preview: null, editing: 0, wanted: false, busy: false,
@@ -167,12 +167,12 @@ const complete = () => Boolean(state.base?.final && !state.base.preview);
 function hits(answer) {
   const isPreview = isPreviewOf(answer);
   if (!isPreview && state.full !== answer.id) return;
-  const box = boxOf(answer.data.hits, answer.at || [0, 0]), top = topOf(box);
+  const box = boxOf(answer.data.hits, answer.at || [0, 0]);
   const old = state.base?.picture;
   if (state.base?.id !== answer.id) stopMoving();
   state.base = {
-    ...answer, box, top, preview: isPreview, shape: state.shape, deposits: depositsOf(answer), edited: false, kind: "hits",
-    picture: { picture: hitsPicture(box, top, told.ramp, old?.picture), column: box.column, row: box.row },
+    ...answer, box, preview: isPreview, shape: state.shape, deposits: depositsOf(answer), edited: false, kind: "hits",
+    picture: { picture: hitsPicture(box, answer.done, config.ramp, old?.picture), column: box.column, row: box.row },
   };
   if (!edited()) map.content.holders = holdersOf(answer);
   if (isPreview) answered();
@@ -188,7 +188,7 @@ function answered() {
   if (state.wanted) askPreview();
 }
 
-/* All logs are told, with the changes where there are any. */
+/* All logs are listed, with the changes where there are any. */
 function settled() {
   busy(false);
   speak();
@@ -206,13 +206,13 @@ function forget() { state.after = null; map.content.holders = []; }
 
 function differed(answer) {
   if (!state.base || !edited() || ![state.editing, state.full, state.base.id].includes(answer.id)) return;
-  const data = answer.data.hits_after || answer.data.hits, box = boxOf(data, answer.at || [0, 0]), top = state.base.top, old = state.after;
+  const data = answer.data.hits_after || answer.data.hits, box = boxOf(data, answer.at || [0, 0]), old = state.after;
   answer.lines ||= [];
   answer.fidelity ||= state.base.fidelity;
   const deposits = depositsOf(answer);
   state.after = {
-    ...answer, box, top, deposits, edited: true, kind: "hits", base: state.base, preview: state.base.preview,
-    picture: { picture: hitsPicture(box, top, told.ramp, old?.picture.picture), column: box.column, row: box.row },
+    ...answer, box, deposits, edited: true, kind: "hits", base: state.base, preview: state.base.preview,
+    picture: { picture: hitsPicture(box, answer.done, config.ramp, old?.picture.picture), column: box.column, row: box.row },
   };
   if (old?.gap) state.gapCanvas = old.gap.picture.picture;
   map.content.holders = holdersOf(answer);
@@ -224,7 +224,7 @@ function differed(answer) {
 
 /* The difference as a variant of the map; made when it is looked at. */
 function gapOf(after) {
-  const { base } = after, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, told.colours, state.gapCanvas);
+  const { base } = after, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, config.colours, state.gapCanvas);
   return { picture, edited: true, kind: "difference", deposits: after.deposits, moves: movesOf(base.deposits, after.deposits) };
 }
 
@@ -387,7 +387,7 @@ function shown() {
   showStops(stopsOf(seen) || base?.stopped);
   showDifference(scene, after, { fell: (tree) => changes.fell([tree]), look });
   const on = map.content.variants[0];
-  showLegend(scene, state.terrain, map.shown, on?.kind ? { ...on, top: base?.top } : null, seen);
+  showLegend(scene, state.terrain, map.shown, on?.kind ? on : null, seen);
   $("play").disabled = !complete();
   $("open-space").disabled = !state.terrain;
   $("keep").querySelector("button").disabled = !complete();
@@ -406,7 +406,7 @@ function stopsOf(answer) {
   if (answer.stopped) return answer.stopped;
   if (!answer.deposits) return null;
   const found = {};
-  for (const each of answer.deposits.reason) { const { reason } = told.stops[each] || {}; if (reason) found[reason] = (found[reason] || 0) + 1; }
+  for (const each of answer.deposits.reason) { const { reason } = config.stops[each] || {}; if (reason) found[reason] = (found[reason] || 0) + 1; }
   return found;
 }
 
@@ -667,7 +667,7 @@ async function fillSpace() {
   const variant = map.content.variants[0], rather = Boolean(variant?.edited);
   const drapes = await drapesOf(map, state.terrain, variant);
   if ($("space").hidden) return;
-  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: told.colours.solids });
+  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: config.colours.solids });
   try {
     if (view) view.replace([scene]);
     else view = window.DeadwoodView($("space"), [scene], { play: say("play"), pause: say("pause"), hint: say("pick_hint"), picked: say("picked") });

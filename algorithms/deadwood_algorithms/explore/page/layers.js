@@ -2,7 +2,6 @@
 
 import { canvasOf, rgb } from "./terrain.js";
 
-const QUANTILE = 0.995; // of the cells that were hit: the top of the colours, as in the report's map
 const OPAQUE = 0.72;
 export const Z95 = 1.96;
 
@@ -18,30 +17,27 @@ function fitted(canvas, columns, rows) {
   return canvas;
 }
 
-/* The count from which on the colour is that of the top of the scale. */
-export function topOf(box) {
-  const counts = new Uint32Array(65536);
-  let hit = 0;
-  for (const each of box.values) if (each) { counts[each]++; hit++; }
-  if (!hit) return 1;
-  let left = Math.ceil(hit * (1 - QUANTILE)), value = 65535;
-  while (value > 1 && (left -= counts[value]) > 0) value--;
-  return value;
-}
-
-/* The hits as a picture; `ramp` are colours from few to many, `top` the count at its end. */
-export function hitsPicture(box, top, ramp, canvas) {
+/* The hits of so many logs as a picture: of each cell the share of the logs, on the scale of shares that every map of
+   the toolbox has; `ramp` are its colours, each with its share. */
+export function hitsPicture(box, logs, ramp, canvas) {
   const picture = fitted(canvas, box.columns, box.rows), brush = picture.getContext("2d");
   if (!box.values.length) { brush.clearRect(0, 0, 1, 1); return picture; }
   const image = new ImageData(box.columns, box.rows), pixels = new Uint32Array(image.data.buffer);
   const alpha = Math.round(255 * OPAQUE);
-  const tints = ramp.map((each) => packed(each, alpha)), last = tints.length - 1;
-  for (let k = 0; k < box.values.length; k++) {
-    const value = box.values[k];
-    if (value) pixels[k] = tints[Math.min(last, Math.round(value / top * last))];
-  }
+  const tints = tintsOf(ramp, logs, box.values.reduce((most, each) => Math.max(most, each), 0), alpha);
+  for (let k = 0; k < box.values.length; k++) pixels[k] = tints[box.values[k]];
   brush.putImageData(image, 0, 0);
   return picture;
+}
+
+/* The colour of each count up to the largest, packed: that of the nearest share of the ramp, none for 0. */
+function tintsOf(ramp, logs, most, alpha) {
+  const tints = new Uint32Array(most + 1), colours = ramp.map(({ colour }) => packed(colour, alpha));
+  for (let count = 1, k = 0; count <= most; count++) {
+    while (k + 1 < ramp.length && 2 * count / logs >= ramp[k].share + ramp[k + 1].share) k++;
+    tints[count] = colours[k];
+  }
+  return tints;
 }
 
 /* After less before, as a picture: coloured where the interval excludes 0, else grey. Per cell only the counts of both
@@ -109,12 +105,12 @@ export class Squares {
     return sum;
   }
 
-  each(x0, y0, x1, y1, told) {
+  each(x0, y0, x1, y1, visit) {
     for (let r = this.row(y0); r <= this.row(y1); r++) {
       const from = this.start[r * this.columns + this.column(x0)], to = this.start[r * this.columns + this.column(x1) + 1];
       for (let k = from; k < to; k++) {
         const n = this.sorted[k];
-        if (this.x[n] >= x0 && this.x[n] <= x1 && this.y[n] >= y0 && this.y[n] <= y1) told(n);
+        if (this.x[n] >= x0 && this.x[n] <= x1 && this.y[n] >= y0 && this.y[n] <= y1) visit(n);
       }
     }
   }

@@ -118,7 +118,7 @@ def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedb
             stage = decay.of_stage(word)
             if stage is None:
                 raise UserError(
-                    f"{where}, field '{name}', row {row + 1}: '{word}' is no stage of decay; "
+                    f"{where}, field '{name}', row {row + 1}: '{word}' is not a stage of decay; "
                     "write I to V or 1 to 5, with early or late before it where that is known"
                 )
             found[row] = stage

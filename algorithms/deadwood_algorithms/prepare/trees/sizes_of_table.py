@@ -1,4 +1,4 @@
-"""Sizes of trees from a table: where they stand in it, the law of the DBH, and what comes of both."""
+"""Sizes of trees from a table: where they stand in it, the law of the DBH, and the result of both."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class TableOptions:
     )
     keep_dead: bool = tool.flag("Keep dead standing trees among the trees too")
     min_height_m: float = tool.number(
-        "Least height of a tree",
+        "Minimum height of a tree",
         unit="m",
         default=1.3,
         minimum=0.0,

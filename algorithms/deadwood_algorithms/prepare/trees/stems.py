@@ -178,7 +178,7 @@ def trees_with_stumps(stems: Stems, thrown: NDArray[np.bool_], stump_m: float) -
 def lying_frame(
     stems: Stems, lying: Lying, rows: NDArray[np.intp], kept: NDArray[np.bool_], thickness: float
 ) -> geopandas.GeoDataFrame:
-    """The lying logs that are still there, as thick as so much of what they were; ``rows`` are those of the stems."""
+    """The lying logs that are still there, thinner by a factor; ``rows`` are those of the stems."""
     lines = shapely.linestrings(np.stack([lying.base, lying.tip], axis=1)[kept])
     columns = {
         "lying_id": stems.ids[rows][kept],
