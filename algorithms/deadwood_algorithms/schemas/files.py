@@ -797,6 +797,7 @@ CALIBRATION_FACTS = JsonFile(
         _key("range.open_low", "Whether the sweep's first belongs to them, so that the range may continue below"),
         _key("range.open_high", "The same of its last, above"),
         _key("range.gaps", "Whether some between do not belong to them"),
+        _key("range.one", "Whether one coefficient of the sweep alone reproduces it, so that the ends are guessed"),
         _key("best", "Most likely coefficient of the sweep"),
         _key("fits", "Whether any makes such an event more often than once in 20"),
         _key("logs", "Logs that were slid with each coefficient"),

@@ -83,6 +83,7 @@ def test_looking_through_a_dem_is_one_stage_of_progress(tmp_path, rough, monkeyp
             self.names.append(what)
 
     monkeypatch.setattr(dem_windows, "BLOCK_CELLS", 10 * NX)
+    monkeypatch.setattr(dem_windows, "TILE_CELLS", 10)
     with open_windows(write(tmp_path / "dem.tif", rough), crs=None, feedback=Stages()):
         pass
     assert len(Stages.names) > 3
