@@ -40,7 +40,7 @@ MARKS = re.compile(r"(<!-- measured: efficiency\b[^>]*-->\n).*?(<!-- end of meas
 MANY = (2, 8, 32, 128, 512)  # workers that are computed with
 RECKONED_LOGS = 100_000
 BANDS = np.zeros(0, np.int64)
-LONG, LONG_SHARE = 100.0, 1e-3  # logs that take so many times as long, and their share
+LONG, LONG_SHARE = 100.0, 1e-3  # logs that take this many times as long, and their share
 SHORT_S = 0.02  # time limit of the logs by which the cost of a piece is found
 
 
@@ -94,7 +94,7 @@ def on_workers(found: spread_workers.Workers, fidelity: str, number: int, limit:
 
 
 def reckoned(took: NDArray[np.float64], workers: int, each_piece_s: float, long: float = 0.0) -> tuple[float, float]:
-    """Efficiency of so many workers of one thread: with our pieces, and with equal shares sent at once.
+    """Efficiency of a number of workers of one thread: with our pieces, and with equal shares sent at once.
 
     took : what each log took [s]; they are drawn from as often as needed; long : share of logs that take LONG times
     as long

@@ -100,7 +100,7 @@ def bootstrap_difference(
 def fall_of_median(
     coarse: Array, fine: Array, halvings: int, *, resamples: int = 200, seed: int = 3
 ) -> dict[str, float]:
-    """By what factor each of so many halvings divides the median of a paired sample, with its 95 % bootstrap interval.
+    """The factor by which each halving divides the median of a paired sample, with its 95 % bootstrap interval.
 
     se is that of the factor's logarithm.
     """

@@ -107,7 +107,7 @@ def page(store: dict[str, Any]) -> str:
             each = growth(own, "peak_bytes")
             at = max(own, key=lambda row: row["logs"])
             line = (
-                f"{words}, memory grows by {each / KB:.2f} KB a log between the two largest runs, the result by "
+                f"{words}, memory grows by {each / KB:.2f} KB per log between the two largest runs, the result by "
                 f"{growth(own, 'disk_bytes') / KB:.1f} KB"
             )
             if most < 1_000_000:

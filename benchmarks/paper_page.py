@@ -27,27 +27,27 @@ FIGURES = {
 WIDTH = 1100  # pixels
 HEAD = """# The paper, statement by statement
 
-What the paper found on two Swiss slopes, looked for on two synthetic twins of them. Judged is a finding (an order, a
-direction, the size of a ratio), not another slope's number. The twins (version 2) and the rules of judgement were
-fixed, in commits of their own, before the first log slid ([their numbers, each with its source, and what was fixed
-when](../algorithms/deadwood_algorithms/paper/README.md)), and nothing is tuned to please. With the data of the real
-sites the same command judges those (`--site-data`).
+The paper's findings on two Swiss slopes, tested on two synthetic twins of these slopes. What is tested is a finding (an
+order, a direction, the size of a ratio), not a number that belongs to another slope. The twins (version 2) and the
+rules of assessment were fixed, in separate commits, before the first log slid ([their numbers, each with its source,
+and what was fixed when](../algorithms/deadwood_algorithms/paper/README.md)); nothing was tuned afterwards. With the
+data of the real sites the same command tests the findings there (`--site-data`).
 
-Four verdicts: a finding **holds** where its whole 95 % interval does, it **does not hold** where none of it does, and
-is **not decided** between. It **cannot be judged here** where a twin was built so that it holds, or where most of the
-bodies of which it tells hardly move. Intervals tell sampling alone: how far a finding depends on a chosen number of the
-twin, the panels below show. *Cone* is the log as the toolbox has it, *cloud* as the paper's body-fixed points (rings
-of `make-log`), with a tenth of the logs at `draft`.
+There are four verdicts. A finding **holds** if its whole 95 % interval satisfies the rule, **does not hold** if no part
+of it does, and is **not decided** otherwise. It **cannot be judged here** if the twin was built so that it holds, or if
+most of the bodies concerned hardly move. Intervals cover sampling only; the panels below show how far a finding depends
+on a chosen number of the twin. *Cone* is the toolbox's log, *cloud* the paper's body-fixed points (rings of
+`make-log`), with a tenth of the logs at `draft`.
 """
-PANEL = """## With one choice moved
+PANEL = """## With one choice changed
 
-Each finding that the panel's runs can tell, with one chosen number of the twin moved at a time: {logs} logs a run at
-`draft`, so compare with the panel's own first row. **Bold** is a verdict that differs from that row's. Relief and
-forest are one draw of chance; two more draws are among the rows.
+Each finding that the panel's runs can assess, with one chosen number of the twin changed at a time: {logs} logs per
+run at `draft`, so compare with the first row of the panel. **Bold** marks a verdict that differs from that row. Relief
+and forest are one random draw; two more draws are among the rows.
 """
-MOVES = """## What moves a verdict
+MOVES = """## What changes a verdict
 
-By the panels alone; where nothing is named, none of the choices moved turns it. Nothing else is supposed of causes.
+From the panels only; "with none of them" means that no tested choice changes the verdict.
 """
 
 

@@ -197,7 +197,7 @@ def page(found: dict[str, Any]) -> list[str]:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.promise", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--scenes", nargs="+", default=SCENES, choices=list(scenes.CASES))
-    parser.add_argument("--logs", type=int, default=0, help="slide so many a scene and fidelity first")
+    parser.add_argument("--logs", type=int, default=0, help="slide this number per scene and fidelity first")
     parser.add_argument("--page", action="store_true", help="the page again from promise.json")
     parser.add_argument("--threads", type=int, default=2)
     ask = parser.parse_args()

@@ -197,7 +197,7 @@ def repetition(scene: Scene, number: int, change: float, which: int) -> dict[str
 
 
 def bootstrap(values: Array, number: int, draws: int = 4000) -> Array:
-    """Draws of so many of the repetitions, (draws, number), with replacement."""
+    """Draws of a number of the repetitions, (draws, number), with replacement."""
     return values[np.random.default_rng(scenes.SEED).integers(0, len(values), (draws, number))]
 
 

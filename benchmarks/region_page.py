@@ -46,7 +46,7 @@ REGIONS = (
         209_800 * 0.61,
         "209 800 ha of forest ([LFI4](https://gr.ch/DE/institutionen/verwaltung/diem/awn/wald/multitalentwald/Seiten/"
         "waldflaeche.aspx)), of which [about 61 %](https://www.gr.ch/DE/institutionen/verwaltung/diem/awn/wald/"
-        "multitalentwald/Seiten/default.aspx) protects",
+        "multitalentwald/Seiten/default.aspx) is protection forest",
     ),
     Region(
         "the protection forest of Switzerland",
@@ -111,7 +111,7 @@ def round_number(value: float) -> str:
 
 
 def span(low_h: float, high_h: float) -> str:
-    """From so many hours to so many, in the unit of the longer."""
+    """A range of hours, in the unit of the longer."""
     unit, hours = "days", 24.0
     if high_h < 36.0:
         unit, hours = ("h", 1.0) if high_h >= 1.5 else ("min", 1.0 / 60.0)
@@ -121,7 +121,7 @@ def span(low_h: float, high_h: float) -> str:
 def core_hours(
     results: dict[str, Any], beside: dict[str, Any], logs: float, sites: float, scene: str, fidelity: str
 ) -> float:
-    """CPU time of so many logs at so many sites [h]."""
+    """CPU time of a number of logs at a number of sites [h]."""
     a_log = results["entries"][scene][fidelity]["cpu_ms_per_log"] / 1000.0 + beside["other_cpu_s_per_log"]
     return (logs * a_log + sites * beside["other_cpu_s_per_run"]) / 3600.0
 
@@ -134,7 +134,7 @@ def page(results: dict[str, Any], beside: dict[str, Any]) -> str:
         [(f"`{f}`", *(f"{entries[s, f]['cpu_ms_per_log']:.1f}" for s in SCENES)) for f in FIDELITIES],
     )
     grid = table(
-        ("logs a hectare", f"interval of one hectare's reach, if it is {100 * SHARE:.0f} %"),
+        ("logs per hectare", f"interval of one hectare's reach, if it is {100 * SHARE:.0f} %"),
         [(str(n), interval(n)) for n in LOGS_A_HECTARE],
     )
     parts = [HEAD, costs, DENSITY, grid]
@@ -153,12 +153,12 @@ def page(results: dict[str, Any], beside: dict[str, Any]) -> str:
         area = f"{round_number(region.hectares)} ha"
         cells = region.hectares * 1e4 / CELL_M**2
         about = (
-            f"{area}: {region.source}. At {KM2_A_SITE:g} km² a site that is {round_number(sites)} sites. Its ground "
-            f"alone has {round_number(cells / 1e9)} thousand million cells of {CELL_M:g} m, "
-            f"{round_number(4 * cells / 1e9)} GB of heights before packing, read by windows."
+            f"{area}: {region.source}. With {KM2_A_SITE:g} km² per site there are {round_number(sites)} sites. The "
+            f"terrain model has {round_number(cells / 1e9)} billion cells of {CELL_M:g} m, "
+            f"{round_number(4 * cells / 1e9)} GB of heights before compression, read in windows."
         )
         head = (
-            "logs a hectare",
+            "logs per hectare",
             "logs",
             "fidelity",
             "core-hours",
@@ -201,29 +201,29 @@ def provenance(results: dict[str, Any], beside: dict[str, Any]) -> str:
 
 HEAD = """# What does a canton or a country take?
 
-How much it takes to slide logs from every hectare of a region, from what a log costs in [the study of speed and
-accuracy](../benchmarks/README.md). It is arithmetic, no run: nobody has slid these logs. What your own region takes,
-`--plan` tells from a pilot of its own logs:
+The computing time, disk and memory for sliding logs from every hectare of a region, calculated from the cost of a log
+in [the study of speed and accuracy](../benchmarks/README.md). These are estimates: the logs were not slid. For your
+own region, `--plan` estimates the cost from a pilot of its logs:
 
     deadwood-tool run-sites --sites sites.csv --friction 0.35 --output region --plan --plan-workers 256
 
-What a log costs depends on how long it slides. A forest stops it soon; on bare ground and in a gully it slides on:"""
-DENSITY = """How many logs a hectare needs depends on the question. For a line that many hectares may reach, the
-interval is that of all their logs together, and few a hectare will do; a map that tells one hectare from the next needs
-many:"""
+The cost of a log depends on how long it slides. In a forest it stops soon, on bare ground and in a gully later:"""
+DENSITY = """How many logs per hectare you need depends on the question. For a line that logs from many hectares may
+reach, the interval is that of all these logs together, and few per hectare are enough. A map that distinguishes one
+hectare from the next needs many:"""
 AFTERWARDS = """## What the tables hold, and what they do not
 
-- Core-hours are processor time: from the cheapest to the dearest of the three grounds above, and what a run spends
-  beside the sliding, which is reading and writing ({run} s a run, {log} ms a log), without the start of a program.
-  Times are those hours over the cores, with nothing lost to waiting: sites are independent, so several machines may
-  share a table of them, a part each.
-- Disk: {bytes} bytes a log and {base} MB a run, without trajectories; one that is kept adds {kept} kB, so
-  `--trajectories` is to be small.
+- Core-hours are processor time: from the cheapest to the most expensive of the three grounds above, plus reading and
+  writing ({run} s per run, {log} ms per log), without the start of the program. Times are those hours divided by the
+  number of cores, without losses by waiting: sites are independent, so several machines may share them, each with a
+  part of the table.
+- Disk: {bytes} bytes per log and {base} MB per run, without trajectories; each stored trajectory adds {kept} kB, so
+  keep `--trajectories` small.
 - Memory does not grow with the region: a site of {many} logs took {memory} MB, the libraries included.
-- Trees and lines are read whole for each site: cut those of a region into the sites' own layers, and name them in
-  the table.
-- Where logs start, how many, and with which friction, is the user's to know; hectares on which none can start (flat
-  ground) cost nothing (`assess-mobilisation`)."""
+- Trees and lines are read completely for each site: clip those of a region to the sites, and name the layers in the
+  table.
+- Where logs start, how many, and with which friction, is your input. Hectares on which none can start (flat ground)
+  cost nothing (`assess-mobilisation`)."""
 
 
 def main() -> None:

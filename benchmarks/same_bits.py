@@ -1,4 +1,4 @@
-"""Whether two engines calculate the same bits: all that comes of logs in a fixed set of scenes, fidelities and laws.
+"""Whether two engines calculate the same bits: all results of logs in a fixed set of scenes, fidelities and laws.
 
     python -m benchmarks same-bits --engine PATH      this engine and that of another checkout
 
@@ -100,7 +100,7 @@ def _digest_of(array: np.ndarray) -> str:
 
 
 def fingerprint(each: Combination) -> dict[str, str]:
-    """SHA-256 of every array that comes of a combination."""
+    """SHA-256 of every array of a combination's result."""
     name, row, options, vertices = each
     scene, logs = _scene(name), scenes.logs_of_block(0, LOGS)
     rasters = Rasters.allocate(scene, 1)

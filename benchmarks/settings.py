@@ -21,7 +21,7 @@ class Setting:
     fidelity : the engine's numbers; against : name of the setting that it is compared with, log by log
     cell, friction_change, smooth : changes of the scene (``scenes.build``)
     options : further arguments of ``slide``; where there are none, those that the product has
-    vertices : None: the study's logs; 0: cones of one size, ``scenes.RING_LOG``; else rings of so many vertices of it
+    vertices : None: the study's logs; 0: cones of one size, ``scenes.RING_LOG``; else rings of this number of vertices
     posture : how all logs are released (``scenes.POSTURES``); None: a third of them each upright, lying and tilted
     """
 

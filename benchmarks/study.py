@@ -394,7 +394,7 @@ def entry_of(name: str, which: str) -> dict[str, Any] | None:
 
 
 def summarise(names: list[str], settings: list[Setting], *, threads: int = 1, say: Any = print) -> None:
-    """Measure all that has been slid and merge it into the results file, entry by entry; in so many processes."""
+    """Measure all that has been slid and merge it into the results file, entry by entry; in a number of processes."""
     results, source = read_results(), provenance()
     common = {
         "seed": scenes.SEED, "block": BLOCK, "time_limit_s": TIME_LIMIT,

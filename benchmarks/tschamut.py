@@ -46,12 +46,12 @@ LAWS: dict[str, dict[str, float]] = {
 }
 HEAD = """# Rocks at Tschamut
 
-The toolbox is made for logs. Bodies of other shapes slide too (`--shape`), and for rocks friction can grow with slip,
-and soft ground brake what digs into it.
-How far that is from rocks that were measured: 80 induced rockfalls on a meadow at Tschamut, Switzerland, in 2014
-(EnviDat 34, ODbL; not part of this repository), and the same releases with this engine.
+The toolbox is made for logs. Bodies of other shapes slide too (`--shape`), and for rocks, friction can grow with
+slip, and soft ground can slow what digs into it. This page compares the engine with measured rocks: 80 induced
+rockfalls on a meadow at Tschamut, Switzerland, in 2014 (EnviDat 34, ODbL; not part of this repository), and the same
+releases with this engine.
 
-**What this can tell is little.** The terrain is a reconstruction from survey points with cells of 5 m, smoother than
+**The comparison shows little.** The terrain is a reconstruction from survey points with cells of 5 m, smoother than
 the meadow. The rocks are boxes of the measured length, width and height, not the scanned shapes. Nothing was fitted:
 the laws are one coefficient, the published example of friction that grows with slip, two sets of numbers of the kind
 that its software uses (the last is the one that Lu et al. took at Chant Sura), and the soft ground of that meadow.

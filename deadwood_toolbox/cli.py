@@ -74,7 +74,7 @@ def main() -> None:
 
 
 def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
-    """Carry out one command line and return its exit status; for tests, ``tools`` takes the shelf's place."""
+    """Carry out one command line and return its exit status; for tests, ``tools`` replaces the registered tools."""
     dropped = drop_foreign_paths(os.environ)
     stay_offline(os.environ)
     keep_cache_small(os.environ)
@@ -244,4 +244,4 @@ def _fault_of_ours(error: BaseException, verbose: bool) -> str:
     if verbose:
         print(trace, file=sys.stderr, end="")
     what = str(error).splitlines()[0] if str(error) else "no message"
-    return f"a fault of ours, please report it: {type(error).__name__}: {what} (traceback {saved})"
+    return f"a bug in the toolbox, please report it: {type(error).__name__}: {what} (traceback {saved})"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gc
 
-_STARTING = 500_000  # new objects between two searches until the work begins: the libraries make about so many
+_STARTING = 500_000  # new objects between two searches until the work begins: the libraries make about this number
 _usual: tuple[int, int, int] | None = None
 
 

@@ -106,12 +106,9 @@ class _ToolCommand(click.Command):
             formatter.write_text(laid_out(self.tool.description, formatter.width - formatter.current_indent))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        groups = dict.fromkeys(p.group for p in self.tool.parameters() if p.group)
-        for title in ("Inputs", "Parameters", *groups, "Advanced", "Outputs"):
-            rows = [parameters.help_line(p) for p in self.tool.parameters() if parameters.section(p) == title]
-            if rows:
-                with formatter.section(title):
-                    formatter.write_dl(rows, col_max=28)
+        for title, declared in parameters.by_section(self.tool).items():
+            with formatter.section(title):
+                formatter.write_dl([parameters.help_line(each) for each in declared], col_max=28)
         rows = [
             row
             for option in self.get_params(ctx)[-6:]
@@ -173,7 +170,7 @@ def _option(parameter: Parameter) -> click.Option:
     """An option without default: what is not given is distinguished from what is, so that flags override
     ``--config``."""
     if parameter.is_switch:
-        words = [f"{each}/--no-{each[2:]}" for each in (parameter.flag, *parameter.old_flags)]
+        words = [f"{each}/{parameters.off(each)}" for each in (parameter.flag, *parameter.old_flags)]
         return click.Option([*words, parameter.name], default=None)
     return click.Option([parameter.flag, *parameter.old_flags, parameter.name], type=_Value(parameter), default=None)
 

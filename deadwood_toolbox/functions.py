@@ -167,7 +167,7 @@ def assess_mobilisation(
     Parameters
     ----------
     dem : required
-        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+        Terrain (DEM). A raster, a folder of tiles, or tiles separated by commas.
     friction : >= 0, default 0.25
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'.
     window_m : m, 0 < x <= 1000, default 10
@@ -202,7 +202,7 @@ def assess_mobilisation(
         Years since death up to which spruce is strong.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -289,7 +289,7 @@ def sample_releases(
     areas : point or polygon
         Release points or polygons. May be left out with weights.
     dem : required
-        Terrain (DEM); its CRS is that of the output. A raster, a folder of tiles, or tiles with commas between.
+        Terrain (DEM); its CRS is that of the output. A raster, a folder of tiles, or tiles separated by commas.
     weights : optional
         Susceptibility raster: relative density of starts. Any values of at least 0.
     count : 1 <= x <= 1000000000, default 2000
@@ -338,7 +338,7 @@ def sample_releases(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -502,7 +502,7 @@ def import_trees(
         Program that wrote the table. table: usual names only.
     dem : optional
         Terrain (DEM). Gives the CRS of the output; trees off the DEM are dropped. A raster, a folder of tiles,
-        or tiles with commas between.
+        or tiles separated by commas.
     x_field : optional
         Field of the easting.
     y_field : optional
@@ -536,7 +536,7 @@ def import_trees(
     keep_dead : optional
         Keep dead standing trees among the trees too.
     min_height_m : m, >= 0, default 1.3
-        Least height of a tree. Lower ones are dropped and counted; below breast height there is no DBH.
+        Minimum height of a tree. Lower ones are dropped and counted; below breast height there is no DBH.
     dbh_a : > 0, default 2.52
         a of DBH[cm] = a * H[m]^b.
     dbh_b : > 0, default 0.84
@@ -560,7 +560,7 @@ def import_trees(
         layer.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     overwrite : optional
         Replace an output that exists.
     snags : output, optional
@@ -639,20 +639,20 @@ def find_trees(
     Parameters
     ----------
     chm : optional
-        Canopy height model (heights above the ground). A raster, a folder of tiles, or tiles with commas
-        between.
+        Canopy height model (heights above the ground). A raster, a folder of tiles, or tiles separated by
+        commas.
     dsm : optional
-        Surface model, instead of the canopy model. Needs dem. A raster, a folder of tiles, or tiles with
-        commas between.
+        Surface model, instead of the canopy model. Needs dem. A raster, a folder of tiles, or tiles separated
+        by commas.
     dem : optional
-        Terrain (DEM) below the surface model. On the same cells. A raster, a folder of tiles, or tiles with
-        commas between.
+        Terrain (DEM) below the surface model. On the same cells. A raster, a folder of tiles, or tiles
+        separated by commas.
     window : one of mixed, deciduous, default mixed
         Law of the window's diameter.
     window_m : m, 0 < x <= 100
         Constant diameter of the window instead.
     min_height_m : m, 1.3 <= x <= 150, default 2
-        Least height of a tree. Below breast height there is no DBH.
+        Minimum height of a tree. Below breast height there is no DBH.
     dbh_a : > 0, default 2.52
         a of DBH[cm] = a * H[m]^b.
     dbh_b : > 0, default 0.84
@@ -662,7 +662,7 @@ def find_trees(
         Published law in place of a and b. import-trees lists them.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -743,7 +743,7 @@ def generate_forest(
     Parameters
     ----------
     dem : required
-        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+        Terrain (DEM). A raster, a folder of tiles, or tiles separated by commas.
     preset : one of klosters, rothenbrunnen
         Density and DBH by name. klosters: the forest of Gruobenwald, Klosters (stems_per_ha 300, dbh_mean_cm
         60.23, dbh_sd_cm 18.64); rothenbrunnen: the forest of Plattawald, Rothenbrunnen (stems_per_ha 315,
@@ -779,7 +779,7 @@ def generate_forest(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -852,11 +852,11 @@ def windthrow(
     trees : point, required
         Trees before the storm.
     dem : required
-        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+        Terrain (DEM). A raster, a folder of tiles, or tiles separated by commas.
     share : 0 <= x <= 1
         Share of the stems that is thrown.
     dbh_classes : optional
-        Share by class of DBH. Least DBH [cm]:share, with commas: 0:0.1,20:0.3,40:0.7.
+        Share by class of DBH. Minimum DBH [cm]:share, separated by commas: 0:0.1,20:0.3,40:0.7.
     windthrow_areas : polygon
         Areas of windthrow. Nothing falls outside. A column share overrides share and dbh_classes.
     ids : optional
@@ -882,7 +882,7 @@ def windthrow(
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     output : output, optional
         Folder of the scenarios' layers. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -949,7 +949,7 @@ def add_structures(
     Parameters
     ----------
     dem : required
-        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+        Terrain (DEM). A raster, a folder of tiles, or tiles separated by commas.
     structures : line, required
         Crest lines of embankments, bottom lines of ditches.
     kind : one of embankment, ditch, default embankment
@@ -972,7 +972,7 @@ def add_structures(
         Distance from the crest within which a side must meet the ground.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -1094,7 +1094,7 @@ class SlideLogsResult(Run):
     jump_max = RasterPart("jump_max.tif")
     """How high logs jump over the cell"""
     danger = RasterPart("danger.tif")
-    """Where a moving log ends on the road: NaN where fewer logs passed than --danger-least"""
+    """Share of passing logs that later reach the line; NaN where fewer logs passed than --danger-least"""
     danger_count = RasterPart("danger_count.tif")
     """The counts behind danger.tif, with --danger-counts: those of several runs add up"""
 
@@ -1173,11 +1173,11 @@ def slide_logs(
     """Slide the released logs down the terrain, among standing trees and barriers.
 
     Each log is a rigid truncated cone (or, with shape, any convex body) in hard frictional contact with
-    terrain, trees, barriers, lying logs and boulders (engine/README.md has the physics, after section 3 of the
-    paper). The run's folder holds the deposits, the trajectories, the share of logs that reach each line, every
-    hit of a barrier, impulse and energy taken by each tree that was hit, and rasters of how often, how fast and
-    how high logs pass. With lines, danger.tif is the share of passing logs that later reach a line: one band
-    for any line, and one for each. Every released log is accounted for.
+    terrain, trees, barriers, lying logs and boulders (see engine/README.md; it follows section 3 of the paper).
+    The run's folder holds the deposits, the trajectories, the share of logs that reach each line, every hit of
+    a barrier, impulse and energy taken by each tree that was hit, and rasters of how often, how fast and how
+    high logs pass. With lines, danger.tif is the share of passing logs that later reach a line: one band for
+    any line, and one for each. Every released log is accounted for.
 
     Logs do not break or meet each other; barriers and boulders do not give way, trees only with break_trees.
     resume continues an interrupted run and gives the same results, bit for bit, as a run that was never
@@ -1194,7 +1194,7 @@ def slide_logs(
     Parameters
     ----------
     dem : required
-        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+        Terrain model. A raster, a folder of tiles, or tiles separated by commas.
     releases : point, required
         Released logs.
     trees : point
@@ -1225,11 +1225,11 @@ def slide_logs(
         normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
-        Friction of stems and lying logs. Default: the ground's there.
+        Friction of stems and lying logs. Default: that of the ground there.
     tree_restitution : 0 <= x <= 1
         Restitution of stems and lying logs. Default: that of the ground.
     barrier_friction : >= 0
-        Friction of barriers. Default: the ground's there.
+        Friction of barriers. Default: that of the ground there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
@@ -1241,17 +1241,17 @@ def slide_logs(
         Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
         log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
-        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
-        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z on each line, metres, no header)
+        slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
-        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
@@ -1282,12 +1282,12 @@ def slide_logs(
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
         Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Least run-out of deposits that count for the spread. Default: one log length.
+        Minimum run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -1298,8 +1298,8 @@ def slide_logs(
         Threads (default: every core).
     scheduler : optional
         Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
-        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
-        bytes. Default: threads of this process.
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are identical,
+        byte for byte. Default: threads of this process.
     workers : >= 1
         Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
@@ -1335,7 +1335,7 @@ def slide_logs(
         random order, at most all. Checks after 1000, 2000, 4000, ... logs use intervals widened for the
         repetition; the reported 95 % intervals are narrower. Needs lines.
     danger_least : >= 1, default 10
-        Least number of passing logs for which a cell has a value. In danger.tif, which lines brings, cells
+        Minimum number of passing logs for which a cell has a value. In danger.tif, which lines brings, cells
         with fewer are transparent.
     danger_counts : optional
         Also keep the counts of danger.tif. danger_count.tif, from which those of several runs add up; run-sites
@@ -1483,7 +1483,7 @@ def run_sites(
     Parameters
     ----------
     dem : optional
-        Terrain model, where the sites name none. A raster, a folder of tiles, or tiles with commas between.
+        Terrain model, where the sites name none. A raster, a folder of tiles, or tiles separated by commas.
     releases : point
         Released logs, where the sites name none.
     trees : point
@@ -1514,11 +1514,11 @@ def run_sites(
         normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
-        Friction of stems and lying logs. Default: the ground's there.
+        Friction of stems and lying logs. Default: that of the ground there.
     tree_restitution : 0 <= x <= 1
         Restitution of stems and lying logs. Default: that of the ground.
     barrier_friction : >= 0
-        Friction of barriers. Default: the ground's there.
+        Friction of barriers. Default: that of the ground there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
@@ -1530,17 +1530,17 @@ def run_sites(
         Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
         log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
-        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
-        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z on each line, metres, no header)
+        slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
-        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
@@ -1571,12 +1571,12 @@ def run_sites(
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
         Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Least run-out of deposits that count for the spread. Default: one log length.
+        Minimum run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -1587,8 +1587,8 @@ def run_sites(
         Threads (default: every core).
     scheduler : optional
         Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
-        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
-        bytes. Default: threads of this process.
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are identical,
+        byte for byte. Default: threads of this process.
     workers : >= 1
         Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
@@ -1624,7 +1624,7 @@ def run_sites(
         random order, at most all. Checks after 1000, 2000, 4000, ... logs use intervals widened for the
         repetition; the reported 95 % intervals are narrower. Needs lines.
     danger_least : >= 1, default 10
-        Least number of passing logs for which a cell has a value. In danger.tif, which lines brings, cells
+        Minimum number of passing logs for which a cell has a value. In danger.tif, which lines brings, cells
         with fewer are transparent.
     danger_counts : optional
         Also keep the counts of danger.tif. danger_count.tif, from which those of several runs add up; run-sites
@@ -1678,7 +1678,7 @@ class CountHitsResult(Result):
     jump = RasterPart("--jump")
     """Quantiles of the largest clearance of each log above the terrain in each cell; a band each"""
     danger = RasterPart("--danger")
-    """Where a moving log ends on the road: NaN where fewer logs passed than --danger-least"""
+    """Share of passing logs that later reach the line; NaN where fewer logs passed than --danger-least"""
 
 
 def count_hits(
@@ -1744,7 +1744,7 @@ def count_hits(
     reaching : line or polygon
         Roads, railways, houses of that raster. Default: the lines of the run.
     danger_least : >= 1, default 10
-        Least number of passing logs for which a cell has a value.
+        Minimum number of passing logs for which a cell has a value.
     output : output, optional
         Hit counts. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -1825,7 +1825,7 @@ class DesignValuesResult(Result):
     """What `design_values` leaves."""
 
     design_values = TablePart("--output")
-    """Percentiles at each barrier and line, over the logs that come to it"""
+    """Percentiles at each barrier and line, over the logs that reach it"""
 
 
 def design_values(
@@ -1968,8 +1968,8 @@ def value_trees(
         Threads (default: every core).
     scheduler : optional
         Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
-        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
-        bytes. Default: threads of this process.
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are identical,
+        byte for byte. Default: threads of this process.
     workers : >= 1
         Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
@@ -2059,8 +2059,8 @@ def break_trees(
         Threads (default: every core).
     scheduler : optional
         Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
-        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
-        bytes. Default: threads of this process.
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are identical,
+        byte for byte. Default: threads of this process.
     workers : >= 1
         Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
@@ -2103,7 +2103,7 @@ class SiteBarriersResult(Result):
     summary_file = "summary.json"
 
     pareto = TablePart("pareto.csv")
-    """One row for each candidate alone, by what is left; then one a set of barriers that was chosen"""
+    """One row for each candidate alone, by what is left; then one per chosen set of barriers"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """The run's own barriers and those chosen, with what each does when all stand; as slide-logs takes them"""
 
@@ -2165,8 +2165,8 @@ def site_barriers(
         Threads (default: every core).
     scheduler : optional
         Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
-        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
-        bytes. Default: threads of this process.
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are identical,
+        byte for byte. Default: threads of this process.
     workers : >= 1
         Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
@@ -2287,8 +2287,8 @@ def map_intensity(
     rockfall (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which
     hazard a field of the matrix stands for, is an expert's decision. A cell is classed by its estimate;
     `classes.json` has the 95 % interval of the area of each class of energy and those above it. A cell that no
-    log passed is empty, which is no guarantee: `classes.json` states how probable a passage may still be there,
-    and how short the return period.
+    log passed is empty, which is not a guarantee: `classes.json` states how probable a passage may still be
+    there, and how short the return period.
 
     Parameters
     ----------
@@ -2300,8 +2300,8 @@ def map_intensity(
         Other energies to classify [kJ]. Band 1; such as that of deadwood-tool count-hits --energy FILE
         --quantiles 95.
     least_passage : %, 0 <= x <= 100, default 1
-        Least share of the logs that bring the energy of a class. 0: the largest energy of all logs, which grows
-        with their number.
+        Minimum share of the logs that bring the energy of a class. 0: the largest energy of all logs, which
+        grows with their number.
     probability_classes : %, 0 < x < 100, default 0.1,1,10
         Bounds of the classes of passage. Of the logs.
     events_per_year : > 0
@@ -2385,11 +2385,11 @@ def map_origins(
         Cell size of the raster. Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie
         in cells with a share.
     least : >= 1, default 10
-        Least number of logs released in a cell for which it has a share.
+        Minimum number of logs released in a cell for which it has a share.
     source_shares : %, 0 < x <= 100, default 1,10,50
-        Least shares of the polygons of sources. Of the logs.
+        Minimum shares of the polygons of sources. Of the logs.
     affected_shares : %, 0 < x <= 100, default 1,10
-        Least shares of the polygons of affected ground. Of a release area's logs.
+        Minimum shares of the polygons of affected ground. Of a release area's logs.
     output : output, optional
         Folder of the maps. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional
@@ -2427,8 +2427,8 @@ def lateral_spread(
     them.
 
     The angle is seen from the centre of the release area (paper, equation 11), and is counted across north: 350
-    and 10 degrees span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log
-    that hardly moved is meaningless. The smallest angle grows with the number of logs, because single outliers
+    and 10 degrees span 20. Deposits nearer than the minimum run-out are left out: the azimuth of a log that
+    hardly moved is meaningless. The smallest angle grows with the number of logs, because single outliers
     decide it: `spread_half_deg`, its mean over random halves of the logs, shows by how much, and it has no
     interval. To compare runs of different size, use the range from the 5 % to the 95 % quantile, which has a 95
     % interval by bootstrap over the logs.
@@ -2441,10 +2441,10 @@ def lateral_spread(
     deposits : point, required
         Deposits of slide-logs, or the folder of its run.
     min_runout_m : m, >= 0
-        Least run-out of deposits that count. Default: one log length, from the field length_m.
+        Minimum run-out of deposits that count. Default: one log length, from the field length_m.
     dem : optional
         Terrain model, for the distance to its edges. Default: the run's, if it still exists. A raster, a folder
-        of tiles, or tiles with commas between.
+        of tiles, or tiles separated by commas.
     edge_m : m, >= 0, default 20
         Distance from the terrain model's edges within which deposits cause a warning. Edges are its border and
         its nodata; more than half a log's length is recommended.
@@ -2518,7 +2518,7 @@ def fit_flight(
     Parameters
     ----------
     dem : required
-        Terrain (DEM). A raster, a folder of tiles, or tiles with commas between.
+        Terrain (DEM). A raster, a folder of tiles, or tiles separated by commas.
     flights : line or point, required
         Lines from take-off to landing, or points of both.
     barriers : line
@@ -2536,7 +2536,7 @@ def fit_flight(
         Depth to which the terrain may protrude into a flight.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     overwrite : optional
         Replace an output that exists.
     output : output, optional
@@ -2601,7 +2601,7 @@ def compare_scenarios(
     against the baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, for
     the logs that reach it; `miri` = 1 - E95 / E95_0, for the 95 % quantile of their energies there; `orpi` = 1
     - S / S0, for the sum of these. 1 is full protection, 0 none. Energies need stored trajectories (`slide-logs
-    --trajectories all`); docs/indices.md has the details.
+    --trajectories all`); for details see docs/indices.md.
 
     Runs of other releases are refused. The intervals are over the logs: one random forest is one draw of many,
     and only further runs show how much another would differ.
@@ -2609,10 +2609,10 @@ def compare_scenarios(
     Parameters
     ----------
     runs : required
-        Folders of the runs. Each a folder of slide-logs, of the same releases, with commas between:
+        Folders of the runs. Each a folder of slide-logs, of the same releases, separated by commas:
         run_none,run_forest,run_barriers.
     names : optional
-        Names of the scenarios, with commas. Default: the names of the folders.
+        Names of the scenarios, separated by commas. Default: the names of the folders.
     baseline : optional
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
         barriers, lying logs, boulders), of equals the first.
@@ -2620,7 +2620,7 @@ def compare_scenarios(
         Roads, railways, houses in place of those of the runs. Their reach is computed from stored trajectories,
         of the logs that have one in every run.
     min_runout_m : m, >= 0
-        Least run-out of deposits that count for the spread. Default: one log length.
+        Minimum run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     output : output, optional
@@ -2740,7 +2740,7 @@ def calibrate_friction(
     Parameters
     ----------
     dem : required
-        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+        Terrain model. A raster, a folder of tiles, or tiles separated by commas.
     releases : point, required
         Released logs.
     trees : point
@@ -2757,7 +2757,7 @@ def calibrate_friction(
     lines : line or polygon
         Roads, railways, houses.
     friction : >= 0, default 0.1,0.15,0.2,0.25,0.3,0.35,0.4,0.45,0.5
-        Friction coefficients to try. Single ones with commas, or from:to:step, such as 0.1:0.5:0.05.
+        Friction coefficients to try. Separated by commas, or from:to:step, such as 0.1:0.5:0.05.
     friction_column : optional
         Column of the friction polygons. Default: 'friction', else 'mu'.
     friction_elsewhere : >= 0
@@ -2770,11 +2770,11 @@ def calibrate_friction(
         normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
-        Friction of stems and lying logs. Default: the ground's there.
+        Friction of stems and lying logs. Default: that of the ground there.
     tree_restitution : 0 <= x <= 1
         Restitution of stems and lying logs. Default: that of the ground.
     barrier_friction : >= 0
-        Friction of barriers. Default: the ground's there.
+        Friction of barriers. Default: that of the ground there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
@@ -2786,17 +2786,17 @@ def calibrate_friction(
         Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
         log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
-        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
-        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z on each line, metres, no header)
+        slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
-        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
@@ -2827,18 +2827,18 @@ def calibrate_friction(
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
         Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Least run-out of deposits that count for the spread. Default: one log length.
+        Minimum run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     threads : >= 1
         Threads (default: every core).
     scheduler : optional
         Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
-        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
-        bytes. Default: threads of this process.
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are identical,
+        byte for byte. Default: threads of this process.
     workers : >= 1
         Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
@@ -2971,7 +2971,7 @@ def compare_fidelity(
     Parameters
     ----------
     dem : required
-        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+        Terrain model. A raster, a folder of tiles, or tiles separated by commas.
     releases : point, required
         Released logs.
     trees : point
@@ -3002,11 +3002,11 @@ def compare_fidelity(
         normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
-        Friction of stems and lying logs. Default: the ground's there.
+        Friction of stems and lying logs. Default: that of the ground there.
     tree_restitution : 0 <= x <= 1
         Restitution of stems and lying logs. Default: that of the ground.
     barrier_friction : >= 0
-        Friction of barriers. Default: the ground's there.
+        Friction of barriers. Default: that of the ground there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
@@ -3018,17 +3018,17 @@ def compare_fidelity(
         Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
         log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
-        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
-        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z on each line, metres, no header)
+        slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
-        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
@@ -3059,12 +3059,12 @@ def compare_fidelity(
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
         Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Least run-out of deposits that count for the spread. Default: one log length.
+        Minimum run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3075,8 +3075,8 @@ def compare_fidelity(
         Threads (default: every core).
     scheduler : optional
         Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
-        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
-        bytes. Default: threads of this process.
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are identical,
+        byte for byte. Default: threads of this process.
     workers : >= 1
         Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
@@ -3089,7 +3089,7 @@ def compare_fidelity(
     resume : optional
         Continue an interrupted run.
     fidelities : default draft,standard,fine,reference
-        Fidelities to compare. At least two, with commas; the finest is the standard of comparison.
+        Fidelities to compare. At least two, separated by commas; the finest is the standard of comparison.
     logs : >= 1, default 2000
         Logs to compare. A random subset by seed and log_id; all if the layer has fewer.
     planned_logs : >= 1
@@ -3205,7 +3205,7 @@ def vary(
     Parameters
     ----------
     dem : required
-        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+        Terrain model. A raster, a folder of tiles, or tiles separated by commas.
     releases : point, required
         Released logs.
     trees : point
@@ -3236,11 +3236,11 @@ def vary(
         normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
-        Friction of stems and lying logs. Default: the ground's there.
+        Friction of stems and lying logs. Default: that of the ground there.
     tree_restitution : 0 <= x <= 1
         Restitution of stems and lying logs. Default: that of the ground.
     barrier_friction : >= 0
-        Friction of barriers. Default: the ground's there.
+        Friction of barriers. Default: that of the ground there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
@@ -3252,17 +3252,17 @@ def vary(
         Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
         log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
-        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
-        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z on each line, metres, no header)
+        slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
-        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
@@ -3293,12 +3293,12 @@ def vary(
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
         Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Least run-out of deposits that count for the spread. Default: one log length.
+        Minimum run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3309,8 +3309,8 @@ def vary(
         Threads (default: every core).
     scheduler : optional
         Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
-        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are the same
-        bytes. Default: threads of this process.
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are identical,
+        byte for byte. Default: threads of this process.
     workers : >= 1
         Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
     plan : optional
@@ -3323,12 +3323,12 @@ def vary(
     resume : optional
         Continue an interrupted run.
     vary : default friction_factor,rolling_friction,log_dbh_factor,log_length_factor
-        Factors and their ranges. NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes
-        its default range: friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution
-        0:0.2, tree_friction 0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1,
-        log_density_factor 0.7:1.3, tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard,
-        orientation upright:random-lying (the logs' posture at the start; also random). Factors multiply what
-        the layers say.
+        Factors and their ranges. NAME=LOW:HIGH, separated by commas, or a JSON or CSV file of them. A name
+        alone takes its default range: friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15,
+        restitution 0:0.2, tree_friction 0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor
+        0.9:1.1, log_density_factor 0.7:1.3, tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity
+        draft:standard, orientation upright:random-lying (the logs' posture at the start; also random). Factors
+        multiply what the layers say.
     design : one of ends, latin, sobol, default latin
         How to vary: the ends of each range alone, or also all together. latin: a Latin hypercube; sobol:
         Sobol's sequence, which needs SciPy. Both give the indices.
@@ -3424,7 +3424,7 @@ def explore(
     Parameters
     ----------
     dem : required
-        Terrain model. A raster, a folder of tiles, or tiles with commas between.
+        Terrain model. A raster, a folder of tiles, or tiles separated by commas.
     trees : point
         Standing trees.
     barriers : line
@@ -3452,11 +3452,11 @@ def explore(
         normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
         0.13; 0 is rigid ground. No value measured for logs is known.
     tree_friction : >= 0
-        Friction of stems and lying logs. Default: the ground's there.
+        Friction of stems and lying logs. Default: that of the ground there.
     tree_restitution : 0 <= x <= 1
         Restitution of stems and lying logs. Default: that of the ground.
     barrier_friction : >= 0
-        Friction of barriers. Default: the ground's there.
+        Friction of barriers. Default: that of the ground there.
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
@@ -3468,17 +3468,17 @@ def explore(
         Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
         log only; for other logs it stands. Without it trees are rigid, as in the paper.
     shape : default cone
-        Shape of what slides: cone, or a file of points. A .pts file (x y z a line, metres, no header) slides
-        the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and length_m
-        of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+        Shape of what slides: cone, or a file of points. A .pts file (x y z on each line, metres, no header)
+        slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
         Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the way of its
-        centre on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
+        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
         How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip is forgotten in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
@@ -3509,12 +3509,12 @@ def explore(
     lying_diameter_cm : cm, 0 < x <= 1500, default 40
         Base diameter of lying logs, where the layer has none.
     min_runout_m : m, >= 0
-        Least run-out of deposits that count for the spread. Default: one log length.
+        Minimum run-out of deposits that count for the spread. Default: one log length.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres of a site of its own.
+        CRS; local: metres on a local grid.
     friction_preset : one of wet-debarked, wet-bark, chute-dry, chute-watered, chute-iced
         Friction coefficient by name. wet-debarked: a wet log without bark and branches on wet ground, 0.2 to
         0.3 (friction 0.25); wet-bark: a wet log with its bark on wet ground, 0.25 to 0.38 (friction 0.31);
@@ -3586,12 +3586,12 @@ def make_report(
     Parameters
     ----------
     runs : required
-        Folders of the runs; the first is the baseline. Each a folder of slide-logs, with commas between. On the
+        Folders of the runs; the first is the baseline. Each a folder of slide-logs, separated by commas. On the
         command line they may also be given without the option.
     names : optional
-        Names of the runs, with commas. Default: the names of the folders.
+        Names of the runs, separated by commas. Default: the names of the folders.
     results : optional
-        Results of other tools to be shown. With commas between: a layer of value-trees, folders of
+        Results of other tools to be shown. Separated by commas: a layer of value-trees, folders of
         site-barriers, map-intensity, map-origins or vary; each with its run.
     baseline : optional
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,

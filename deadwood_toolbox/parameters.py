@@ -48,6 +48,20 @@ def section(parameter: Parameter) -> str:
     return "Inputs" if parameter.is_input else "Parameters"
 
 
+def by_section(tool: Tool) -> dict[str, list[Parameter]]:
+    """The parameters of a tool by heading, in the order of the help."""
+    declared = list(tool.parameters())
+    groups = dict.fromkeys(each.group for each in declared if each.group)
+    titles = ("Inputs", "Parameters", *groups, "Advanced", "Outputs")
+    found = {title: [each for each in declared if section(each) == title] for title in titles}
+    return {title: rows for title, rows in found.items() if rows}
+
+
+def off(flag: str) -> str:
+    """What switches a switch off: ``--no-report``; of ``--no-browser``, ``--browser``."""
+    return f"--{flag[5:]}" if flag.startswith("--no-") else f"--no-{flag[2:]}"
+
+
 def bounds(parameter: Parameter) -> str:
     """The range of a number as a reader writes it: ``0 < x <= 5``."""
     low, high = parameter.minimum, parameter.maximum
@@ -81,9 +95,8 @@ def facts(parameter: Parameter) -> str:
 
 def help_line(parameter: Parameter) -> tuple[str, str]:
     """The two columns of the help: how the flag is written, and what it means."""
-    off = f" / --no-{parameter.flag[2:]}"
     metavar = parameter.metavar if len(parameter.metavar) <= LONG_CHOICES else "NAME"
-    left = parameter.flag + (off if parameter.is_switch else f" {metavar}")
+    left = parameter.flag + (f" / {off(parameter.flag)}" if parameter.is_switch else f" {metavar}")
     known = facts(parameter)
     if len(left) > LONGEST_LEFT:
         left, known = f"{parameter.flag} NAME", ", ".join(part for part in (*parameter.choices, known) if part)

@@ -18,6 +18,13 @@ from deadwood_toolbox.shelf import TOOLS
 
 GLOSSARY = Path(__file__).with_name("glossary.csv")
 LANGUAGES = {"de": "German", "fr": "French", "it": "Italian"}
+CODE = re.compile(r"(^ {4}.*$|``[^`]+``|`[^`]+`)", re.MULTILINE)
+FLAG = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*\b(?: (?:auto\b|\d[\w.]*\w|\d\b))?")  # with a value that is a word
+# What descriptions name by its place in the repository.
+LINKS = {
+    "engine/README.md": "[the physics](../../explanation/physics.md)",
+    "docs/indices.md": "[the indices](../../explanation/indices.md)",
+}
 
 
 def pages() -> dict[str, str]:
@@ -51,20 +58,28 @@ def _tools_index() -> str:
 
 
 def _tool(tool: Tool) -> str:
-    parts = [f"# {tool.name}", f"*{tool.summary}.*" if tool.summary else "", tool.description]
-    parts += ["## Call", f"```sh\n{catalogue.usage(tool)}\n```"]
-    by_section: dict[str, list[Any]] = {}
-    for parameter in tool.parameters():
-        by_section.setdefault(parameters.section(parameter), []).append(parameter)
-    for section, declared in by_section.items():
-        parts += [f"## {section}", "\n".join(catalogue.rows(declared))]
+    parts = [f"# {tool.name}", f"*{tool.summary}.*" if tool.summary else "", marked(tool.description)]
+    parts += ["## Usage", f"```sh\n{catalogue.usage(tool)}\n```"]
+    for section, declared in parameters.by_section(tool).items():
+        parts += [f"## {section}", marked("\n".join(catalogue.rows(declared)))]
     parts += [_common()]
     written = [each for each in WRITTEN if each.tool == tool.name]
     if written:
         rows = [f"| `{each.place}` | {_linked(each.what)} |".replace("|layername", "\\|layername") for each in written]
+        rows = [marked(row) for row in rows]
         parts += ["## Files written", "\n".join(["| file | content |", "|---|---|", *rows])]
     parts += _elsewhere(tool)
     return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def marked(text: str) -> str:
+    """A text of the command line with options as code and pages as links, but for what is code already."""
+    parts = CODE.split(text)  # every second one is code
+    for k in range(0, len(parts), 2):
+        parts[k] = FLAG.sub(r"`\g<0>`", parts[k])
+        for name, link in LINKS.items():
+            parts[k] = parts[k].replace(name, link)
+    return "".join(parts)
 
 
 def _elsewhere(tool: Tool) -> list[str]:

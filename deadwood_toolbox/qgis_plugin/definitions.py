@@ -184,7 +184,7 @@ def _number(declared: dict[str, Any], name: str, label: str, optional: bool) -> 
 
 
 def _numbers(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterString:
-    """A text with commas, or from:to:step: a table without rows counts as missing, even where none is the default."""
+    """Numbers separated by commas, or from:to:step: a table without rows counts as missing, even as the default."""
     default = ",".join(f"{each:g}" for each in declared["default"] or ())
     return QgsProcessingParameterString(name, label, defaultValue=default or None, optional=optional or not default)
 

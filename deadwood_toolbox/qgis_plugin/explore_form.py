@@ -75,7 +75,7 @@ class Form(QScrollArea):
         return {name: layer for name in LAYERS if (layer := self.layer(name)) is not None}
 
     def question(self) -> dict[str, Any]:
-        """What is asked of the engine, but where: as its messages have it."""
+        """The parameters of a request, without its place, in the form of a message."""
         values = {name: spin.value() for name, spin in self.numbers.items()}
         return {
             "n": self.n.value(),

@@ -1,7 +1,7 @@
 """The panel "Explore": click on the map, and logs slide from there; select trees, and see what felling them changes.
 
-A process of the toolbox stays behind the panel and answers within a second. What is asked while an answer is on its way
-replaces it; nothing here waits for the process.
+A process of the toolbox stays behind the panel and answers within a second. A request replaces one that is still being
+answered; nothing here waits for the process.
 """
 
 from __future__ import annotations
@@ -402,7 +402,7 @@ class Panel(QDockWidget):
             return
         taken = [each for each in (path, f"{path}_layers.gpkg") if os.path.exists(each)]
         if taken:
-            self.tell(_("There is {path} already; take another name.").format(path=taken[0]))
+            self.tell(_("There is {path} already; choose another name.").format(path=taken[0]))
             return
         self.run_folder = os.path.abspath(path)
         self.number += 1

@@ -32,7 +32,7 @@ COMMANDS = (
 def how_to_install() -> str:
     first = _(
         "The tools live in a Python environment of their own (Python 3.11 or newer), outside QGIS. The plugin makes "
-        "it: menu Plugins > Deadwood Toolbox > Set up. Or by hand, in a terminal, in the folder of the toolbox:"
+        "it: menu Plugins > Deadwood Toolbox > Set up. Or in a terminal, in the folder of the toolbox:"
     )
     then = _(
         "Then name {script} of that environment in Settings > Options > Deadwood Toolbox, or put it on the PATH, or "

@@ -91,7 +91,7 @@ class Inputs:
     def after_cancel(self) -> str:
         """Remove what slide-logs keeps for --resume, unless the user has asked to resume; the message that says so."""
         if "--resume" in self.arguments:
-            return _("Canceled; what was finished is kept, and the same run goes on from there")
+            return _("Canceled; what was finished is kept, and the same run can be continued")
         for folder in self.folders:
             place = Path(folder)
             shutil.rmtree(place.absolute().parent / f".{place.name}.part", ignore_errors=True)
@@ -115,7 +115,7 @@ class Inputs:
         if not path:
             return ""
         if re.match(r"^[a-zA-Z]{2,}:", path):
-            message = _("{label}: {path} is no file; name a file of its own")
+            message = _("{label}: {path} is not a file; name a separate file")
             raise QgsProcessingException(message.format(label=declared["label"], path=path))
         self.outputs[declared["name"]] = path = os.path.abspath(path)
         if declared["widget"] == "output_folder":
@@ -185,7 +185,7 @@ class Inputs:
         if isinstance(layer, QgsRasterLayer):
             return self._raster(declared, layer)
         if not isinstance(layer, QgsVectorLayer):
-            message = _("{label}: '{layer}' is no raster or vector layer")
+            message = _("{label}: '{layer}' is not a raster or vector layer")
             raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
         path = _file_of(layer)
         why = _held_by_the_map(layer, path)
@@ -268,7 +268,7 @@ class Inputs:
 
 
 def each_place(value: Any) -> list[str]:
-    """The parts of a text with commas, or of a list, also of lists, as models make them."""
+    """The parts of a text separated by commas, or of a list, also of lists, as models make them."""
     if isinstance(value, (list, tuple)):
         return [place for each in value for place in each_place(each)]
     return [each.strip() for each in ("" if value is None else str(value)).split(",") if each.strip()]

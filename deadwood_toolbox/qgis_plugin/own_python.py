@@ -64,7 +64,7 @@ def library_of(line: str) -> str:
 
 def no_python(named: str) -> str:
     if named:
-        return _("{python} is no Python of version 3.11 or newer.").format(python=named)
+        return _("{python} is not a Python of version 3.11 or newer.").format(python=named)
     return _(
         "No Python of version 3.11 or newer was found. Install one (Windows and macOS: from python.org; Linux: the "
         "packages python3 and python3-venv), or name it above, and try again."

@@ -61,7 +61,7 @@ class SetupDialog(QDialog):
     def _lay_out(self) -> None:
         what = QLabel(
             _(
-                "The tools need libraries that QGIS does not have (about 700 MB). They are installed into an "
+                "The tools need libraries that QGIS does not have (about 1 GB). They are installed into an "
                 "environment of their own, in the folder of your QGIS profile; QGIS's own Python stays as it is."
             )
         )

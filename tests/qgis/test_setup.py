@@ -74,7 +74,7 @@ def test_the_environment_is_made_and_found(told):
 @pytest.mark.parametrize(
     ("case", "words"),
     [
-        ("no_python", "is no Python of version 3.11 or newer"),
+        ("no_python", "is not a Python of version 3.11 or newer"),
         ("no_venv", "install the package python3-venv"),
         ("no_network", "The package index could not be reached"),
         ("not_in_the_index", f"Your package index has no deadwood-toolbox=={VERSION}"),

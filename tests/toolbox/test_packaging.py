@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,7 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 DEPENDENCIES = PROJECT["project"]["dependencies"]
 OF_CONDA = {"matplotlib": "matplotlib-base"}  # without the windows of Qt
+RECIPE = "packaging/conda/recipe.yaml"
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 
 
@@ -47,7 +50,7 @@ def test_every_dependency_has_a_lower_bound_and_a_tested_version():
     assert {name for name in lower if numbers(lower[name]) > numbers(tested[name])} == set()
 
 
-@pytest.mark.parametrize("place", ["environment.yml", "packaging/conda/recipe.yaml"])
+@pytest.mark.parametrize("place", ["environment.yml", RECIPE])
 def test_conda_asks_for_the_same_versions(place):
     told = read(place)
     lines = told["dependencies"] if place == "environment.yml" else told["requirements"]["run"]
@@ -59,7 +62,7 @@ def test_conda_asks_for_the_same_versions(place):
 
 
 def test_the_conda_recipe_is_of_this_version():
-    told = read("packaging/conda/recipe.yaml")
+    told = read(RECIPE)
     assert told["context"]["version"] == VERSION
     assert f">={told['context']['python_min']}" == PROJECT["project"]["requires-python"]
     scripts = [f"{name} = {place}" for name, place in PROJECT["project"]["scripts"].items()]
@@ -78,6 +81,38 @@ def test_codemeta_says_what_is_cited():
     assert told["keywords"] == cited["keywords"]
     assert told["license"] == f"https://spdx.org/licenses/{cited['license']}"
     assert told["softwareRequirements"] == DEPENDENCIES
+
+
+# Name in [project.urls] -> where the records repeat it: file, keys.
+RECORDED_URLS = {
+    "Repository": (("CITATION.cff", "repository-code"), ("codemeta.json", "codeRepository"), (RECIPE, "repository")),
+    "Issues": (("codemeta.json", "issueTracker"),),
+    "Homepage": (("CITATION.cff", "url"), ("codemeta.json", "url"), (RECIPE, "homepage")),
+}
+
+
+def disagreeing(urls: dict[str, str], records: dict[str, dict[str, Any]]) -> list[str]:
+    """The places that do not repeat the address of [project.urls], or name one that it does not have."""
+    return [
+        f"{file}: {key}"
+        for name, places in RECORDED_URLS.items()
+        for file, key in places
+        if records[file].get(key) != urls.get(name)
+    ]
+
+
+def test_the_records_have_the_addresses_of_the_package():
+    """They are set in [project.urls]; as long as there are none, the records have none either."""
+    records = {
+        "CITATION.cff": read("CITATION.cff"),
+        "codemeta.json": json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8")),
+        RECIPE: read(RECIPE)["about"],
+    }
+    urls = PROJECT["project"].get("urls", {})
+    assert disagreeing(urls, records) == []
+    assert set(urls) <= set(RECORDED_URLS)
+    places = [f"{file}: {key}" for each in RECORDED_URLS.values() for file, key in each]
+    assert disagreeing(dict.fromkeys(RECORDED_URLS, "https://example.org"), {name: {} for name in records}) == places
 
 
 def test_the_paper_for_joss_cites_what_its_bibliography_has():
@@ -112,9 +147,15 @@ def test_the_container_makes_what_the_recipe_needs():
 # --- workflows --------------------------------------------------------------------------------------------------------
 
 
+def installed(program: str) -> str | None:
+    """Where a program is: on the PATH, beside this Python (pip), or where Go installs it."""
+    folders = [Path(sys.executable).parent, Path(os.environ.get("GOBIN") or Path.home() / "go" / "bin")]
+    return shutil.which(program) or shutil.which(program, path=os.pathsep.join(map(str, folders)))
+
+
 @pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
 def test_actionlint_finds_nothing(path):
-    program = shutil.which("actionlint")
+    program = installed("actionlint")
     if program is None:
         pytest.skip("actionlint is not installed")
     ran = subprocess.run([program, str(path)], capture_output=True, text=True)

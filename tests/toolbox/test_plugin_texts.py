@@ -64,7 +64,7 @@ def test_every_name_is_translated(language):
 
 def test_texts_of_the_plugin_and_of_the_declarations_are_found(today):
     assert {"Canceled; nothing was left behind", "Open the results in the map", "Prepare", "Hit count"} <= today
-    assert any(each.startswith("A .pts file (x y z a line") for each in today)
+    assert any(each.startswith("A .pts file (x y z on each line") for each in today)
 
 
 @pytest.mark.parametrize("tool", [each for each in TOOLS if each.in_qgis], ids=lambda each: each.name)

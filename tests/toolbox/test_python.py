@@ -285,7 +285,7 @@ def test_optional_outputs_stand_where_they_are_named_or_beside(run, tmp_path: Pa
     [
         ({"releases": "no_crs"}, r"^releases: the GeoDataFrame has no CRS; name it, for example releases\.set_crs\("),
         ({"dem": dw.Raster(slope(), from_origin(0, 0, 1, 1), None)}, r"^dem: the array has no CRS; give one"),
-        ({"dem": dw.Raster(slope(), from_origin(0, 0, 1, 1), "EPSG:0")}, r"^dem: 'EPSG:0' is no known CRS"),
+        ({"dem": dw.Raster(slope(), from_origin(0, 0, 1, 1), "EPSG:0")}, r"^dem: 'EPSG:0' is not a known CRS"),
         ({"dem": dw.Raster(slope(), (1, 2), CRS)}, r"^dem: the transform '\(1, 2\)' is not six numbers"),
         ({"dem": dw.Raster(slope()[0], from_origin(0, 0, 1, 1), CRS)}, r"^dem: an array of shape \(40,\)"),
         ({"dem": 3}, "^--dem is of the type int, but must be a path or a Raster$"),

@@ -139,6 +139,13 @@ def test_the_help_of_each_tool_shows_every_flag(capsys: pytest.CaptureFixture[st
     assert {name: flags for name, flags in missing.items() if flags} == {}
 
 
+def test_a_switch_that_says_no_is_undone_without_a_second_no(capsys: pytest.CaptureFixture[str]):
+    """Before: ``--no-browser / --no-no-browser``."""
+    assert [parameters.off(flag) for flag in ("--report", "--no-browser")] == ["--no-report", "--browser"]
+    assert cli.run(["explore", "--help"]) == 0
+    assert "--no-browser / --browser" in capsys.readouterr().out
+
+
 def test_each_description_is_json_and_says_the_same(capsys: pytest.CaptureFixture[str]):
     other = []
     for tool in TOOLS:

@@ -128,7 +128,7 @@ class Ensemble:
 def open_ensemble(
     inputs: SceneInputs, fidelity: Fidelity, where: Where, most: int, seed: int, feedback: Feedback
 ) -> Iterator[Ensemble]:
-    """Read the scene and the logs, and draw at most so many of these; the terrain model stays open."""
+    """Read the scene and the logs, and draw at most a given number of these; the terrain model stays open."""
     with open_simulation(inputs, fidelity, where, feedback) as simulation:
         layers, released = read_released_scene(simulation, feedback)
         logs = released.take(hash_order(released.logs.log_id, seed)[:most])
@@ -165,7 +165,7 @@ def joined(parts: Sequence[Arrays], name: str) -> NDArray[Any]:
 
 
 def hits_of(parts: Sequence[Arrays], n_logs: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """The cells that the logs of these chunks hit, ascending, and by what share of so many logs."""
+    """The cells that the logs of these chunks hit, ascending, and the share of the logs that hit each."""
     nothing: Arrays = {"cells": np.zeros(0, np.int64), "hits": np.zeros(0, np.uint32)}
     cells, place = np.unique(joined([nothing, *parts], "cells"), return_inverse=True)
     count = np.bincount(place, weights=joined([nothing, *parts], "hits"), minlength=cells.size)

@@ -27,10 +27,11 @@ from deadwood_algorithms.explore.questions import (
 from deadwood_algorithms.explore.relief import TILE, Relief
 from deadwood_algorithms.files.crs import crs_name
 from deadwood_algorithms.prepare.releases.logs import ORIENTATIONS
-from deadwood_algorithms.results.lost import left_dem, reach_records
+from deadwood_algorithms.results.lost import reach_records
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS
+from deadwood_algorithms.stats.endings import left_dem
 from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
 

@@ -65,7 +65,7 @@ def message_of(text: str | bytes) -> dict[str, Any]:
         )
 
     def refused(word: str) -> Any:
-        raise UserError(f"{word} is no number; give finite ones")
+        raise UserError(f"{word} is not a number; give finite ones")
 
     def finite(word: str) -> float:
         return float(word) if math.isfinite(float(word)) else refused(word)
@@ -73,9 +73,9 @@ def message_of(text: str | bytes) -> dict[str, Any]:
     try:
         message = json.loads(text, parse_constant=refused, parse_float=finite)
     except (ValueError, RecursionError) as error:
-        raise UserError(f"the message is no JSON ({type(error).__name__})") from error
+        raise UserError(f"the message is not JSON ({type(error).__name__})") from error
     if not isinstance(message, dict):
-        raise UserError("the message is no JSON object with an 'op'")
+        raise UserError("the message is not a JSON object with an 'op'")
     return message
 
 

@@ -172,7 +172,7 @@ PHRASES = {
     "view_home": "Whole scene",
     "let_go": "Stop following",
     "trails": "Paths",
-    "no_webgl": "This browser has no WebGL 2, which the 3-D view needs. All else works without it.",
+    "no_webgl": "This browser has no WebGL 2, which the 3-D view needs. Everything else works without it.",
     "space_failed": "The 3-D view could not be drawn: {why}",
     "pick_hint": "Drag to turn, Shift and drag to move, wheel to zoom; click a log to follow it.",
     "picked": "log {id}: {speed} m/s",
@@ -204,11 +204,11 @@ PHRASES = {
     "not_connected": "The page is not connected to the tool.",
     "connection_lost": "The connection to the tool was lost. Trying again …",
     "connection_gone": (
-        "The tool does not answer any more. Start deadwood-tool explore again, and open the address that it prints."
+        "The tool no longer answers. Start deadwood-tool explore again, and open the address that it prints."
     ),
-    "connection_elsewhere": "The page was opened elsewhere and goes on there.",
+    "connection_elsewhere": "The page was opened elsewhere and continues there.",
     "again": "Connect again",
-    "restarted": "The calculation stopped unexpectedly and was started again. The question is asked anew.",
+    "restarted": "The calculation stopped unexpectedly and was started again. The last request is being repeated.",
     "outside": "That is outside the terrain model.",
     "no_tree_here": "There is no tree here. Click nearer to a stem, or zoom in.",
     "no_tree_within": "There is no standing tree in this area.",

@@ -168,7 +168,7 @@ def points_of(message: Mapping[str, Any], name: str, least: int, grid: Grid) -> 
 
 
 def question_of(message: Mapping[str, Any], defaults: Defaults, grid: Grid) -> Question:
-    """A release that is asked for."""
+    """A requested release."""
     shape = record(message.get("shape"), "shape")
     radius = 0.0
     if "circle" in shape:
@@ -178,7 +178,7 @@ def question_of(message: Mapping[str, Any], defaults: Defaults, grid: Grid) -> Q
     elif "polygon" in shape:
         area = shapely.Polygon(points_of(shape, "polygon", 3, grid))
         if not area.is_valid or area.area <= 0.0:
-            raise UserError("the polygon crosses itself or has no area; draw it anew")
+            raise UserError("the polygon crosses itself or has no area; draw it again")
     else:
         raise UserError("'shape' must be a circle or a polygon")
     friction = message.get("friction")
@@ -252,7 +252,7 @@ def drawn_of(thing: Mapping[str, Any], what: str, column: Column, grid: Grid) ->
     points = points_of(thing, "points", 2, grid)
     length = float(np.hypot(*np.diff(points, axis=0).T).sum())
     if length <= 0.0:
-        raise UserError(f"a line of '{what}' has no length; draw it anew")
+        raise UserError(f"a line of '{what}' has no length; draw it again")
     if what == "lying_logs" and length > LONGEST_LYING_M:
         raise UserError(f"a lying log is {length:.0f} m long, but at most {LONGEST_LYING_M:g} m are taken")
     return Drawn(points, size_of(thing, column))

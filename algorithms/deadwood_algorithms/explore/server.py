@@ -38,8 +38,8 @@ OPENED_ELSEWHERE = 4001  # code of closing a socket: the page there is not to co
 TILE_S = 30.0
 END_S = 0.3  # the command itself has little more than half a second to end in its own order
 MOST_LOST, LOST_S = 3, 60.0  # engine processes lost within such a time: no further one is started
-ENGINE_LOST = "the engine process was lost and has been started again; what was asked last is asked anew"
-ENGINE_GONE = "the engine process is lost again and again and is not started any more; the terminal says more"
+ENGINE_LOST = "the engine process was lost and has been started again; the last request is being repeated"
+ENGINE_GONE = "the engine process is lost again and again and is not started again; the terminal says more"
 
 
 class EngineProcess:
@@ -291,7 +291,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
     def open(self, *_: str, **__: str) -> None:
         before, self.desk.page = self.desk.page, self
         if before:
-            before.show({"op": "refused"}, refusal("the page was opened anew elsewhere, and goes on there").packed())
+            before.show({"op": "refused"}, refusal("the page was opened anew elsewhere, and continues there").packed())
             before.close(OPENED_ELSEWHERE)
 
     def on_message(self, message: str | bytes) -> None:
@@ -370,7 +370,7 @@ async def _serve(
     try:
         sockets = tornado.netutil.bind_sockets(port, HOST)
     except OSError as error:
-        raise UserError(f"--port {port}: {error.strerror or error}; take another one, or 0 for any") from error
+        raise UserError(f"--port {port}: {error.strerror or error}; choose another one, or 0 for any") from error
     desk.port = sockets[0].getsockname()[1]
     server = tornado.httpserver.HTTPServer(application, max_body_size=1 << 16, max_header_size=1 << 14)
     try:

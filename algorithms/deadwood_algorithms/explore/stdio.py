@@ -1,7 +1,7 @@
-"""The session on two pipes: a message a line comes in, frames go out, each with its length before it.
+"""The session on two pipes: messages come in, one per line; frames go out, each preceded by its length.
 
-The front for programs: the server of the page starts such a process, and so does the panel in QGIS. What is asked while
-an answer is on its way replaces it, between two batches. The process ends when its input does.
+The interface for programs: the server of the page and the panel in QGIS start such a process. A request replaces one
+that is still being answered, between two batches. The process ends when its input does.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class Front:
             self.out.send(refusal(str(error), message))
         except Exception as error:
             traceback.print_exc(file=sys.stderr)
-            self.out.send(refusal(f"a fault of ours: {type(error).__name__}; the terminal says more", message))
+            self.out.send(refusal(f"a bug in the toolbox: {type(error).__name__}; the terminal says more", message))
 
     def _do(self, message: dict[str, Any]) -> None:
         name, turn = message.get("op"), message.get("turn", {})

@@ -89,7 +89,7 @@ def files() -> dict[str, tuple[str, bytes]]:
     sources = {each.name: each for each in PAGE.iterdir() if each.name.rsplit(".", 1)[-1] in KINDS} | SHARED
     found = {name: each.read_text(encoding="utf-8") for name, each in sources.items()}
     facts_json = json.dumps(facts(), ensure_ascii=False).replace("<", "\\u003c")
-    found["index.html"] = found["index.html"].replace('id="told">{}<', f'id="told">{facts_json}<', 1)
+    found["index.html"] = found["index.html"].replace('id="config">{}<', f'id="config">{facts_json}<', 1)
     return {
         name: (f"{KINDS[name.rsplit('.', 1)[-1]]}; charset=utf-8", text.encode("utf-8")) for name, text in found.items()
     }

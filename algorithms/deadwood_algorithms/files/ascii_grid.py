@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 
 HEADER_BYTES = 2000
@@ -33,7 +34,7 @@ def refuse_broken_ascii(path: str | Path, columns: int, rows: int) -> None:
     values = count_words(path) - 2 * len(keys)
     if values != columns * rows:
         raise UserError(
-            f"{path}: the file holds {values} values, but {rows} rows of {columns} make {columns * rows}; "
+            f"{path}: the file holds {values} values, but {counted(rows, 'row')} of {columns} make {columns * rows}; "
             "it is cut off or damaged, get it again"
         )
 
@@ -69,7 +70,9 @@ def _refuse_words(path: str | Path, header_lines: int) -> None:
                 row += piece.count(b"\n", 0, at) + 1
                 before, behind = piece[max(0, at - 20) : at].split(), piece[at : at + 20].split()
                 word = (before[-1] if before and not piece[at - 1 : at].isspace() else b"") + behind[0]
-                raise UserError(f"{path}, row {row} of the grid: '{word.decode('latin-1')}' is no number; correct it")
+                raise UserError(
+                    f"{path}, row {row} of the grid: '{word.decode('latin-1')}' is not a number; correct it"
+                )
             row += piece.count(b"\n")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.quantities import is_gap
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
@@ -147,8 +148,8 @@ def warn_implausible(
     elif float(values.max()) > high:
         count = int((values > high).sum())
         feedback.warn(
-            f"{where}: {column.name} exceeds {high:g} {column.unit} in {count} rows, up to {values.max():g}; "
-            "check these, and their unit"
+            f"{where}: {column.name} exceeds {high:g} {column.unit} in {counted(count, 'row')}, up to "
+            f"{values.max():g}; check these, and their unit"
         )
 
 

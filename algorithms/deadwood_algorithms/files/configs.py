@@ -89,9 +89,11 @@ def _content(path: str) -> Any:
     """What is in the file, or the record that it carries."""
     try:
         if Path(path).exists() and not Path(path).is_file():
-            raise UserError(f"--config {path} is no file (a folder, a pipe or a device); write it to a file first")
+            raise UserError(f"--config {path} is not a file (a folder, a pipe or a device); write it to a file first")
         if Path(path).stat().st_size > LARGEST_CONFIG:
-            raise UserError(f"--config {path} is larger than {LARGEST_CONFIG // 2**20} MB; it is no file of parameters")
+            raise UserError(
+                f"--config {path} is larger than {LARGEST_CONFIG // 2**20} MB; it is not a file of parameters"
+            )
         if Path(path).suffix.lower() in CARRIERS or Path(path + BESIDE).is_file():
             record = record_in(Path(path))
             if record is None:

@@ -30,7 +30,7 @@ def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
     return crs
 
 
-LOCAL = "local"  # the word for coordinates of a site of its own, in metres, that lie nowhere on the globe
+LOCAL = "local"  # the word for metric coordinates on a local grid, without a position on the globe
 LOCAL_CRS = pyproj.CRS.from_wkt(
     'ENGCRS["local metres",EDATUM["local site"],CS[Cartesian,2],AXIS["easting (X)",east,ORDER[1]],'
     'AXIS["northing (Y)",north,ORDER[2]],LENGTHUNIT["metre",1]]'
@@ -38,7 +38,7 @@ LOCAL_CRS = pyproj.CRS.from_wkt(
 
 
 def is_local(crs: pyproj.CRS) -> bool:
-    """Whether a CRS is that of a site of its own, which nothing converts to another."""
+    """Whether a CRS is a local grid, which nothing converts to another."""
     return horizontal(crs).is_engineering
 
 

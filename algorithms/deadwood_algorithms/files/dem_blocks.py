@@ -13,30 +13,14 @@ from typing import Any
 
 import numpy as np
 import pyproj
-from numpy.typing import NDArray
 
+from deadwood_algorithms.files import squares
 from deadwood_algorithms.files.dem_windows import DemWindows, open_windows, read_part, read_whole
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet
 
 WHOLE_CELLS = 25_000_000  # a DEM of so many cells at most is read whole: 100 MB of heights, read in a second
-SIDE = 2048  # cells of a block, 16 MB
 KEPT = 16  # blocks, those used last
-
-
-def by_block(
-    row: NDArray[np.float64], column: NDArray[np.float64], side: int
-) -> Iterator[tuple[tuple[int, int], NDArray[np.intp]]]:
-    """Each square of cells that holds some of these, by its own row and column among the squares, and which it holds.
-
-    row, column : of cells, shape (n,); cells beyond the raster fall into squares beyond it
-    """
-    key = np.stack([row // side, column // side], axis=1).astype(np.int64)
-    blocks, owner = np.unique(key, axis=0, return_inverse=True)
-    order = np.argsort(owner.ravel(), kind="stable")
-    ends = np.cumsum(np.bincount(owner.ravel(), minlength=len(blocks)))
-    for k, end in enumerate(ends):
-        yield (int(blocks[k, 0]), int(blocks[k, 1])), order[(ends[k - 1] if k else 0) : end]
 
 
 @dataclass
@@ -90,7 +74,7 @@ class DemBlocks:
         column, row = (np.floor((at.ravel() - low) / self.dem.cell) for at, low in ((x, self.dem.x0), (y, self.dem.y0)))
         ny, nx = self.dem.shape
         inside = np.flatnonzero((column >= 0) & (row >= 0) & (column < nx) & (row < ny))
-        blocks = list(by_block(row[inside], column[inside], SIDE))
+        blocks = list(squares.by_block(row[inside], column[inside], squares.SIDE))
         for done, (key, rows) in enumerate(blocks):
             if self.feedback.cancelled():
                 raise Cancelled
@@ -107,8 +91,7 @@ class DemBlocks:
         key = row, column
         block = self._blocks.pop(key, None)
         if block is None:
-            part = Part(column * SIDE, row * SIDE, SIDE + 1, SIDE + 1)  # the surface up to the next block
-            block = self.read(part.cut_to(self.dem.shape))
+            block = self.read(squares.surface_of(row, column, self.dem.shape))
         self._blocks[key] = block  # as the last of them
         if len(self._blocks) > KEPT:
             self._blocks.pop(next(iter(self._blocks)))

@@ -31,6 +31,7 @@ from deadwood_algorithms.files.crs import (
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.rasters import is_raster, open_raster, refuse_cut_off
 from deadwood_algorithms.files.tiles import Mosaic, Tile
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
@@ -131,7 +132,7 @@ def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path, given: str | Non
         raise UserError(
             f"{path}: the DEM's CRS '{crs.name}' is not a projected one; "
             f"fix: {remedies.with_crs(path, 'EPSG:2056')}, with the code of its true CRS"
-            + ("; or --crs local, which takes its coordinates as metres of a site of its own" if is_local(crs) else "")
+            + ("; or --crs local, which takes its coordinates as metres on a local grid" if is_local(crs) else "")
         )
     for part in crs.sub_crs_list if crs.is_compound else []:
         if part.is_vertical and part.axis_info:
@@ -196,7 +197,7 @@ def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path, code
 def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
     kind = source.dtypes[0]
     if np.dtype(kind).kind == "c":
-        raise UserError(f"{path}: the DEM's values are complex numbers ({kind}), which are no heights")
+        raise UserError(f"{path}: the DEM's values are complex numbers ({kind}), which are not heights")
     palette = ColorInterp.palette in source.colorinterp
     if kind == "uint8" and (palette or source.count >= 3):
         bands = "the colours of a palette" if palette else f"{source.count} bands of uint8"
@@ -206,7 +207,7 @@ def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
     if source.transform == Affine.identity():
         if source.gcps[0]:
             raise UserError(
-                f"{path}: the DEM is placed by {len(source.gcps[0])} ground control points only; "
+                f"{path}: the DEM is placed by {counted(len(source.gcps[0]), 'ground control point')} only; "
                 f"fix: {remedies.warp(source, path, '1')}, with the wanted cell size in place of 1"
             )
         raise UserError(f"{path}: the DEM has no georeference; fix, with its own numbers: {remedies.placed(path)}")

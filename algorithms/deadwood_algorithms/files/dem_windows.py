@@ -36,7 +36,7 @@ from deadwood_algorithms.files.heights import (
 from deadwood_algorithms.files.rasters import read_values
 from deadwood_algorithms.params.tool import Cancelled, Feedback, ProgressOnly, Quiet, UserError
 
-SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, so many squares each way, of that side, tell what ground it is
+SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, squares in each direction, of that side, show what ground it is
 BLOCK_CELLS = 2**22  # read at once: 32 MiB of float64
 POINT_REACH_CELLS = 512  # positions within such a distance share one window
 
@@ -128,7 +128,7 @@ class DemWindows:
         return heights
 
     def strips(self) -> list[slice]:
-        """Rows of the whole raster in turn, from the south, so many at once that `BLOCK_CELLS` hold them.
+        """Rows of the whole raster in turn, from the south, at most `BLOCK_CELLS` cells at once.
 
         They begin and end where the tiles of the file, or of one written like it, do.
         """

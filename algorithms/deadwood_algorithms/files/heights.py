@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files import remedies
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 
 # Of ground on Earth. The shore of the Dead Sea lies at -440 m, the deepest open pit at -300 m. Beyond FARTHEST_M stand
@@ -32,7 +33,7 @@ STEEPEST_DEG = 58.0
 FOOT_M = 0.3048
 
 STEP_M = 0.2  # lower ones hold no log
-# Shares of pairs of neighbouring differences: at least that many are not level in both, and of these so many lie
+# Shares of pairs of neighbouring differences: at least the first are not level in both, and of these the second lie
 # between level ground and a step. On surveyed ground hardly any pair does, on whole metres and repeated cells most do.
 SLOPING_SHARE, STEPPED_SHARE = 0.05, 0.3
 JUDGED_BY = 200  # pairs of cells; fewer tell nothing
@@ -202,19 +203,19 @@ class Found:
     def say(self, path: str, feedback: Feedback) -> None:
         if self.far:
             feedback.warn(
-                f"{path}: {self.far} cells hold {self.shown:g} m, which is no height on Earth; they are taken as "
-                "outside"
+                f"{path}: {counted(self.far, 'cell holds', 'cells hold')} {self.shown:g} m, which is not a height on "
+                "Earth; taken as outside"
             )
         if self.zero:
             feedback.warn(
-                f"{path}: {self.zero} cells hold exactly 0 m, all others more than {COLLAR_DROP_M:g} m; "
-                "they are taken as outside (an undeclared nodata value)"
+                f"{path}: {counted(self.zero, 'cell holds', 'cells hold')} exactly 0 m, all others more than "
+                f"{COLLAR_DROP_M:g} m: taken as outside (an undeclared nodata value)"
             )
         if self.mixed:
             feedback.warn(
-                f"{path}: {self.mixed} cells beside nodata hold impossible heights ({self.lowest:.0f} to "
-                f"{self.highest:.0f} m), as if a DEM had been warped with its nodata value as a height; they and "
-                "their neighbours are taken as outside"
+                f"{path}: {counted(self.mixed, 'cell beside nodata holds', 'cells beside nodata hold')} impossible "
+                f"heights ({self.lowest:.0f} to {self.highest:.0f} m), as if a DEM had been warped with its nodata "
+                "value as a height: taken as outside, with their neighbours"
             )
 
 

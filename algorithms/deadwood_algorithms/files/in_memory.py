@@ -121,7 +121,7 @@ def crs_text(value: Any) -> str:
     try:
         return pyproj.CRS.from_user_input(value).to_string()
     except CRSError as error:
-        raise UserError(f"--crs is '{value}', which is no known CRS; name it like EPSG:2056") from error
+        raise UserError(f"--crs is '{value}', which is not a known CRS; name it like EPSG:2056") from error
 
 
 def as_file(value: Any, name: str, folder: Path) -> Path:
@@ -200,12 +200,12 @@ def _write_raster(path: Path, raster: Raster, name: str) -> None:
     try:
         crs = pyproj.CRS.from_user_input(raster.crs)
     except CRSError as error:
-        raise UserError(f"{name}: '{raster.crs}' is no known CRS; name it like EPSG:2056") from error
+        raise UserError(f"{name}: '{raster.crs}' is not a known CRS; name it like EPSG:2056") from error
     array = numpy.asarray(raster.array)
     array = array.astype(numpy.uint8) if array.dtype == bool else array
     if array.ndim not in (2, 3) or array.dtype.kind not in "uif" or 0 in array.shape:
         raise UserError(
-            f"{name}: an array of shape {array.shape} and type {array.dtype} is no raster; give numbers in rows and "
+            f"{name}: an array of shape {array.shape} and type {array.dtype} is not a raster; give numbers in rows and "
             "columns"
         )
     bands = array[numpy.newaxis] if array.ndim == 2 else array

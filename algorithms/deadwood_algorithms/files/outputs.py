@@ -113,7 +113,7 @@ def output_folder(
             raise UserError(f"{path}: the output exists; --overwrite replaces it")
         if occupied() and not (final / "manifest.json").is_file():
             raise UserError(
-                f"{path}: the output exists and is no result folder (no manifest.json); name another folder"
+                f"{path}: the output exists and is not a result folder (no manifest.json); name another folder"
             )
         made_by = made_from(final).get("tool") if occupied() else None
         if tool and occupied() and made_by != tool:

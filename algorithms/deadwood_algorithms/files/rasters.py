@@ -5,7 +5,9 @@ What is outside (nodata, NaN, off the grid) is NaN, never a height.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -123,6 +125,25 @@ def _nearest(source: Any, grid: Grid, strip: slice, moved: Any) -> np.ndarray:
     return values
 
 
+@dataclass(frozen=True)
+class ByRows:
+    """A band that is computed when its rows are written, and takes no memory of its own.
+
+    of : rows, counted from the south, to their values
+    """
+
+    shape: tuple[int, int]
+    of: Callable[[slice], np.ndarray]
+
+
+Band = np.ndarray | ByRows
+
+
+def rows_of(band: Band, rows: slice) -> np.ndarray:
+    """Rows of a band, counted from the south."""
+    return band.of(rows) if isinstance(band, ByRows) else band[rows]
+
+
 def write_raster(
     path: str | Path,
     values: np.ndarray,
@@ -158,7 +179,7 @@ def write_classes(
 
 def write_bands(
     path: str | Path,
-    bands: Mapping[str, np.ndarray],
+    bands: Mapping[str, np.ndarray] | Mapping[str, ByRows] | Mapping[str, Band],
     grid: Grid,
     *,
     nodata: float | None = None,
@@ -172,7 +193,7 @@ def write_bands(
     """Write a GeoTIFF of several bands by their names, as `write_raster` does one; ``units`` by band.
 
     ``raster`` is what it is called in `schemas.files`, where the meaning of each band stands; ``meaning`` says more of
-    the one that it has.
+    the one that it has. No copy is made of a band: strips of rows are written, measured and read back.
 
     Of a window the whole grid is written, and only the window stored; the statistics are those of the window.
 
@@ -197,15 +218,17 @@ def write_bands(
     def place(rows: slice) -> Window:
         return Window(part.column, top + rows.start, part.columns, rows.stop - rows.start)  # type: ignore[call-arg]
 
+    largest = -math.inf
     with libtiff_silent(), rasterio.open(path, "w", **profile) as target:
         target.update_tags(**tags_now())
         for number, (description, values) in enumerate(bands.items(), start=1):
+            of_band = Statistics(nodata)
             for rows in strips:
                 if not _is_empty(strip := _north_up(values, dtype, rows), nodata):
                     target.write(strip, number, window=place(rows))
-            of_band = Statistics(nodata)
-            of_band.take(values[::-1].astype(dtype, copy=False))
+                of_band.take(strip)
             target.update_tags(number, **of_band.tags())
+            largest = of_band.largest if number == 1 else largest
             if units[number - 1]:
                 target.set_band_unit(number, units[number - 1])
             if description:
@@ -222,7 +245,7 @@ def write_bands(
                 if not np.array_equal(there, _north_up(values, dtype, rows), equal_nan=dtype[0] == "f"):
                     raise OSError(f"{path}: what was written does not read back")
     if style:
-        styles.store_beside(Path(path), styles.of_raster(style, next(iter(bands.values()))))
+        styles.store_beside(Path(path), styles.of_raster(style, np.array([largest])))
 
 
 def describe_band(target: Any, number: int, name: str, *, raster: str = "", meaning: str = "") -> None:
@@ -234,9 +257,10 @@ def describe_band(target: Any, number: int, name: str, *, raster: str = "", mean
         target.update_tags(number, long_name=meaning)
 
 
-def _north_up(values: np.ndarray, dtype: str, rows: slice) -> np.ndarray:
+def _north_up(values: Band, dtype: str, rows: slice) -> np.ndarray:
     """These rows of a raster, counted from the north."""
-    return np.ascontiguousarray(values[::-1][rows], dtype=dtype)
+    from_south = slice(values.shape[0] - rows.stop, values.shape[0] - rows.start)
+    return np.ascontiguousarray(rows_of(values, from_south)[::-1], dtype=dtype)
 
 
 def _is_empty(values: np.ndarray, nodata: float | None) -> bool:
@@ -254,7 +278,7 @@ def open_raster(path: str | Path, what: str) -> Any:
     except RasterioError as error:
         packed = "it is packed; unpack it first" if Path(path).suffix.lower() in PACKED else None
         reason = why_not_ascii(path) or packed or first_line(error)
-        raise UserError(f"{path}: the {what} is no raster that can be read ({reason})") from error
+        raise UserError(f"{path}: the {what} is not a raster that can be read ({reason})") from error
     if source.count == 0:
         whole = source.subdatasets
         names = ", ".join(name.split(":")[-1] for name in whole)

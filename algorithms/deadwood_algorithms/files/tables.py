@@ -19,6 +19,7 @@ import pandas as pd
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.quantities import MISSING_WORDS, is_gap
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 
 TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".xyz")
@@ -117,7 +118,7 @@ def _without_sums(cells: pd.DataFrame) -> pd.DataFrame:
     if last == len(cells):
         return cells
     kept = cells.iloc[:last].copy()
-    kept.attrs["notes"] = (f"{len(cells) - last} rows below the table (sums, means or blank) are left out",)
+    kept.attrs["notes"] = (f"{counted(len(cells) - last, 'row')} below the table (sums, means or blank) left out",)
     return kept
 
 
@@ -173,7 +174,7 @@ def _decoded(path: Path, what: str) -> str:
     else:
         raise UserError(f"{path}: the {what} table is not readable text; save it as UTF-8")
     if "\0" in text:
-        raise UserError(f"{path}: the {what} table is no text file (it holds NUL bytes); save it as text, UTF-8")
+        raise UserError(f"{path}: the {what} table is not a text file (it holds NUL bytes); save it as text, UTF-8")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -201,7 +202,7 @@ def _columns(lines: list[str], separator: str, names: list[str], path: str | Pat
             row = row[: len(names)]
         if len(row) != len(names):
             raise UserError(
-                f"{path}: row {row_number} has {len(row)} cells, the first line has {len(names)} (separator "
+                f"{path}: row {row_number} has {counted(len(row), 'cell')}, the first line has {len(names)} (separator "
                 f"'{separator}'); correct that row, or quote cells that hold the separator"
             )
         for cells, cell in zip(columns, row, strict=True):

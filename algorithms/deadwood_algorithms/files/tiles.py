@@ -29,6 +29,7 @@ from rasterio.windows import Window
 from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.crs import crs_name, same_crs
 from deadwood_algorithms.files.input_files import tiles_of
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
 OFF_GRID_CELLS = 0.05  # as headers that were rounded may be off (`dem_header.SHIFT_ALLOWED_CELLS`)
@@ -187,7 +188,8 @@ class Mosaic:
         if apart.max() > SAME_HEIGHT_M:
             self._told = True
             self.feedback.warn(
-                f"{tile.path}: where it overlaps tiles before it, {int((apart > SAME_HEIGHT_M).sum())} cells differ "
+                f"{tile.path}: where it overlaps tiles before it, "
+                f"{counted(int((apart > SAME_HEIGHT_M).sum()), 'cell differs', 'cells differ')} "
                 f"from theirs, by up to {apart.max():.2f} m; the first tile's heights are taken"
             )
 

@@ -37,6 +37,7 @@ from deadwood_algorithms.files.sqlite_files import JOURNAL, settled, unmerged
 from deadwood_algorithms.files.streams import Stream, write_layer
 from deadwood_algorithms.files.tables import is_text_table, read_text_table, sheet_table
 from deadwood_algorithms.files.units import with_schema_names
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.schemas.written import geometry_named
 
@@ -164,7 +165,7 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
             others = _layers_that_hold_rows(place) if frame.empty else []
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         raise UserError(
-            f"{name}: the {what} file is no vector layer that can be read ({_reason(name, error)})"
+            f"{name}: the {what} file is not a vector layer that can be read ({_reason(name, error)})"
         ) from error
     if Path(name).suffix.lower() in SHEETS:
         frame = sheet_table(frame)
@@ -207,7 +208,7 @@ def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.Dat
         try:
             pyogrio.list_layers(Path(folder) / place.name)  # opening it writes the index
         except DataSourceError as error:
-            raise UserError(f"{name}: the {what} file is no vector layer that can be read ({error})") from error
+            raise UserError(f"{name}: the {what} file is not a vector layer that can be read ({error})") from error
         finally:
             pyogrio.set_gdal_config_options({"SHAPE_RESTORE_SHX": None})
         frame = read_table(Path(folder) / place.name, what=what, geometry=geometry)
@@ -284,7 +285,7 @@ def _read_arrow(name: str, what: str) -> pd.DataFrame:
         frame = gpd.read_feather(name) if name.lower().endswith(".feather") else gpd.read_parquet(name)
     except (ValueError, KeyError, TypeError, NotImplementedError, pyarrow.ArrowException, OSError) as error:
         reason = (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
-        raise UserError(f"{name}: the {what} file is no layer of geometries that can be read ({reason})") from error
+        raise UserError(f"{name}: the {what} file is not a layer of geometries that can be read ({reason})") from error
     frame = frame.reset_index(drop=True)
     _refuse_twins(frame, name)
     if frame.geometry.name != "geometry":
@@ -396,8 +397,8 @@ def _shapes_of_text(frame: pd.DataFrame, column: Any, where: str) -> gpd.GeoData
     if shapely.is_missing(shapes).any():
         row = int(np.argmax(shapely.is_missing(shapes)))
         raise UserError(
-            f"{where}, field '{column}', row {row + 1}: '{str(frame[column].iloc[row])[:40]}' is no geometry as text "
-            "(such as POINT (2600000 1200000))"
+            f"{where}, field '{column}', row {row + 1}: '{str(frame[column].iloc[row])[:40]}' is not a geometry as "
+            "text (such as POINT (2600000 1200000))"
         )
     return gpd.GeoDataFrame(pd.DataFrame(frame.drop(columns=[column])), geometry=shapes)
 
@@ -414,7 +415,10 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
     if collections.any():  # as tools that cut crowns write them: a crown and slivers of lines
         array = array.copy()
         array[collections] = [_parts_of(each, kinds) for each in array[collections]]
-        feedback.note(f"{where}: {int(collections.sum())} geometry collections; their {' and '.join(kinds)}s are used")
+        feedback.note(
+            f"{where}: {counted(int(collections.sum()), 'geometry collection')}, of which the {' and '.join(kinds)}s "
+            "are used"
+        )
     kinds_of = shapely.get_type_id(array)
     foreign = ~np.isin(kinds_of, [code for kind in kinds for code in TYPE_CODES[kind]])
     if foreign.any():

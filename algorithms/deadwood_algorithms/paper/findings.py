@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.stats.endings import ended
 from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
 Row = Mapping[str, Any]
-QUICK = "Not judged: a --quick run is no evidence. "
+QUICK = "Not judged: a --quick run is not evidence. "
 VERDICTS = {True: "holds", False: "does not hold", None: "not decided"}
 CANNOT = "cannot be judged here"
-FEWEST_MOVING = 0.5  # share of the bodies beyond the least run-out, below which a spread is that of a chosen few
+FEWEST_MOVING = 0.5  # share of the bodies beyond the minimum run-out, below which a spread is that of a chosen few
 NOT_REACHED = 0.005  # share below which the paper's "is not reached" holds
 
 
@@ -270,7 +271,7 @@ def spread_findings(of: Evidence) -> list[Finding]:
                     "(difference of the 5-95 % range [deg])",
                     "6.3", paper, a["p05_p95_deg"] - b["p05_p95_deg"], low, high, above(low, high, 0.0),
                     f"5-95 %: {a['p05_p95_deg']:.1f} against {b['p05_p95_deg']:.1f}°, widest angle: "
-                    f"{a['spread_deg']:.0f} against {b['spread_deg']:.0f}°; beyond the least run-out of "
+                    f"{a['spread_deg']:.0f} against {b['spread_deg']:.0f}°; beyond the minimum run-out of "
                     f"{of.facts['length_m']:g} m {text.replace('the als', 'the logs')}; rocks with "
                     f"{_friction_of_rocks(of.facts)}, the paper's with ground parameters of RAMMS (not printed there)",
                 )
@@ -289,7 +290,7 @@ def _friction_of_rocks(facts: Mapping[str, Any]) -> str:
 
 
 def _share_counted(spread: Row) -> float:
-    """Of a release's bodies, those beyond the least run-out."""
+    """Of a release's bodies, those beyond the minimum run-out."""
     return 1.0 - spread["n_left_out"] / spread["n"] if spread["n"] else 0.0
 
 
@@ -385,12 +386,12 @@ def motion_findings(of: Evidence) -> list[Finding]:
             f"logs 3 m higher than the {standing:.1f} m at which they stand upright at the start",
         )
     )  # fmt: skip
-    stopped = (logs["stop_reason"] == "tree") & ~far
+    stopped = ended(logs, "tree") & ~far
     ends = wilson_interval(int(stopped.sum()), stopped.size)
     found.append(
         Finding(
             f"{at}.trees_hold_near_release", "Trees hold a good part of the logs within their own length of the "
-            "release (share; holds above 10 %)", "4, 6.2", "told without a number", float(stopped.mean()), *ends,
+            "release (share; holds above 10 %)", "4, 6.2", "stated without a number", float(stopped.mean()), *ends,
             above(*ends, 0.1), "run als",
         )
     )  # fmt: skip

@@ -66,7 +66,7 @@ NUMBERS = (
            "of the rocks of 6.3, before they slip. The paper has ground parameters of RAMMS and does not print them; "
            "this and the next are those of the example in Leine et al. (2014, 5.1), whose law of friction that is"),
     Number("rock_slip", (1.3, 0.7, 20.0), "-, 1/m, 1/s", CHOSEN,
-           "friction after much slip, how fast it grows with slip, how fast slip is forgotten in the air; version 1 "
+           "friction after much slip, how fast it grows with slip, how fast slip decays in the air; version 1 "
            "has one friction, with which most rocks stay where they are released"),
     Number("rock_density_kg_m3", 2700.0, "kg/m³", CHOSEN, "of the rocks of 6.3"),
     *RELIEF,

@@ -45,7 +45,7 @@ def decided_findings(
     site: Site, place: Path, found: list[Finding], logs: int, wanted: Wanted, tools: Mapping[str, Tool],
     feedback: Feedback,
 ) -> list[Finding]:  # fmt: skip
-    """The findings; those that the logs leave open are judged again by so many, in the scenarios that they need."""
+    """The findings; those that the logs leave open are judged again by this number, in the scenarios that they need."""
     open_ = {each.id for each in found if each.verdict == "not decided"}
     needed = {name for each in open_ for name in DECIDED_BY.get(each.partition(".")[2], ())}
     if wanted.logs >= logs or not needed:

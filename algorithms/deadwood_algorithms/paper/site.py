@@ -117,7 +117,7 @@ def terrain_of(folder: Path, prepared: Path) -> Path:
 
 
 def write_coarser(dem: str, times: int, path: Path) -> None:
-    """The terrain model in cells so many times larger, each the mean of what it covers."""
+    """The terrain model in cells larger by a factor, each the mean of what it covers."""
     fine = read_dem(dem)
     rows, columns = (size // times for size in fine.shape)
     values = fine.values[: rows * times, : columns * times].astype(np.float64)

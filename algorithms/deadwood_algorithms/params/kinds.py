@@ -131,7 +131,7 @@ def _numbers(parameter: Parameter, text: str) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(",") if part.strip())
     except ValueError:
         raise UserError(
-            f"{parameter.flag} is '{text}', but must be numbers with commas between, or from:to:step"
+            f"{parameter.flag} is '{text}', but must be numbers separated by commas, or from:to:step"
         ) from None
 
 
@@ -176,7 +176,7 @@ def _check_number(parameter: Parameter, value: Any, *, whole: bool = False) -> N
         raise UserError(f"{parameter.flag} is {shown}, but must be finite")
     unit = f" {parameter.unit}" if parameter.unit else ""
     if value and not whole and not SMALLEST <= abs(value) <= LARGEST:
-        raise UserError(f"{parameter.flag} is {value:g}{unit}, which is no possible size; check it")
+        raise UserError(f"{parameter.flag} is {value:g}{unit}, which is not a possible size; check it")
     low, high = parameter.minimum, parameter.maximum
     if low is not None and (value < low or (parameter.exclusive and value <= low)):
         word = "greater than" if parameter.exclusive else "at least"
@@ -204,7 +204,7 @@ def _check_output(parameter: Parameter, value: Any) -> None:
     shown = shown.encode("unicode_escape").decode() if not named.isprintable() else shown
     last = re.split(r"[/\\]" if os.name == "nt" else "/", named.rstrip("/"))[-1].strip()
     if last in ("", ".", ".."):
-        raise UserError(f"{parameter.flag} is '{shown}', which names no file or folder of its own; add a name")
+        raise UserError(f"{parameter.flag} is '{shown}', which names no file or folder; add a name")
     if not named.isprintable():
         raise UserError(f"{parameter.flag} is '{shown}', with a character that cannot be printed; write it again")
     if any(each in last for each in ";|"):
@@ -225,7 +225,7 @@ def _check_numbers(parameter: Parameter, value: Any) -> None:
     shown = ",".join(f"{each:g}" for each in value)
     least, most = parameter.least_count, parameter.most_count
     if not least <= len(value) <= most:
-        raise UserError(f"{parameter.flag} is '{shown}', but must be {least} to {most} numbers, with commas")
+        raise UserError(f"{parameter.flag} is '{shown}', but must be {least} to {most} numbers, separated by commas")
     if parameter.ascending and not all(low < high for low, high in pairwise(value)):
         raise UserError(f"{parameter.flag} is '{shown}', but each number must be larger than the one before")
     if len(set(value)) < len(value):

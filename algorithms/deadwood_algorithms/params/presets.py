@@ -109,7 +109,7 @@ class Wood:
     law: str = ""
 
     def kept(self, years: float) -> float:
-        """The share of its mass that is left so many years after death."""
+        """The share of its mass that is left a number of years after death."""
         return math.exp(-self.rate * years)
 
 
@@ -225,7 +225,7 @@ FRICTION_RANGE = (0.2, 0.3)  # of wet-debarked, for `vary`
 
 
 def decayed(wood: Wood, years: float) -> Preset:
-    """What windthrow takes for a lying log so many years after: how much thinner it is, as a share of its diameter."""
+    """What windthrow assumes for a lying log years later: how much thinner it is, as a share of its diameter."""
     kept = wood.kept(years)
     return Preset(
         wood.name,

@@ -83,7 +83,7 @@ class KeptOptions:
         "logs use intervals widened for the repetition; the reported 95 % intervals are narrower. Needs --lines.",
     )
     danger_least: int = tool.integer(
-        "Least number of passing logs for which a cell has a value",
+        "Minimum number of passing logs for which a cell has a value",
         default=10,
         minimum=1,
         advanced=True,

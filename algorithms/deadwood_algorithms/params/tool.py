@@ -104,8 +104,8 @@ def raster(label: str, **facts: Any) -> Any:
 
 
 def terrain(label: str, **facts: Any) -> Any:
-    """Path of a terrain model: a raster file, a folder of tiles, or tiles with commas between."""
-    help_text = "A raster, a folder of tiles, or tiles with commas between."
+    """Path of a terrain model: a raster file, a folder of tiles, or tiles separated by commas."""
+    help_text = "A raster, a folder of tiles, or tiles separated by commas."
     return ask("raster", label, path_like=True, help=" ".join([facts.pop("help", ""), help_text]).strip(), **facts)
 
 
@@ -155,12 +155,12 @@ def text(label: str, **facts: Any) -> Any:
 
 
 def folders(label: str, **facts: Any) -> Any:
-    """Folders of runs, as one text with commas."""
+    """Folders of runs, as one text separated by commas."""
     return ask("folders", label, path_like=True, **facts)
 
 
 def results(label: str, **facts: Any) -> Any:
-    """Folders and layers of results, as one text with commas."""
+    """Folders and layers of results, as one text separated by commas."""
     return ask("results", label, path_like=True, **facts)
 
 
@@ -208,8 +208,8 @@ def crs() -> Any:
         "CRS of inputs without one",
         default=None,
         advanced=True,
-        help="An authority code such as EPSG:2056, for a DEM or layer whose file holds no CRS; local: metres of a site "
-        "of its own.",
+        help="An authority code such as EPSG:2056, for a DEM or layer whose file holds no CRS; local: metres on "
+        "a local grid.",
     )
 
 
@@ -229,7 +229,7 @@ def baseline() -> Any:
 
 
 def min_runout(
-    label: str = "Least run-out of deposits that count for the spread", help: str = "Default: one log length."
+    label: str = "Minimum run-out of deposits that count for the spread", help: str = "Default: one log length."
 ) -> Any:
     return number(label, unit="m", default=None, minimum=0.0, help=help)
 
@@ -244,7 +244,7 @@ def scheduler() -> Any:
         default=None,
         advanced=True,
         help="local starts processes on this machine, tcp://HOST:PORT names a running scheduler, whose workers then "
-        "slide the logs; the results are the same bytes. Default: threads of this process.",
+        "slide the logs; the results are identical, byte for byte. Default: threads of this process.",
     )
 
 
@@ -278,7 +278,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Tool:
-    """One room of the toolbox: ``run(ask, feedback)`` does the work that ``Ask`` declares."""
+    """One tool of the toolbox: ``run(ask, feedback)`` does the work that ``Ask`` declares."""
 
     name: str
     group: str  # Prepare, Simulate, Evaluate

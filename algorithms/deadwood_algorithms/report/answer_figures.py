@@ -46,9 +46,9 @@ CLASS_MAPS: dict[str, tuple[str, Callable[..., Any]]] = {
 def drawings_of_answers(source: ReportedRun, words: Words, key: str) -> dict[str, Drawing]:
     """The figures of what was named with ``--results``, by what they show."""
     found: dict[str, tuple[str, Callable[[], Figure]]] = {}
-    values = source.answers.worth.get("values")
+    values = source.answers.tree_effect.get("values")
     if values is not None and len(values):
-        found["worth"] = "worth", partial(worth_figure, source, values, words)
+        found["tree_effect"] = "tree_effect", partial(tree_effect_figure, source, values, words)
     folders = source.answers.folders
     if "site-barriers" in folders:
         found["siting"] = "siting", partial(siting_figure, source, folders["site-barriers"][0], words)
@@ -79,7 +79,7 @@ def _finished(figure: Figure, axes: Any, handles: list[Any]) -> Figure:
     return figure
 
 
-def worth_figure(source: ReportedRun, values: Any, words: Words) -> Figure:
+def tree_effect_figure(source: ReportedRun, values: Any, words: Words) -> Figure:
     """Every thing at its place: its gain summed over the lines as the size of its dot."""
     figure, axes, handles = _slope(source, words)
     by_thing = values.groupby(["kind", "id"], sort=False)
@@ -103,7 +103,7 @@ def worth_figure(source: ReportedRun, values: Any, words: Words) -> Figure:
         )  # fmt: skip
     handles += [
         Line2D([], [], linestyle="none", marker="o", markersize=size, color=colour, label=words.say(phrase))
-        for colour, phrase, size in ((KEEPS, "keeps", 7), (BRINGS, "brings", 7), (PLAIN, "no_worth", 3))
+        for colour, phrase, size in ((KEEPS, "keeps", 7), (BRINGS, "brings", 7), (PLAIN, "no_tree_effect", 3))
     ]
     return _finished(figure, axes, handles)
 
@@ -210,7 +210,7 @@ def swing_words(row: dict[str, Any], scale: float, words: Words) -> str:
 
 
 def factor_words(name: str, words: Words) -> str:
-    return words.known(f"factor_{name}", name)
+    return words.say_or(f"factor_{name}", name)
 
 
 def range_words(row: dict[str, Any], words: Words) -> str:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 ANSWER_PHRASES = {
-    "worth": "Effect of each tree",
-    "worth_note": (
+    "tree_effect": "Effect of each tree",
+    "tree_effect_note": (
         "How many more logs would reach the line without the object: the same, log by log, as in a run without it. "
         "The effects of several objects do not add up."
     ),
-    "worth_counts": "{line}: of {n} {what}, {keep} keep logs away and {bring} bring some.",
-    "worth_none": "None of them changes how many logs reach {line}.",
-    "worth_of_some": "Computed with {n} of the run's {all} logs.",
+    "tree_effect_counts": "{line}: of {n} {what}, {keep} keep logs away and {bring} bring some.",
+    "tree_effect_none": "None of them changes how many logs reach {line}.",
+    "tree_effect_of_some": "Computed with {n} of the run's {all} logs.",
     "planted": "Effect of a tree or log added there",
     "kind_tree": "trees",
     "kind_lying_log": "lying logs",
@@ -21,7 +21,7 @@ ANSWER_PHRASES = {
     "gain_points": "points (95 %)",
     "keeps": "keeps logs away (size: how many)",
     "brings": "brings logs",
-    "no_worth": "other trees",
+    "no_tree_effect": "other trees",
     "siting": "Best places for a barrier",
     "siting_now": "{share} of the logs reach a line in the run. {n} candidates were tested, each alone.",
     "siting_note": (

@@ -26,41 +26,41 @@ from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 
 TOP = 10
-LINES = 4  # of which the worth is shown
+LINES = 4  # of which the effect of trees is shown
 Parts = list[Any]
 
 
-def worth(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
+def tree_effect(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
     """The best of each kind at each line, and what candidates would keep away."""
     parts: Parts = []
     for layer in ("values", "planted"):
-        frame = source.answers.worth.get(layer)
+        frame = source.answers.tree_effect.get(layer)
         if frame is None or not len(frame):
             continue
         if layer == "values":
             parts += [
-                element("p", words.say("worth_note"), class_="quiet"),
-                figure_of(drawings.get("worth"), card=True),
+                element("p", words.say("tree_effect_note"), class_="quiet"),
+                figure_of(drawings.get("tree_effect"), card=True),
             ]
         else:
             parts.append(element("h4", words.say("planted")))
         total = int(frame["n_total"].iloc[0])
         if total < len(source.deposits):
-            parts.append(element("p", words.say("worth_of_some", n=total, all=len(source.deposits))))
+            parts.append(element("p", words.say("tree_effect_of_some", n=total, all=len(source.deposits))))
         for line in list(dict.fromkeys(frame["line_id"].astype(str)))[:LINES]:
             of_line = frame[frame["line_id"].astype(str) == line]
             for kind in dict.fromkeys(of_line["kind"]):
-                parts += worth_of_kind(of_line[of_line["kind"] == kind], str(kind), line, words)
+                parts += effect_of_kind(of_line[of_line["kind"] == kind], str(kind), line, words)
     return parts
 
 
-def worth_of_kind(rows: Any, kind: str, line: str, words: Words) -> Parts:
+def effect_of_kind(rows: Any, kind: str, line: str, words: Words) -> Parts:
     keep, bring = int((rows["gain_logs"] > 0).sum()), int((rows["gain_logs"] < 0).sum())
-    what = words.known(f"kind_{kind}", kind)
-    paragraph = element("p", words.say("worth_counts", line=line, n=len(rows), what=what, keep=keep, bring=bring))
+    what = words.say_or(f"kind_{kind}", kind)
+    paragraph = element("p", words.say("tree_effect_counts", line=line, n=len(rows), what=what, keep=keep, bring=bring))
     best = rows[rows["gain_logs"] > 0].sort_values("rank").head(TOP)
     if not keep and not bring:
-        return [paragraph, element("p", words.say("worth_none", line=line))]
+        return [paragraph, element("p", words.say("tree_effect_none", line=line))]
     head = [words.say(each) for each in ("thing", "gain_logs", "gain_points", "n_stops", "energy_taken")]
     cells = [
         (
@@ -177,7 +177,7 @@ def period_of(row: Mapping[str, Any], words: Words) -> str:
 
 
 def from_where(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    """The map of the shares, the ground from which at least so many reach, and the ground that is passed."""
+    """The map of the shares, the ground from which at least a share of them reach, and the ground that is passed."""
     if "map-origins" not in source.answers.folders:
         return []
     facts = source.answers.folders["map-origins"][1]

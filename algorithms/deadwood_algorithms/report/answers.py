@@ -1,4 +1,4 @@
-"""What other tools found out about a run, read from their results for the report: worth, barriers, classes, origins.
+"""What other tools found of a run, for the report: effects of trees, barriers, classes, origins.
 
 `make-report --results` names them: a layer of value-trees, folders of site-barriers, map-intensity, map-origins, vary.
 """
@@ -32,7 +32,7 @@ def read_answers(named: str, sources: Sequence[ReportedRun]) -> None:
     """Give each run what was named of it; what is of no run of the page, or of no such tool, is refused."""
     for place in places_of(named):
         if place.is_file() and place.suffix.lower() == ".gpkg":
-            _take_worth(place, sources)
+            _take_tree_effects(place, sources)
         else:
             _take_folder(place, sources)
 
@@ -50,7 +50,7 @@ def places_of(named: str) -> list[Path]:
     return found
 
 
-def _take_worth(place: Path, sources: Sequence[ReportedRun]) -> None:
+def _take_tree_effects(place: Path, sources: Sequence[ReportedRun]) -> None:
     import pyogrio
     from pyogrio.errors import DataSourceError
 
@@ -79,8 +79,8 @@ def _take_worth(place: Path, sources: Sequence[ReportedRun]) -> None:
             f"--results: {place} is of none of the runs {', '.join(each.name for each in sources)}: as many logs "
             "reach the lines in none of them; name its own run"
         )
-    _refuse_twice(bool(set(layers) & set(source.answers.worth)), "value-trees", source)
-    source.answers.worth |= layers
+    _refuse_twice(bool(set(layers) & set(source.answers.tree_effect)), "value-trees", source)
+    source.answers.tree_effect |= layers
 
 
 def _is_of(frame: pandas.DataFrame, source: ReportedRun) -> bool:

@@ -36,7 +36,7 @@ COMPARED = (
 
 @dataclass
 class Comparison:
-    """What two or more runs come to side by side: rows as of `compare-scenarios`, and maps of the differences."""
+    """Two or more runs side by side: rows as of `compare-scenarios`, and maps of the differences."""
 
     rows: list[Any] = field(default_factory=list)
     differing: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -55,7 +55,7 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
         parts.append(comparison_table(compared.rows, [each.name for each in sources], words))
         differ = [
             (
-                words.known(f"model_{name}", name.replace("_", " ")),
+                words.say_or(f"model_{name}", name.replace("_", " ")),
                 "; ".join(f"{run}: {shown_value(value, words)}" for run, value in values.items()),
             )
             for name, values in compared.differing.items()
@@ -95,9 +95,9 @@ def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) ->
         head += [name] + ([f"{name}: {words.say('difference')}"] if k else [])
     body = []
     for quantity, item, unit in dict.fromkeys((row.quantity, row.item, row.unit) for row in kept):
-        shown = words.stop(item) if quantity == "ended" else words.known(f"item_{item}", item)
+        shown = words.stop(item) if quantity == "ended" else words.say_or(f"item_{item}", item)
         scale, shown_unit = (100.0, "%") if unit == "1" else (1.0, "°" if unit == "deg" else unit)
-        cells: list[Any] = [f"{words.known(f'quantity_{quantity}', quantity, item=shown)} [{shown_unit}]"]
+        cells: list[Any] = [f"{words.say_or(f'quantity_{quantity}', quantity, item=shown)} [{shown_unit}]"]
         for k, name in enumerate(names):
             row = of.get((name, quantity, item))
             if row is None:

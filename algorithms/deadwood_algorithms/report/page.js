@@ -2,7 +2,7 @@
 "use strict";
 
 (function () {
-  const told = JSON.parse(document.getElementById("report-data").textContent);
+  const config = JSON.parse(document.getElementById("report-data").textContent);
 
   for (const map of document.querySelectorAll(".map")) {
     const svg = map.querySelector("svg"), where = map.querySelector(".where");
@@ -50,9 +50,9 @@
   }
 
   const root = document.querySelector(".space");
-  if (root && told.space && told.space.length) {
+  if (root && config.space && config.space.length) {
     try {
-      window.deadwoodView = window.DeadwoodView(root, told.space, told.words);
+      window.deadwoodView = window.DeadwoodView(root, config.space, config.words);
     } catch (error) {
       root.classList.add("nothing");
       root.querySelector(".missing").textContent += ` (${error.message})`;

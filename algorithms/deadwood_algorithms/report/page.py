@@ -194,7 +194,7 @@ def three_d(sources: Sequence[ReportedRun], spaces: Sequence[Space | None], word
                     chooser("drape", words.say("drape"), drapes, "hits"),
                     button("home", words.say("home")),
                     button("follow", words.say("let_go"), hidden=""),
-                    element("span", words.say("pick_hint"), class_="told", data_part="told"),
+                    element("span", words.say("pick_hint"), class_="followed", data_part="followed"),
                     class_="controls",
                 ),
                 element("div", *boxes, class_="controls"),

@@ -32,9 +32,9 @@ PHRASES = {
     "question": "Question",
     "conclusion": "Conclusion",
     "limits": (
-        "The intervals are those of chance, at 95 %, for so many logs. Not in them: the friction coefficient "
-        "({friction} assumed), the posture at the start ({posture}), the error of calculation ({error}), and how "
-        "likely a log starts at all."
+        "The 95 % intervals cover only the sampling error of this number of logs. They do not include the friction "
+        "coefficient ({friction} assumed), the posture at the start ({posture}), the error of calculation ({error}), "
+        "or the probability that a log starts at all."
     ),
     "numbers": "The result in numbers",
     "value": "value",
@@ -44,21 +44,23 @@ PHRASES = {
     "fewer_share": "fewer reach it [%]",
     "runs_caption": "Share of the logs that pass each cell, and where they end; one scale for all runs.",
     "judgement": "What remains to be judged by an expert",
-    "judge_start": ("How likely, how often and how many logs start here at once; all shares are of logs that start."),
+    "judge_start": (
+        "The probability and frequency of a start, and how many logs start at once; all shares are of logs that start."
+    ),
     "judge_friction": (
-        "Whether friction ({friction}) and posture at the start ({posture}) fit this ground in the state that counts: "
+        "Whether friction ({friction}) and posture at the start ({posture}) fit this ground in the relevant state: "
         "wet, frozen, under snow or leaves, with or without undergrowth."
     ),
     "judge_trees": (
-        "Whether the trees of the layer still stand, and hold what they hold here: in the model they do not break, "
-        "bend or rot."
+        "Whether the trees of the layer still stand, and can hold the logs that they hold here: in the model they do "
+        "not break, bend or rot."
     ),
-    "judge_barriers": "Whether the barriers bear these energies; no number holds a safety factor.",
+    "judge_barriers": "Whether the barriers withstand these energies; no number includes a safety factor.",
     "judge_terrain": (
-        "Whether the terrain model (cells of {cell} m) shows what matters: gullies, walls, boulders, stumps, what was "
-        "built since."
+        "Whether the terrain model (cells of {cell} m) shows what matters: gullies, walls, boulders, stumps, recent "
+        "construction."
     ),
-    "judge_risk": "What an arrival means for people and things; this is no hazard map and no assessment of a risk.",
+    "judge_risk": "The consequences of an arrival; this is neither a hazard map nor a risk assessment.",
     "sign_place": "Place",
     "sign_date": "Date",
     "sign_name": "Name",
@@ -94,7 +96,7 @@ PHRASES = {
         "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not say "
         "how likely a log starts to slide at all. Results are a basis for an expert's judgement, not a hazard map."
     ),
-    "modelled_older": "Of an older version, which tells it in English only.",
+    "modelled_older": "Written by an older version, in English only.",
     "model_terrain": "terrain",
     "model_window": "part of the DEM",
     "model_friction": "friction",
@@ -108,15 +110,17 @@ PHRASES = {
     "model_lines": "roads, railways, houses",
     "model_outputs": "computed",
     "lacks": "What this report lacks",
-    "lacks_input": "The {what} of the run, {path}, could not be read any more: {reason}",
+    "lacks_input": "The {what} of the run, {path}, could no longer be read: {reason}",
     "input_changed": (
-        "The {what} of the run, {path}, has changed since the logs slid. What this page shows of it, and what is "
-        "calculated from it anew, is of the file as it is now; what the run found is of the file as it was then."
+        "The {what} of the run, {path}, has changed since the logs slid. This page shows the file as it is now, and "
+        "calculates with it; the results of the run are those of the earlier file."
     ),
-    "lacks_poses": ("No trajectory was kept, so there are no arrivals, no profile and no moving logs."),
-    "lacks_some_poses": "{stored} of {n} logs kept their trajectory; arrivals, profile and moving logs are theirs.",
+    "lacks_poses": "No trajectory was stored, so there are no arrivals, no profile and no moving logs.",
+    "lacks_some_poses": (
+        "Trajectories were stored for {stored} of {n} logs; arrivals, profile and moving logs are limited to these."
+    ),
     "lacks_shape": "No energies of arrival: {reason}",
-    "gone": "not there",
+    "gone": "missing",
     "model_tree_capacity_kj": "capacity of trees [kJ]",
     "model_log_capacity_kj": "capacity of logs [kJ]",
     "input_dem": "terrain model",
@@ -154,20 +158,20 @@ PHRASES = {
     "zoom_out": "Zoom out",
     "reset": "Reset",
     "reach": "Reach",
-    "answer_lost": "; {bounds} if none or all of the {n} others reach it that left the terrain model before",
+    "answer_lost": "; {bounds} if none or all of the {n} logs reach it that left the terrain model before",
     "n_lost": "left the terrain model before it",
     "if_lost": "share if none or all of them reach it (95 % interval)",
-    "lost_note": "What logs do beyond the terrain model is not known. The share above counts none of them as arrived.",
+    "lost_note": "What logs do beyond the terrain model is unknown. The share above counts none of them as arrived.",
     "reach_note": (
         "Two kinds of error: sampling (95 % Wilson interval, shrinks with more logs) and calculation (what the "
-        "time stepping of this fidelity adds; more logs do not touch it). The larger part mostly comes from the "
-        "inputs, above all the friction coefficient, and is in neither."
+        "time stepping of this fidelity adds; more logs do not reduce it). The inputs, above all the friction "
+        "coefficient, usually cause a larger error, which neither includes."
     ),
     "calculation_known": (
         "{mean} points on average over five synthetic slopes, {worst} on the worst, against the finest preset"
     ),
     "calculation_none": "is the reference: none by definition",
-    "calculation_unknown": "not known: time step or spacing of its own (compare-fidelity measures it)",
+    "calculation_unknown": "unknown: the time step or spacing is not that of a preset (compare-fidelity measures it)",
     "calculation_bound": "±{bound} points at most",
     "promise": (
         "The fidelity auto chose {chosen} and {n} logs: the reach of every line is within ±{together} points, at 95 "
@@ -188,16 +192,16 @@ PHRASES = {
     "share_of_logs": "share of the logs [%]",
     "arrivals": "Arrivals",
     "arrivals_note": (
-        "The first touch of each log and line, over the logs that kept their trajectory. Energy is of translation;"
-        " height that of the centre of mass above the terrain; angle that between the direction of travel and the "
-        "line (90° is square on)."
+        "The first touch of each log and line, over the logs whose trajectory is stored. Energy is that of "
+        "translation; height that of the centre of mass above the terrain; angle that between the direction of "
+        "travel and the line (90° is perpendicular)."
     ),
     "design": "Design values",
     "design_note": (
-        "Percentiles over the logs that come to a barrier (the largest of each log's hits, just before it) or to a"
-        " line (at the first touch), with exact 95 % intervals from order statistics. Height: of the place of the "
-        "hit, or of the log's upper edge at the line, above the terrain. No safety factor is in them; deadwood-"
-        "tool design-values writes them as a table."
+        "Percentiles over the logs that hit a barrier (the largest of each log's hits, just before it) or touch a "
+        "line (at the first touch), with exact 95 % intervals from order statistics. Height: that of the point hit, "
+        "or of the log's upper edge at the line, above the terrain. No safety factor is included; deadwood-tool "
+        "design-values writes them as a table."
     ),
     "design_more": "{value}; {n} more hits needed",
     "design_energy": "energy",
@@ -221,20 +225,20 @@ PHRASES = {
     "n_logs": "logs",
     "spread": "Lateral spread",
     "spread_note": (
-        "Azimuths of the deposits seen from the centre of each release area, without those nearer than the least "
-        "run-out, whose azimuth means nothing. North is up."
+        "Azimuths of the deposits seen from the centre of each release area, without those nearer than the minimum "
+        "run-out, whose azimuth is meaningless. North is up."
     ),
     "release": "release",
     "counted": "deposits counted",
     "left_out": "left out",
-    "spread_deg": "smallest angle that holds all [°]",
+    "spread_deg": "smallest angle that contains all [°]",
     "p05_p95_deg": "5 to 95 % [°]",
     "compass": "N,E,S,W",
     "spread_none": "No deposit is far enough from its release.",
     "ways": "Run-out, speed and jumps",
     "runout": "Run-out",
     "runout_axis": "run-out, horizontal [m]",
-    "farther": "logs that go farther [%]",
+    "farther": "logs that travel farther [%]",
     "max_speed_axis": "largest speed of a log [m/s]",
     "jump": "jump height",
     "jump_axis": "largest clearance of a log [m]",
@@ -244,10 +248,10 @@ PHRASES = {
     "stops": "How the logs ended",
     "profile": "Profile along chosen trajectories",
     "profile_note": (
-        "Left the terrain under the centre of mass and its way, heights to the scale of the distances. Right its speed "
-        "and the clearance under the log, along the same way."
+        "Left: the terrain under the centre of mass and its path, heights to the scale of the distances. Right: its "
+        "speed and the clearance under the log, along the same path."
     ),
-    "way": "horizontal way [m]",
+    "way": "horizontal path [m]",
     "elevation": "elevation [m]",
     "speed_axis": "speed [m/s]",
     "terrain": "terrain",
@@ -282,21 +286,21 @@ PHRASES = {
     "all_logs": "all",
     "held_by_trees": "held by a tree",
     "above_note": (
-        "Nothing breaks in the model. These logs had, anywhere on their way, a hit that took more energy than the "
-        "capacity given: a measure of how much the result depends on stems that do not break."
+        "Nothing breaks in the model. These logs had, anywhere on their path, a hit that took more energy than the "
+        "given capacity: a measure of how much the result depends on stems that do not break."
     ),
     "three_d": "3-D view",
     "three_d_note": (
-        "Trees, barriers and logs in their true sizes, as modelled (far off at least a pixel wide). Drag turns, "
-        "right button or two fingers move, wheel zooms; click a moving log to follow it. Terrain in steps of "
+        "Trees, barriers and logs in their true sizes, as modelled (at least one pixel wide). Drag to turn, "
+        "right button or two fingers to move, wheel to zoom; click a moving log to follow it. Terrain in steps of "
         "{cell} m (DEM: {dem_cell} m); {shown} of {stored} stored trajectories."
     ),
     "three_d_lacks": "Without the terrain model there is no 3-D view.",
-    "three_d_webgl": "This browser shows no WebGL 2, so there is no 3-D view; all else is complete.",
+    "three_d_webgl": "This browser does not support WebGL 2, so there is no 3-D view; everything else is complete.",
     "three_d_label": "3-D view of the slope with moving logs",
     "play": "Play",
     "pause": "Pause",
-    "pace": "pace",
+    "pace": "speed of replay",
     "which_logs": "logs",
     "group_all": "all shown here",
     "group_fast": "the fastest",
@@ -308,17 +312,17 @@ PHRASES = {
     "deposits": "deposits",
     "moving": "moving logs",
     "follow": "Follow",
-    "let_go": "Let go",
+    "let_go": "Stop following",
     "picked": "log {id}: {speed} m/s",
     "pick_hint": "click a log to follow it",
     "home": "Whole slope",
     "accuracy": "Accuracy",
-    "accuracy_note": "What of the error of calculation is measured in every run.",
+    "accuracy_note": "Measures of the numerical error, recorded in every run.",
     "fidelity": "fidelity",
     "time_step": "longest time step",
     "spacing": "spacing of the contact rings",
     "penetration": "deepest penetration",
-    "energy_error": "largest energy made or lost by the stepping",
+    "energy_error": "largest energy added or lost by the time stepping",
     "residual": "largest residual of the contacts",
     "unconverged": "steps whose contacts did not converge",
     "failed_logs": "failed logs",
@@ -326,10 +330,10 @@ PHRASES = {
     "started_in_contact": "logs that started in contact with an obstacle",
     "not_run": "logs not run, because the interval was narrow enough",
     "left_dem_warning": (
-        "Logs that left the terrain model: {n}. On a larger one they would have gone on, so reach and spread are "
-        "off by up to them."
+        "Logs that left the terrain model: {n}. On a larger one they would have continued, so reach and spread may "
+        "be wrong by up to this number."
     ),
-    "failed_warning": "Logs whose calculation failed: {n}. The others did not suffer.",
+    "failed_warning": "Logs whose calculation failed: {n}. The others are not affected.",
     "time_limit_warning": "Logs that still moved at the time limit: {n}. Their deposits are not final.",
     "provenance": "Provenance",
     "command": "Command that repeats the run",

@@ -160,7 +160,7 @@ def roads(axes: Any, source: ReportedRun, words: Words) -> list[Any]:
 
 
 def trees_drawn(source: ReportedRun) -> NDArray[np.int64]:
-    """Rows of the trees within the map, at most so many."""
+    """Rows of the trees within the map, at most a given number."""
     x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
     west, south, east, north = source.extent
     inside = np.flatnonzero((x > west) & (x < east) & (y > south) & (y < north))

@@ -29,6 +29,7 @@ from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.passages import UNITS, design_rows
+from deadwood_algorithms.results.scenario import overridden_options
 from deadwood_algorithms.schemas.looks import LOOKS
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
 from deadwood_algorithms.stats.statistics import percent_of, to_decimals
@@ -56,7 +57,7 @@ def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Pa
         if reasons.get(name, 0)
     ]
     for parameter, file in source.run.changed:
-        what = words.known(f"input_{parameter}", parameter.replace("_", " "))
+        what = words.say_or(f"input_{parameter}", parameter.replace("_", " "))
         found.append(words.say("input_changed", what=what, path=Path(file).name))
     before = f"{source.name}: " if named else ""
     return [element("p", before + each, class_="warning") for each in found]
@@ -66,7 +67,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
     phrases, facts = source.summary["modelled"], source.summary.get("modelled_facts", {})
     rows = [
         (
-            words.known(f"model_{name}", name.replace("_", " ")),
+            words.say_or(f"model_{name}", name.replace("_", " ")),
             words.clauses(facts[name]) if name in facts else str(phrases[name]),
         )
         for name in phrases
@@ -79,7 +80,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
         for phrase, filled in source.lacks:
             filled = dict(filled)
             if "what" in filled:
-                filled["what"] = words.known(f"input_{filled['what']}", str(filled["what"]))
+                filled["what"] = words.say_or(f"input_{filled['what']}", str(filled["what"]))
                 filled["reason"] = filled["reason"] or words.say("gone")
                 filled["path"] = Path(filled["path"]).name or filled["path"]
             lacks.append(element("li", words.say(phrase, **filled)))
@@ -412,19 +413,6 @@ def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
     return " ".join(shlex.quote(each) for each in words)
 
 
-def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:
-    """Options of the default log that no log of the run had: columns of its releases override them."""
-    parameters, found = manifest.get("parameters", {}), set()
-    for name, values in manifest.get("effective", {}).items():
-        given = parameters.get(name)
-        if isinstance(given, (int, float)) and not values["min"] - 1e-6 <= given <= values["max"] + 1e-6:
-            found.add(name)
-    posture = summary.get("scenario", {}).get("logs", {}).get("posture", {})
-    if posture and not posture.get(parameters.get("orientation"), 0.0):
-        found.add("orientation")
-    return found
-
-
 def provenance(source: ReportedRun, words: Words) -> Parts:
     manifest, cost = source.run.manifest, source.summary["cost"]
     digests = manifest.get("digests", {})
@@ -479,7 +467,7 @@ def sections_of(
         ("reach", lambda: reach(source, drawings, words)),
         ("arrivals", lambda: arrivals(source, drawings, words)),
         ("design", lambda: design(source, words)),
-        ("worth", lambda: answer_sections.worth(source, drawings, words)),
+        ("tree_effect", lambda: answer_sections.tree_effect(source, drawings, words)),
         ("siting", lambda: answer_sections.siting(source, drawings, words)),
         ("intensity", lambda: answer_sections.intensity(source, drawings, words)),
         ("from_where", lambda: answer_sections.from_where(source, drawings, words)),

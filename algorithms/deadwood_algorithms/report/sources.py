@@ -52,11 +52,11 @@ Extent = tuple[float, float, float, float]  # west, south, east, north [m]
 class Answers:
     """What the page shows of a run besides the run; empty where nothing was named.
 
-    worth : by layer (values, planted), the rows of value-trees
+    tree_effect : by layer (values, planted), the rows of value-trees
     folders : by tool, the folder, its facts, and the tool's parameters
     """
 
-    worth: dict[str, pandas.DataFrame] = field(default_factory=dict)
+    tree_effect: dict[str, pandas.DataFrame] = field(default_factory=dict)
     folders: dict[str, tuple[Path, dict[str, Any], dict[str, Any]]] = field(default_factory=dict)
 
 
@@ -282,7 +282,7 @@ def _layer(folder: Path, name: str) -> Any:
 
 
 def _barriers(run: Run) -> list[Passages]:
-    """How the logs come to the barriers; none where the shape that slid is gone, which `_arrivals` tells."""
+    """How the logs arrive at the barriers; none where the shape that slid is missing, which `_arrivals` reports."""
     try:
         return list(barrier_passages(run))
     except UserError:

@@ -180,7 +180,7 @@ def _on_ground(
     spacing: float = LINE_STEP_M,
     above: float = 0.3,
 ) -> Array:
-    """A line on the terrain, with a point in each so many metres, from the origin; without what is off the terrain."""
+    """A line on the terrain, with points at a spacing [m], from the origin; without what is off the terrain."""
     assert source.ground is not None
     line = shapely.LineString(points[:, :2])
     if np.isfinite(spacing):

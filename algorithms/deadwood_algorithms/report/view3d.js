@@ -106,8 +106,8 @@
 
   // --- meshes ----------------------------------------------------------------------------------------------------
 
-  function ground(gl, made, told) {
-    const { nx, ny, cell, first, top } = told, z = shorts(told.z);
+  function ground(gl, made, spec) {
+    const { nx, ny, cell, first, top } = spec, z = shorts(spec.z);
     const place = new Float32Array(nx * ny * 3), at = new Float32Array(nx * ny * 2), index = [];
     for (let j = 0; j < ny; j++) for (let i = 0; i < nx; i++) {
       const k = j * nx + i;
@@ -181,23 +181,23 @@
 
   // --- a run's scene, on the graphics card -----------------------------------------------------------------------
 
-  function loaded(gl, programs, told) {
-    const poses = shorts(told.poses), speed = shorts(told.speed), trails = [];
+  function loaded(gl, programs, spec) {
+    const poses = shorts(spec.poses), speed = shorts(spec.speed), trails = [];
     let start = 0;
-    const logs = told.logs.map((each) => {
+    const logs = spec.logs.map((each) => {
       const log = { ...each, start };
       const way = new Float32Array(each.n * 3);
       for (let k = 0; k < each.n; k++) for (let c = 0; c < 3; c++) {
         const p = (start + k) * 6 + c;
-        way[k * 3 + c] = told.low[c] + told.scale[c] * (poses[p] + poses[p + 3]) / 2 + (c === 2 ? 0.3 : 0);
+        way[k * 3 + c] = spec.low[c] + spec.scale[c] * (poses[p] + poses[p + 3]) / 2 + (c === 2 ? 0.3 : 0);
       }
       trails.push(strip(gl, programs.plain, way));
       start += each.n;
       return log;
     });
-    const rows = { trees: floats(told.trees), lying: floats(told.lying), blocks: floats(told.blocks), deposits: floats(told.deposits) };
+    const rows = { trees: floats(spec.trees), lying: floats(spec.lying), blocks: floats(spec.blocks), deposits: floats(spec.deposits) };
     const textures = {};
-    for (const [name, address] of Object.entries(told.drapes)) {
+    for (const [name, address] of Object.entries(spec.drapes)) {
       const texture = textures[name] = gl.createTexture();
       gl.bindTexture(gl.TEXTURE_2D, texture);
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, 1, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, new Uint8Array([190, 190, 180]));
@@ -207,33 +207,33 @@
         gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, gl.RGB, gl.UNSIGNED_BYTE, image);
         gl.generateMipmap(gl.TEXTURE_2D);
-        told.changed();
+        spec.changed();
       };
       image.src = address;
     }
     const moving = new Float32Array(logs.length * 8);
     return {
-      told, logs, poses, speed, trails, textures,
-      ground: ground(gl, programs.ground, told.ground),
-      trees: solids(gl, programs.solid, rows.trees, tinted(rows.trees.length / 8, told.colours.trees)),
-      lying: solids(gl, programs.solid, rows.lying, tinted(rows.lying.length / 8, told.colours.lying_logs)),
-      blocks: solids(gl, programs.solid, rows.blocks, tinted(rows.blocks.length / 8, told.colours.blocks)),
-      deposits: solids(gl, programs.solid, rows.deposits, tinted(rows.deposits.length / 8, told.colours.deposits)),
-      moving: solids(gl, programs.solid, moving, tinted(logs.length, told.colours.moving)), rows: moving,
-      barriers: told.barriers.map((each) => strip(gl, programs.plain, plate(floats(each.feet), each.height))),
-      lines: told.lines.map((each) => strip(gl, programs.plain, ribbon(floats(each), 0.8))),
-      last: Math.max(0.1, ...logs.map((each) => (each.n - 1) * told.step)),
+      spec, logs, poses, speed, trails, textures,
+      ground: ground(gl, programs.ground, spec.ground),
+      trees: solids(gl, programs.solid, rows.trees, tinted(rows.trees.length / 8, spec.colours.trees)),
+      lying: solids(gl, programs.solid, rows.lying, tinted(rows.lying.length / 8, spec.colours.lying_logs)),
+      blocks: solids(gl, programs.solid, rows.blocks, tinted(rows.blocks.length / 8, spec.colours.blocks)),
+      deposits: solids(gl, programs.solid, rows.deposits, tinted(rows.deposits.length / 8, spec.colours.deposits)),
+      moving: solids(gl, programs.solid, moving, tinted(logs.length, spec.colours.moving)), rows: moving,
+      barriers: spec.barriers.map((each) => strip(gl, programs.plain, plate(floats(each.feet), each.height))),
+      lines: spec.lines.map((each) => strip(gl, programs.plain, ribbon(floats(each), 0.8))),
+      last: Math.max(0.1, ...logs.map((each) => (each.n - 1) * spec.step)),
     };
   }
 
   /* Base and tip of a log at a time, from the poses before and after; after its last it lies. */
   function poseAt(scene, log, time) {
-    const { told, poses, speed } = scene;
-    const exact = Math.min(Math.max(time / told.step, 0), log.n - 1), before = Math.floor(exact);
+    const { spec, poses, speed } = scene;
+    const exact = Math.min(Math.max(time / spec.step, 0), log.n - 1), before = Math.floor(exact);
     const after = Math.min(before + 1, log.n - 1), part = exact - before, ends = [];
     for (let c = 0; c < 6; c++) {
       const a = poses[(log.start + before) * 6 + c], b = poses[(log.start + after) * 6 + c];
-      ends.push(told.low[c % 3] + told.scale[c % 3] * (a + (b - a) * part));
+      ends.push(spec.low[c % 3] + spec.scale[c % 3] * (a + (b - a) * part));
     }
     return { ends, speed: before + 1 < log.n ? speed[log.start + before] / 100 : 0 };
   }
@@ -271,15 +271,15 @@
     }
 
     /* Places all over the ground, and the tops of the logs where they start. */
-    function corners(told) {
-      const { nx, ny, cell, first, top } = told.ground, z = shorts(told.ground.z), found = [];
+    function corners(spec) {
+      const { nx, ny, cell, first, top } = spec.ground, z = shorts(spec.ground.z), found = [];
       const step = Math.max(1, Math.floor(Math.max(nx, ny) / 24));
       for (let j = 0; j < ny; j = j + step < ny || j === ny - 1 ? j + step : ny - 1)
         for (let i = 0; i < nx; i = i + step < nx || i === nx - 1 ? i + step : nx - 1)
           if (z[j * nx + i]) found.push([first[0] + i * cell, first[1] + j * cell, (z[j * nx + i] - 1) / 65534 * top]);
-      const poses = shorts(told.poses);
-      for (let log = 0, row = 0; log < told.logs.length; row += told.logs[log++].n)
-        for (const end of [0, 3]) found.push([0, 1, 2].map((c) => told.low[c] + told.scale[c] * poses[row * 6 + end + c]));
+      const poses = shorts(spec.poses);
+      for (let log = 0, row = 0; log < spec.logs.length; row += spec.logs[log++].n)
+        for (const end of [0, 3]) found.push([0, 1, 2].map((c) => spec.low[c] + spec.scale[c] * poses[row * 6 + end + c]));
       return found.length ? found : [[first[0], first[1], 0]];
     }
 
@@ -292,8 +292,8 @@
     }
 
     /* The slope is looked at from below: the azimuth in which the terrain falls. */
-    function downhill(told) {
-      const { nx, ny } = told.ground, z = shorts(told.ground.z);
+    function downhill(spec) {
+      const { nx, ny } = spec.ground, z = shorts(spec.ground.z);
       let dx = 0, dy = 0;
       for (let j = 0; j + 4 < ny; j += 4) for (let i = 0; i + 4 < nx; i += 4) {
         const k = j * nx + i;
@@ -358,8 +358,8 @@
         gl.uniform4fv(colour, [...tint, 1]);
         for (const each of those) { gl.bindVertexArray(each.array); gl.drawArrays(kind, 0, each.count); }
       };
-      if (on("barriers")) strips(now.barriers, gl.TRIANGLE_STRIP, now.told.colours.barriers);
-      if (on("lines")) strips(now.lines, gl.TRIANGLE_STRIP, now.told.colours.lines);
+      if (on("barriers")) strips(now.barriers, gl.TRIANGLE_STRIP, now.spec.colours.barriers);
+      if (on("lines")) strips(now.lines, gl.TRIANGLE_STRIP, now.spec.colours.lines);
       if (state.shown.trails) strips(now.trails.filter((_, k) => chosen(now.logs[k])), gl.LINE_STRIP, TRAIL);
       gl.bindVertexArray(null);
       tell(now);
@@ -369,8 +369,8 @@
 
     function tell(now) {
       part("clock").textContent = `${spoken(state.time)} s`;
-      const told = part("told"), log = now.logs[state.followed];
-      told.textContent = log
+      const shown = part("followed"), log = now.logs[state.followed];
+      shown.textContent = log
         ? words.picked.replace("{id}", log.id).replace("{speed}", spoken(poseAt(now, log, state.time).speed)) : words.hint;
       part("follow").hidden = !log;
     }
@@ -419,7 +419,7 @@
     function follow(k) {
       const now = scene();
       state.followed = k;
-      const tints = tinted(now.logs.length, now.told.colours.moving);
+      const tints = tinted(now.logs.length, now.spec.colours.moving);
       if (k >= 0) {
         tints.set(FOLLOWED, k * 3);
         state.camera.far = Math.min(state.camera.far, 90);
@@ -474,7 +474,7 @@
     function begin() {
       const now = scene();
       part("time").max = now.last;
-      part("time").step = now.told.step / 2;
+      part("time").step = now.spec.step / 2;
       for (const option of part("group").options) option.disabled = option.value && !now.logs.some((log) => log.groups.includes(option.value));
       if (!now.logs.length) state.shown.moving = false;
       root.classList.toggle("still", !now.logs.length);

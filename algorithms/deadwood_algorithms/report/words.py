@@ -61,7 +61,7 @@ class Words:
         text = catalogue(self.language).get((phrase, english), english)
         return text.format(**filled) if filled else text
 
-    def known(self, phrase: str, otherwise: str, **filled: Any) -> str:
+    def say_or(self, phrase: str, otherwise: str, **filled: Any) -> str:
         return self.say(phrase, **filled) if phrase in MESSAGES else otherwise
 
     def signs(self, number: str) -> str:
@@ -70,7 +70,7 @@ class Words:
 
     def stop(self, reason: str) -> str:
         """A stop reason in words; one that is not known as it is written."""
-        return self.known(f"stop_{reason}", reason)
+        return self.say_or(f"stop_{reason}", reason)
 
     def clauses(self, records: Sequence[Mapping[str, Any]]) -> str:
         """What a summary says of its model, from its records."""

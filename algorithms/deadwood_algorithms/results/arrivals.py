@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.params.tool import Cancelled, Feedback
 from deadwood_algorithms.results.edges import Edges
-from deadwood_algorithms.results.lost import left_dem, share_if_lost
+from deadwood_algorithms.results.lost import share_if_lost
 from deadwood_algorithms.results.motion import bodies_of, energies_kj, path_so_far, travel
 from deadwood_algorithms.results.run_folder import Run, ends_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.stats.directions import azimuth
+from deadwood_algorithms.stats.endings import left_dem
 from deadwood_engine import Lines, segments_of, sweep_touches
 
 POSE_FACTS = ("t_s", "path_m", *"xyz", "speed_ms", "clearance_m", "xb", "yb", "zb", "xt", "yt", "zt")
@@ -210,7 +211,7 @@ def origins_frame(arrivals: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
 
 def _share(mine: Any, logs: Any) -> dict[str, float]:
     """Reach probability of these logs by their arrivals, and its bounds for those that left before they arrived."""
-    return share_if_lost(logs["log_id"].isin(mine["log_id"]).to_numpy(), left_dem(logs["stop_reason"].to_numpy()))
+    return share_if_lost(logs["log_id"].isin(mine["log_id"]).to_numpy(), left_dem(logs))
 
 
 def _strength(mine: Any) -> dict[str, float]:

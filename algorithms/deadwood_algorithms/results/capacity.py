@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.scene.laws import capacity_of
+from deadwood_algorithms.stats.endings import ended
 from deadwood_algorithms.stats.statistics import percent_with_interval, reach_record
-from deadwood_engine import STOP_REASONS
 
 if TYPE_CHECKING:
     from deadwood_algorithms.scene.items import Items
@@ -84,7 +85,7 @@ def overload_record(
     """Shares of the logs, of those that standing trees hold and of those that reach each line, with a hit above."""
     if not capacity:
         return None
-    held = by_log["stop_reason"] == STOP_REASONS.index("tree")
+    held = ended(by_log, "tree")
     groups = {"all": np.ones(held.size, bool), "held_by_trees": held}
     record: dict[str, Any] = dict(vars(capacity))
     for name, column, asked in (
@@ -129,7 +130,8 @@ def overload_lines(record: dict[str, Any] | None) -> list[str]:
         )
         if record and name == "of_trees" and record.get("break_trees"):
             shown.append(
-                f"{share['n_hits']} trees broke (each log meets all of them); one was broken by {words or 'none'}"
+                f"{counted(share['n_hits'], 'tree')} broke (each log meets all trees); one was broken by "
+                f"{words or 'none'}"
             )
         else:
             shown.append(f"a hit above what {whose} can take had {words or 'none'}")

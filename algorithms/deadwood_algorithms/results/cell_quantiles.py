@@ -4,7 +4,7 @@ Every log that overlaps a cell counts once in it, with its largest value there, 
 poses, of which a slow log has more, and not the logs that pass elsewhere. With n logs in a cell the quantile is the
 usual one (linear between order statistics); of few logs a 99 % quantile is just the largest.
 
-Memory is bounded by the rows that are worked on at once: so many that their hits, which are counted beforehand, stay
+Memory is bounded by the rows that are worked on at once: as many as keep their hits, which are counted beforehand,
 below `HITS_AT_ONCE`. The stored poses are read once for each such band of rows.
 """
 
@@ -55,7 +55,7 @@ def largest_by_rank(
     ranks: Sequence[int],
     feedback: Feedback,
 ) -> NDArray[np.float32]:
-    """Rasters of what so many of the logs have at least, shape (ranks, ny, nx): rank 1 is the largest of all.
+    """Rasters of what given numbers of the logs reach or exceed, shape (ranks, ny, nx): rank 1 is the largest of all.
 
     NaN where fewer logs than the rank passed. ``counts`` as in `cell_quantiles`.
     """
@@ -111,7 +111,7 @@ def values_of(name: str, piece: dict[str, NDArray], bodies: NDArray[np.float64])
 
 
 def row_bands(hits: NDArray[np.int64], most: int) -> Iterator[slice]:
-    """Successive rows with at most so many hits together; a row that alone has more is a band of its own."""
+    """Successive rows with at most a number of hits together; a row that alone has more is a band of its own."""
     start, held = 0, 0
     for row, count in enumerate(hits.tolist()):
         if held + count > most and row > start:

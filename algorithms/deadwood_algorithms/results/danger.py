@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.rasters import Band, ByRows, rows_of
 from deadwood_algorithms.params.tool import Cancelled, Feedback
 from deadwood_algorithms.results.arrivals import first_touches
 from deadwood_algorithms.results.run_folder import Run, ends_of
@@ -36,16 +37,28 @@ def danger_bands(
     passed : shape (ny, nx), logs that passed each cell
     danger : shape (lines + 1, ny, nx), those that reached any line afterwards, then each line
     """
-    enough = passed >= least
-    of = passed[enough].astype(np.float64)
+    rows = slice(0, len(passed))
+    return {name: band.of(rows) for name, band in bands_by_rows(passed, danger, line_ids, least).items()}
 
-    def where_enough(values: NDArray[np.float64]) -> NDArray[np.float32]:
-        band = np.full(passed.shape, np.nan, np.float32)
-        band[enough] = values
-        return band
 
-    count, shares = where_enough(of), [where_enough(reached[enough] / of) for reached in danger]
-    return {ANY: shares[0], COUNT: count} | dict(zip(bands_of_lines(line_ids), shares[1:], strict=True))
+def bands_by_rows(
+    passed: Band, danger: Sequence[Band] | NDArray[np.uint32], line_ids: Sequence[Any], least: int
+) -> dict[str, ByRows]:
+    """The same bands, of which only the rows that are asked for are computed."""
+
+    def band(reached: Band | None) -> ByRows:
+        def of(rows: slice) -> NDArray[np.float32]:
+            here = rows_of(passed, rows)
+            enough = here >= least
+            count = here[enough].astype(np.float64)
+            values = np.full(enough.shape, np.nan, np.float32)
+            values[enough] = count if reached is None else rows_of(reached, rows)[enough] / count
+            return values
+
+        return ByRows((passed.shape[0], passed.shape[1]), of)
+
+    lines = dict(zip(bands_of_lines(line_ids), danger[1:], strict=True))
+    return {ANY: band(danger[0]), COUNT: band(None)} | {name: band(reached) for name, reached in lines.items()}
 
 
 def bands_of_lines(line_ids: Sequence[Any]) -> list[str]:
@@ -63,7 +76,7 @@ def danger_of(
     """How many of the wanted logs pass each cell, and how many of these reach any line afterwards, and each line."""
     cells = grid.shape[0] * grid.shape[1]
     refuse_too_many(
-        cells, "cells", source.grid.path, each=BAND_BYTES * (len(items.ids) + 1), fix="take a larger --cell-m"
+        cells, "cells", source.grid.path, each=BAND_BYTES * (len(items.ids) + 1), fix="use a larger --cell-m"
     )
     count = np.zeros(grid.shape, np.uint32)
     danger = np.zeros((len(items.ids) + 1, *grid.shape), np.uint32)

@@ -1,4 +1,4 @@
-"""How near logs come to the edge of the known terrain, and how high they are above it: a DEM read block by block.
+"""How close logs get to the edge of the known terrain, and how high they are above it: a DEM read block by block.
 
 Beyond the DEM, and on its nodata, nothing is known: a log whose centre of mass goes there ends (``left_dem``), and one
 that passes by hangs over the edge with what is out there. Either ends elsewhere than on a larger DEM, so reach and
@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from rasterio.errors import RasterioError
 
 from deadwood_algorithms.files.crs import crs_name, same_crs
-from deadwood_algorithms.files.dem_blocks import by_block
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.squares import by_block
 from deadwood_algorithms.files.tiles import open_as_one
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.results.identity import refuse_damaged

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 
 # Of results that have a row per log [bytes]: what is held in memory while they are written, and what the working folder
@@ -81,7 +82,7 @@ class Forecast:
 
 
 def forecast(pilot: Pilot, logs: int, kept: int, *, threads: int, workers: int) -> Forecast:
-    """What so many logs will take, of which so many keep their trajectory."""
+    """What a number of logs will take, some of which keep their trajectory."""
     times, more = logs / pilot.logs, max(0, logs - pilot.logs)
     more_kept = max(0, kept - pilot.kept)
     a_trajectory = pilot.vertices / max(pilot.kept, 1)
@@ -140,24 +141,26 @@ def refuse_too_large(found: Forecast, output: str) -> None:
     free = free_bytes()
     if free is not None and found.memory > SHARE * (free + held_now()):
         raise UserError(
-            f"{output}: {found.logs} logs would take {_size(found.memory)} of memory, "
+            f"{output}: {counted(found.logs, 'log')} would take {_size(found.memory)} of memory, "
             f"{_size(free + held_now())} are available; slide them in parts (run-sites), keep fewer --trajectories, or "
             "let --until-ci draw as many as it needs"
         )
     room = free_disk(output)
     if found.disk > room:
         raise UserError(
-            f"{output}: {found.logs} logs would take {_size(found.disk)} of disk, {_size(room)} are free there; keep "
+            f"{output}: {counted(found.logs, 'log')} would take {_size(found.disk)} of disk, {_size(room)} are free "
+            "there; keep "
             "fewer --trajectories, or name an output on another disk"
         )
 
 
 def refuse_full_disk(output: str, logs: int, kept: int) -> None:
-    """Raise ``UserError`` before the work where not even the least that so many logs leave will fit on the disk."""
+    """Raise ``UserError`` before the work where not even the least output of these logs will fit on the disk."""
     least, room = logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, free_disk(output)
     if least > room:
         raise UserError(
-            f"{output}: {logs} logs, of which {kept} keep their trajectory, take at least {_size(least)} of disk, "
+            f"{output}: {counted(logs, 'log')}, of which {kept} keep their trajectory, take at least {_size(least)} "
+            "of disk, "
             f"{_size(room)} are free there; keep fewer --trajectories, or name an output on another disk"
         )
 
@@ -203,11 +206,11 @@ def words_of_forecast(found: Forecast, output: str) -> tuple[str, ...]:
         "core-hours": f"{found.cpu_s / 3600.0:.3g}{off}",
         "memory": _size(found.memory) + (f"; {_size(free)} are free" if free is not None else ""),
         "disk": f"{_size(found.disk)}, of which {_size(found.disk_at_end)} stay; {_size(free_disk(output))} are free",
-        "this machine": f"{_span(found.wall_s)}, {found.threads} threads",
-        f"{found.workers} workers": f"{_span(found.workers_s)}, each as fast as this machine",
+        "this machine": f"{_span(found.wall_s)}, {counted(found.threads, 'thread')}",
+        f"{counted(found.workers, 'worker')}": f"{_span(found.workers_s)}, each as fast as this machine",
     }
     lines = [f"{name + ':':<14} {what}" for name, what in rows.items()]
-    return (*lines, f"from a pilot of {found.pilot_logs} logs, drawn at random; nothing was written")
+    return (*lines, f"from a pilot of {counted(found.pilot_logs, 'log')}, drawn at random; nothing was written")
 
 
 def _size(count: float) -> str:

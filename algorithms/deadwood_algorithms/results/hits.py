@@ -16,6 +16,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE
+from deadwood_algorithms.stats.endings import ended
 
 if TYPE_CHECKING:
     from deadwood_algorithms.results.capacity import Overloads
@@ -116,9 +117,8 @@ def _held(
     layers: SceneLayers, by_log: Mapping[str, NDArray], row: NDArray[np.int64], barrier: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """1 for a log's last hit of the barrier that holds it, else 0."""
-    from deadwood_engine import STOP_REASONS
 
-    held = by_log["stop_reason"] == STOP_REASONS.index("barrier")
+    held = ended(by_log, "barrier")
     by = np.full(held.size, -1)
     by[held] = layers.barriers.item[by_log["stop_item"][held]]
     last = {(r, b): place for place, (r, b) in enumerate(zip(row.tolist(), barrier.tolist(), strict=True))}
@@ -199,7 +199,7 @@ def block_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
 
 
 def ledger_records(records: list[dict[str, Any]], hits: geopandas.GeoDataFrame) -> list[dict[str, Any]]:
-    """The barriers' records of the summary, with what their hits come to; None where a barrier was never hit."""
+    """The barriers' records of the summary, with the results of their hits; None where a barrier was never hit."""
     out = []
     barrier, energy, height = (hits[name].to_numpy() for name in ("barrier_id", "energy_kj", "height_m"))
     for record in records:

@@ -16,16 +16,8 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.stats.statistics import bounds_if_lost, loss_matters, percent, percent_of, reach_record
-from deadwood_engine import STOP_REASONS
 
-LEFT = "left_dem"
 WORTH_A_WARNING = 0.05  # share of the logs
-
-
-def left_dem(stop_reason: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which logs left the terrain model, or came onto its nodata; reasons as the engine's numbers or as words."""
-    numbers = np.issubdtype(stop_reason.dtype, np.integer)
-    return np.asarray(stop_reason == (STOP_REASONS.index(LEFT) if numbers else LEFT), bool)
 
 
 def share_if_lost(reached: NDArray[np.bool_], left: NDArray[np.bool_]) -> dict[str, Any]:
@@ -51,7 +43,7 @@ def reach_phrases(records: Iterable[Mapping[str, Any]]) -> list[str]:
 
 
 def many(n_lost: int, n: int) -> bool:
-    """Whether so many logs were lost that what has no bounds is worth a warning."""
+    """Whether enough logs were lost for a warning about what has no bounds."""
     return n_lost > WORTH_A_WARNING * n
 
 
@@ -70,5 +62,5 @@ def lost_warning(n_lost: int, n: int, phrases: Sequence[str]) -> str | None:
         return None
     return (
         f"{n_lost} of {n} logs ({percent_of(n_lost, n)}) left the terrain model or came onto its nodata, and their "
-        f"further movement is not known: {'; '.join(phrases)}; take a larger terrain model"
+        f"further movement is not known: {'; '.join(phrases)}; use a larger terrain model"
     )

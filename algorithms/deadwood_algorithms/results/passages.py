@@ -1,4 +1,4 @@
-"""How logs come to a barrier or a line: one value a log of energy, speed, height and impulse, and percentiles of them.
+"""How logs arrive at a barrier or a line: energy, speed, height and impulse of each log, and percentiles of them.
 
 At a barrier these are what the run itself wrote of its hits, just before each; of a log that hits it several times the
 largest counts, because a log's hits are not independent of one another. At a line, where nothing is hit, they are those
@@ -17,6 +17,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.vectors import read_table
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.results.edges import Edges
@@ -82,7 +83,7 @@ def barrier_passages(source: Run) -> Iterator[Passages]:
 
 
 def passages_of_lines(source: Run, lines: str | None, feedback: Feedback) -> list[Passages]:
-    """The logs that come to each line of a layer, or without one of the run's own; none where it has no lines."""
+    """The logs that reach each line of a layer, or without one of the run's own; none where it has no lines."""
     if lines is None and "reach" not in layers_in(source.path):
         return []
     place = lines or f"{source.path / GEOPACKAGE}|layername=reach"
@@ -152,6 +153,8 @@ def design_rows(passages: Passages, levels: Sequence[float], confidence: float) 
             lack = passages.lacks.get(quantity, "")
             if lack:
                 record["n_more"] = 0
-            words = f"needs {record['n_more']} more hits for an upper bound" if record["n_more"] else lack
+            words = (
+                f"needs {counted(int(record['n_more']), 'more hit')} for an upper bound" if record["n_more"] else lack
+            )
             place = {"kind": passages.kind, "place_id": passages.place_id, "quantity": quantity, "unit": unit}
             yield place | {"percentile": round(100.0 * level, 9)} | record | {"note": words}

@@ -35,7 +35,7 @@ from deadwood_algorithms.simulate.workers import NobodySlides
 
 
 class SlidesSome(Protocol):
-    """The options of a tool that slides so many of the ``logs``, several times each: those of ``SlidingOptions``, and
+    """The options of a tool that slides some of the ``logs``, several times each: those of ``SlidingOptions``, and
     how many logs (None: all)."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]

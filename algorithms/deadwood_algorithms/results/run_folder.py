@@ -171,7 +171,7 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
         raise UserError(f"{path}: the run's folder does not exist; slide-logs makes such a folder")
     for name in (MANIFEST, GEOPACKAGE, POSES):
         if not (folder / name).is_file():
-            raise UserError(f"{path}: this is no folder of slide-logs, it has no {name}")
+            raise UserError(f"{path}: this is not a folder of slide-logs, it has no {name}")
     manifest, grid = read_manifest(folder)
     for name in (GEOPACKAGE, POSES):
         refuse_damaged(folder, manifest, name)

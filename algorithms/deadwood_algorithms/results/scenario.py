@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.checked import read_summary
 from deadwood_algorithms.scene.items import NO_TERRAIN, OFF_DEM, Items
@@ -106,19 +107,20 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     if breaking := scenario.get("breaking"):
         laws.append(f"trees break ({breaking['capacity_kj']:g} kJ at 40 cm DBH)")
     met = [
-        f"{scenario[name]['n']} {what[:-1] if scenario[name]['n'] == 1 else what}"
+        f"{counted(scenario[name]['n'], what)}"
         for name, what in (
-            ("trees", "trees"),
-            ("barriers", "barriers"),
-            ("lying_logs", "lying logs"),
-            ("blocks", "boulders"),
+            ("trees", "tree"),
+            ("barriers", "barrier"),
+            ("lying_logs", "lying log"),
+            ("blocks", "boulder"),
         )
         if scenario[name]["n"]
     ]
     dem = scenario["dem"]
     whose = f"scenario of {name}" if name else "scenario"
     return (
-        f"{whose}: {logs['n']} logs, {posture}, {sizes}; {', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
+        f"{whose}: {counted(logs['n'], 'log')}, {posture}, {sizes}; {', '.join(laws)}; "
+        f"{', '.join(met) or 'no obstacle'}; "
         f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
     )
 
@@ -180,7 +182,7 @@ def _things(number: int, **sizes: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def _used(number: int, outside: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which of so many things are not among those outside."""
+    """Which of n things are not among those outside."""
     used = np.ones(number, bool)
     used[outside] = False
     return used
@@ -212,3 +214,16 @@ def _rows_off(items: Items) -> Counter[str]:
 def _count(read: int, left_out: Counter[str]) -> dict[str, Any]:
     reasons = [{"why": why, "n": left_out[why]} for why in WHYS if left_out[why]]
     return {"read": read, "used": read - left_out.total(), "left_out": reasons}
+
+
+def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:
+    """Options of the default log that no log of the run had: columns of its releases override them."""
+    parameters, found = manifest.get("parameters", {}), set()
+    for name, values in manifest.get("effective", {}).items():
+        given = parameters.get(name)
+        if isinstance(given, (int, float)) and not values["min"] - 1e-6 <= given <= values["max"] + 1e-6:
+            found.add(name)
+    posture = summary.get("scenario", {}).get("logs", {}).get("posture", {})
+    if posture and not posture.get(parameters.get("orientation"), 0.0):
+        found.add("orientation")
+    return found

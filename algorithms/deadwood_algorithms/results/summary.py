@@ -1,4 +1,4 @@
-"""What a run comes to: the content of ``summary.json``, and the few lines of it that a reader wants to see first."""
+"""The result of a run: the content of ``summary.json``, and the few lines of it that a reader wants to see first."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
-from deadwood_algorithms.results.lost import LEFT, left_dem, lost_warning, many, reach_phrases, reach_records
+from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, reach_records
 from deadwood_algorithms.results.modelled import in_words, modelled
 from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.scenario import counted_of, scenario_line, scenario_of
@@ -20,6 +21,7 @@ from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.simulate.queue import Queue
 from deadwood_algorithms.stats.directions import spread_of_release
+from deadwood_algorithms.stats.endings import LEFT, ended, left_dem
 from deadwood_algorithms.stats.statistics import (
     loss_matters,
     lost_words,
@@ -44,7 +46,7 @@ def summary_of(
     queue: Queue,
 ) -> dict[str, Any]:
     """The content of ``summary.json``; ``releases`` are the logs that were slid."""
-    left = left_dem(by_log["stop_reason"])
+    left = left_dem(by_log)
     reasons = np.bincount(by_log["stop_reason"], minlength=len(STOP_REASONS))
     scene = settings.scene
     stems = scene.tree_restitution if layers.tree_ids or layers.lying.ids else None
@@ -116,10 +118,10 @@ def speed_record(by_log: Mapping[str, NDArray]) -> dict[str, float]:
     """Speeds over the logs. The mean leaves out those that still moved at the time limit: they roll slowly for
     minutes, so their path over time tells the limit and not how fast they went; NaN where every log did.
     """
-    ended = by_log["stop_reason"] != STOP_REASONS.index("time_limit")
+    stopped = ~ended(by_log, "time_limit")
     return {
-        "mean_ms": float(by_log["speed_mean"][ended].mean()) if ended.any() else np.nan,
-        "n_mean": int(ended.sum()),
+        "mean_ms": float(by_log["speed_mean"][stopped].mean()) if stopped.any() else np.nan,
+        "n_mean": int(stopped.sum()),
         "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),
         "max_ms": float(by_log["speed_max"].max()),
     }
@@ -150,7 +152,7 @@ def barrier_records(barriers: Items, by_log: Mapping[str, NDArray]) -> list[dict
     crossed = barriers.any_row(by_log["barrier_crossed"])
     met = barriers.any_row(by_log["barrier_reached"]) | crossed
     held_by = np.full(by_log["stop_item"].size, -1)
-    held = by_log["stop_reason"] == STOP_REASONS.index("barrier")
+    held = ended(by_log, "barrier")
     held_by[held] = barriers.item[by_log["stop_item"][held]] if len(barriers.item) else -1
     for column, barrier_id in enumerate(barriers.ids):
         stopped = held_by == column
@@ -172,7 +174,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     """What a reader wants to know first."""
     logs, speed, accuracy = summary["logs"], summary["speed"], summary["accuracy"]
     ends = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in logs["by_stop_reason"].items() if count)
-    lines = [f"{logs['released']} logs: {ends}"]
+    lines = [f"{counted(logs['released'], 'log')}: {ends}"]
     for record in summary["reach"]:
         lines.append(
             f"line {record['line_id']}: reached by {record['n_reach']} of {record['n_total']} logs, "
@@ -192,8 +194,9 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     lines += spreadless_lines(summary["spread"])
     for record in summary["barriers"]:
         lines.append(
-            f"barrier {record['barrier_id']}: {record['n_reached']} logs reach it, {record['n_stopped']} stopped, "
-            f"{record['n_overjumped']} overjumped, {record['n_passed_beside']} passed beside"
+            f"barrier {record['barrier_id']}: {counted(record['n_reached'], 'log reaches', 'logs reach')} it, "
+            f"{record['n_stopped']} stopped, {record['n_overjumped']} overjumped, {record['n_passed_beside']} passed "
+            "beside"
         )
     lines += overload_lines(summary["above_capacity"])
     lines.append(f"speed: {mean_words(speed, logs['released'])}, max {speed['max_ms']:.1f} m/s")
@@ -212,7 +215,7 @@ def spreadless_lines(records: list[dict[str, Any]]) -> list[str]:
         return []
     shown = ", ".join(without[:FEW_NAMED]) + (f" and {len(without) - FEW_NAMED} more" if without[FEW_NAMED:] else "")
     which = f"release {shown}" if len(without) == 1 else f"releases {shown}"
-    return [f"{which}: no lateral spread, for fewer than two logs went farther than the least run-out"]
+    return [f"{which}: no lateral spread, for fewer than two logs went farther than the minimum run-out"]
 
 
 def mean_words(speed: dict[str, Any], n_logs: int) -> str:
@@ -220,7 +223,7 @@ def mean_words(speed: dict[str, Any], n_logs: int) -> str:
     if not speed["n_mean"]:
         return "no mean (every log still moved at the time limit)"
     left_out = n_logs - speed["n_mean"]
-    suffix = f" (without {left_out} logs that still moved at the time limit)" if left_out else ""
+    suffix = f" (without {counted(left_out, 'log')} that still moved at the time limit)" if left_out else ""
     return f"mean {speed['mean_ms']:.1f} m/s{suffix}"
 
 
@@ -282,6 +285,7 @@ def promised_words(record: dict[str, Any]) -> str:
     asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"
     return (
-        f"{record['logs']} logs at {record['chosen']}: reach of lines within ±{together:.2g} points at 95 %{asked} "
+        f"{counted(record['logs'], 'log')} at {record['chosen']}: reach of lines within ±{together:.2g} points at 95 "
+        f"%{asked} "
         f"(line {record['line_id']}: sampling ±{sampling:.2g}, calculation ±{calculation:.2g} {source}){missed}"
     )

@@ -24,13 +24,13 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import write_bands
+from deadwood_algorithms.files.rasters import Band, ByRows, rows_of, write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Capacity, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.danger import ANY, bands_of_lines, danger_bands, units_of
+from deadwood_algorithms.results.danger import ANY, bands_by_rows, bands_of_lines, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
     block_hits_frame,
@@ -39,7 +39,7 @@ from deadwood_algorithms.results.hits import (
     tree_hits_frame,
 )
 from deadwood_algorithms.results.identity import Making, write_manifest
-from deadwood_algorithms.results.lost import left_dem, many, reach_records
+from deadwood_algorithms.results.lost import many, reach_records
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.summary import (
@@ -54,7 +54,9 @@ from deadwood_algorithms.schemas.files import DANGER, DANGER_COUNT, RUN_RASTERS
 from deadwood_algorithms.simulate.checkpoints import WorkFolder
 from deadwood_algorithms.simulate.chunks import ChunkedRun, Keeper
 from deadwood_algorithms.simulate.columns import Columns
+from deadwood_algorithms.simulate.totals import Totals
 from deadwood_algorithms.stats.directions import azimuth
+from deadwood_algorithms.stats.endings import ended, left_dem, reasons_in_words
 from deadwood_engine import STOP_REASONS, Rasters
 
 # A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
@@ -104,7 +106,7 @@ def arrays_of(
     "cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
-    failed = result.stop_reason == STOP_REASONS.index("failed")
+    failed = ended(result.stop_reason, "failed")
     kept |= {f"{FAILED}log_id": log_id[failed], f"{FAILED}state": result.last_state[failed]}
     return kept | hit_arrays(result.hits, log_id, layers, overloads) | cost | {f"{COST}wall_s": np.array([wall_s])}
 
@@ -165,7 +167,7 @@ def write_results(
         if len(paths):
             tables["trajectories"] = trajectories(paths, layers, releases, by_log)
         if layers.lines.ids:
-            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log["stop_reason"]), crs)
+            tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log), crs)
             if touched.any():
                 tables["reached_by"] = Stream("Point Z", partial(reached_by, layers, touched, by_log, releases))
         hits = {
@@ -242,7 +244,7 @@ def in_pieces(
     geometry: str,
     frame_of: Callable[[geopandas.GeoDataFrame, Mapping[str, NDArray]], geopandas.GeoDataFrame],
 ) -> Stream:
-    """A layer of one row for each log, made of so many deposits at once."""
+    """A layer of one row for each log, made from a number of deposits at once."""
 
     def pieces() -> Iterator[geopandas.GeoDataFrame]:
         for start in range(0, len(releases), PIECE):
@@ -263,7 +265,7 @@ def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str,
         "release_x": start[:, 0],
         "release_y": start[:, 1],
         "release_z": start[:, 2],
-        "stop_reason": np.array(STOP_REASONS, object)[by_log["stop_reason"]],
+        "stop_reason": reasons_in_words(by_log),
         "stop_id": _stop_ids(layers, by_log),
         "duration_s": by_log["duration"],
         "path_m": by_log["path"],
@@ -293,7 +295,7 @@ def _stop_ids(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> NDArray[Any
     """Id, as text, of the tree, lying log (``lying:ID``), boulder (``block:ID``) or barrier that holds each log; None
     for the others."""
     ids = np.full(by_log["stop_item"].size, None, object)
-    reason = np.array(STOP_REASONS, object)[by_log["stop_reason"]]
+    reason = reasons_in_words(by_log)
     for row in np.flatnonzero(by_log["stop_item"] >= 0):
         item = int(by_log["stop_item"][row])
         if reason[row] == "tree":
@@ -446,21 +448,37 @@ def write_run_rasters(
 
     With ``danger_counts`` and lines, the counts behind the seventh are an eighth.
     """
-    total = rasters.totals()
-    rasters.workers.clear()  # what they drew is written, and is the most that a run on a large DEM holds
-    total["energy_max"] /= np.float32(1000.0)
-    written = write_maps(folder, total, layers.dem, n_logs)
-    if "danger" in total:
-        written["danger"] = write_danger(folder, total, layers.dem, layers.lines.ids, danger_least)
+    totals = Totals(rasters)
+
+    def band(name: str, number: int | None = None) -> ByRows:
+        def of(rows: slice) -> NDArray:
+            values = totals.rows(rows)[name]
+            if name == "energy_max":
+                return values / np.float32(1000.0)
+            return values if number is None else values[number]
+
+        return ByRows(totals.shape, of)
+
+    written = write_maps(folder, {name: band(name) for name in totals.names}, layers.dem, n_logs)
+    if "danger" in totals.names:
+        danger = [band("danger", number) for number in range(len(totals.untouched["danger"]))]
+        hits, ids = band("hit_count"), layers.lines.ids
+        written["danger"] = write_danger(folder, hits, danger, layers.dem, ids, danger_least)
         if danger_counts:
-            written["danger_count"] = write_danger_counts(folder, total["danger"], layers.dem, layers.lines.ids)
+            written["danger_count"] = write_danger_counts(folder, danger, layers.dem, ids)
+    rasters.workers.clear()  # what they drew is written, and is the most that a run on a large DEM holds
     return written
 
 
-def write_maps(folder: Path, total: Mapping[str, NDArray], grid: Grid, n_logs: int) -> dict[str, str]:
-    """The six GeoTIFFs of what so many logs drew on the cells, energies in kJ; what the grid has no height for is NaN
+def write_maps(folder: Path, total: Mapping[str, Band], grid: Grid, n_logs: int) -> dict[str, str]:
+    """The six GeoTIFFs of what the logs drew on the cells, energies in kJ; what the grid has no height for is NaN
     in the shares."""
-    values = {**total, "reach_probability": shares_of(total["hit_count"], n_logs, np.isnan(grid.values))}
+    hits = total["hit_count"]
+
+    def shares(rows: slice) -> NDArray[np.float32]:
+        return shares_of(rows_of(hits, rows), n_logs, np.isnan(grid.values[rows]))
+
+    values = {**total, "reach_probability": ByRows(grid.shape, shares)}
     for name, kind, units, style in MAPS:
         bands = {each: values[each] for each in bands_of(name)}
         write_bands(
@@ -497,16 +515,21 @@ def nodata_of(name: str, kind: str, *, windowed: bool) -> float | None:
 
 
 def write_danger(
-    folder: Path, total: Mapping[str, NDArray], grid: Grid, line_ids: Sequence[Any], danger_least: int
+    folder: Path,
+    hits: Band,
+    danger: Sequence[Band] | NDArray[np.uint32],
+    grid: Grid,
+    line_ids: Sequence[Any],
+    danger_least: int,
 ) -> str:
-    bands = danger_bands(total["hit_count"], total["danger"], line_ids, danger_least)
+    bands = bands_by_rows(hits, danger, line_ids, danger_least)
     place = folder / "danger.tif"
     units = units_of(list(bands))
     write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
     return place.name
 
 
-def write_danger_counts(folder: Path, danger: NDArray[np.uint32], grid: Grid, line_ids: Sequence[Any]) -> str:
+def write_danger_counts(folder: Path, danger: Sequence[Band], grid: Grid, line_ids: Sequence[Any]) -> str:
     """Of any line, then of each: the counts from which those of several runs add up."""
     bands = dict(zip((ANY, *bands_of_lines(line_ids)), danger, strict=True))
     place = folder / "danger_count.tif"

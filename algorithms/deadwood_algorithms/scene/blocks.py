@@ -10,6 +10,7 @@ import numpy as np
 from deadwood_algorithms.files.columns import filled_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.items import (
     extent_words,
@@ -66,12 +67,12 @@ def read_blocks(path: str | None, grid: Grid, feedback: Feedback) -> Boulders:
     x, y = plan_of(frame)
     on = points_on(grid, x, y)
     if not on.any():
-        raise UserError(f"{path}: none of the {len(frame)} blocks lies on the DEM{extent_words(x, y, grid)}")
+        raise UserError(f"{path}: {none_of(len(frame), 'block')} lies on the DEM{extent_words(x, y, grid)}")
     beyond = why_left_out(grid, x[~on], y[~on])
     say_left_out(frame, ~on, "blocks", feedback.note)
     ids = ids_of(frame, "block_id", "name")
     field = next((name for name in ("block_id", "name") if name in frame), "")
     twins = shared_words(frame, field, ids.tolist())
     if twins:
-        feedback.warn(f"{twins}; no result can distinguish them. Give each a block_id of its own")
+        feedback.warn(f"{twins}; no result can distinguish them. Give each its own block_id")
     return Boulders(Blocks(x[on], y[on], diameter[on], height[on]), [str(each) for each in ids[on]], beyond)

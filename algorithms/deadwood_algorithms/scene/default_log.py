@@ -8,7 +8,7 @@ from functools import partial
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
 
-_GROUP = "Logs whose layer does not say it"
+_GROUP = "Defaults for the logs"
 _number = partial(tool.number, group=_GROUP)
 
 

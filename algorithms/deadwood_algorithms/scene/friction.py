@@ -21,6 +21,7 @@ from deadwood_algorithms.files.columns import field_names, number_column, where_
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import is_raster, open_raster, read_part_on, read_raster_on
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 COLUMNS = ("friction", "mu")  # looked for in this order, in any letter case
@@ -53,7 +54,7 @@ def read_friction(
         mu = _burnt(shapes, values, grid)
         double = int((_burnt(shapes, np.ones(len(shapes)), grid, added=True) > 1).sum())
         if double:
-            feedback.note(f"{where}: polygons overlap over {double} cells; the later counts")
+            feedback.note(f"{where}: polygons overlap over {counted(double, 'cell')}; the later counts")
     ground = np.isfinite(grid.values)
     filled = np.isnan(mu) & ground
     mu = _checked(mu, grid, where, elsewhere, "give the value there with --friction-elsewhere")
@@ -168,7 +169,8 @@ def _checked(
     if gaps.any() and elsewhere is None:
         row, column = (int(index[0]) for index in np.nonzero(gaps))
         raise UserError(
-            f"{where}: the friction does not cover the DEM, {gaps.sum()} of its cells have none "
+            f"{where}: the friction does not cover the DEM, "
+            f"{counted(gaps.sum(), 'of its cells has', 'of its cells have')} none "
             f"(one at {grid.x0 + column * grid.cell:.1f}, {grid.y0 + row * grid.cell:.1f}); "
             f"extend it, or {fix}"
         )

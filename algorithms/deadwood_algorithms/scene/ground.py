@@ -20,7 +20,7 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
     if grid.cell > COARSEST_M:
         feedback.warn(
             f"{grid.path}: cells of {grid.cell:g} m do not resolve the relief that holds logs, so that too many slide,"
-            f" and too far; take a terrain model with cells of 0.5 to {COARSEST_M:g} m"
+            f" and too far; use a terrain model with cells of 0.5 to {COARSEST_M:g} m"
         )
     holes = holes_in(grid.values)
     if holes:
@@ -38,7 +38,7 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
 
 
 def median_slope_deg(grid: Grid) -> float:
-    """Of so many rows as tell it; 0 where no two cells have heights."""
+    """From enough rows to tell; 0 where no two cells have heights."""
     step = max(1, grid.shape[0] // ROWS_LOOKED_AT)
     rows = np.arange(0, grid.shape[0] - 1, step)
     slopes = np.concatenate([slopes_of(grid.values[row : row + 2], grid.cell) for row in rows])

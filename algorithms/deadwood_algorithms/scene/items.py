@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.counts import none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
@@ -74,9 +75,8 @@ def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str, feedback: Fee
     geometry = np.asarray(frame.geometry)
     touches = shapely.intersects(geometry, shapely.box(*grid.frame.bounds))
     if not touches.any():
-        off = f"the {what} does not touch" if touches.size == 1 else f"none of the {touches.size} {what}s touches"
         x, y = shapely.get_coordinates(geometry).T
-        raise UserError(f"{where_of(frame)}: {off} the DEM{extent_words(x, y, grid)}")
+        raise UserError(f"{where_of(frame)}: {none_of(touches.size, what)} touches the DEM{extent_words(x, y, grid)}")
     say_left_out(frame, ~touches, f"{what}s", feedback.warn)
     short = np.flatnonzero(touches & (shapely.length(geometry) <= 0.0))
     if short.size:
@@ -107,7 +107,7 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     if twins and named == names[0]:
         feedback.note(f"{twins} and count as one")
     elif twins:
-        feedback.warn(f"{twins} and count as one; to count each for itself, give each a {names[0]} of its own")
+        feedback.warn(f"{twins} and count as one; to count each for itself, give each its own {names[0]}")
     geometry = np.asarray(frame.geometry)[rows]
     merged = [
         geometry[alike[0]] if alike.size == 1 else shapely.union_all(geometry[alike])
@@ -130,7 +130,7 @@ def shared_words(
     called = rows_named(alike if rows is None else rows[alike])
     more = sum(times for times in count.values() if times > 1) - count[twins]
     text = f"{where_of(frame)}, field '{field}': {called} are called '{twins}'"
-    return text + (f", {more} more share others" if more else "")
+    return text + (f", {more} more share other names" if more else "")
 
 
 def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:

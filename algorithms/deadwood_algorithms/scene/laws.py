@@ -1,4 +1,4 @@
-"""Laws that a scene has only where they are asked for: trees that break, friction that grows with slip, soft ground."""
+"""Laws that a scene has only on request: trees that break, friction that grows with slip, soft ground."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Breaking:
     power: float
 
     @classmethod
-    def asked(cls, breaks: bool, capacity_kj: float | None, power: float) -> Breaking | None:
+    def from_options(cls, breaks: bool, capacity_kj: float | None, power: float) -> Breaking | None:
         if not breaks:
             return None
         if capacity_kj is None:

@@ -19,6 +19,7 @@ from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.blocks import Boulders, read_blocks
 from deadwood_algorithms.scene.friction import read_friction
@@ -261,7 +262,7 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> StandingTree
     x, y = plan_of(frame)
     on = points_on(grid, x, y)
     if not on.any():
-        raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
+        raise UserError(f"{path}: {none_of(len(frame), 'tree')} stands on the DEM{extent_words(x, y, grid)}")
     say_left_out(frame, ~on, "trees", feedback.note)
     ids = ids_of(frame, "tree_id")
     twins = shared_words(frame, "tree_id", ids.tolist())

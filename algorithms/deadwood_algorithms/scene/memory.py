@@ -1,4 +1,4 @@
-"""How much memory sliding takes on so many cells, and how much is free: said before the work, not by a killed run."""
+"""How much memory sliding takes on a number of cells, and how much is free: reported before the work starts."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ import os
 
 from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 
-# Bytes a cell: heights as read, for the kernels, and their roughness (4 each); writing the rasters and the copies that
-# numpy makes on the way (28, measured on 16 million cells); friction that differs by cell (8, and 8 while it is read).
-SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 28, 16
-RASTER_BYTES = 24  # a cell and thread
+# Bytes a cell: heights as read, for the kernels, and their roughness (4 each); writing the rasters, strip by strip (12,
+# measured on 6 million cells, GDAL's cache among it); friction that differs by cell (8, and 8 while it is read).
+SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 12, 16
+RASTER_BYTES = 28  # a cell and thread
 # Of danger, with lines: the list of a log's cells (once) and the count of any line (once) and of each, a cell and
-# thread; put together and written, a cell and line. Pages that no log comes to are never given out: the most it can be.
-DANGER_BYTES, DANGER_WRITING_BYTES = 4, 12
+# thread. Pages that no log reaches are never allocated: the most it can be.
+DANGER_BYTES = 4
 WORKER_BYTES = 300_000_000  # of libraries and kernels in a process of --scheduler local (measured: 250 MB)
 LOG_BYTES = 800  # a released log, mostly its row as it is read: 370 of four columns (docs/memory.md), 620 of thirteen
-MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, so many for each core; more gain nothing
+MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, this number for each core; more gain nothing
 
 
 def threads_that_fit(
@@ -43,13 +44,15 @@ def threads_that_fit(
     cores = os.cpu_count() or 1
     most = max(MOST_THREADS, MOST_A_CORE * cores)
     if wanted > most:
-        feedback.note(f"--threads {wanted}: {most} threads are used, because more gain nothing on {cores} cores")
+        feedback.note(
+            f"--threads {wanted}: {counted(most, 'thread is', 'threads are')} used, because more gain nothing on "
+            f"{counted(cores, 'core')}"
+        )
         wanted = most
     free = free_bytes()
     base = cells * (SCENE_BYTES + WRITING_BYTES + (FRICTION_BYTES if friction_by_cell else 0))
     each = cells * RASTER_BYTES
     if danger_lines:
-        base += cells * DANGER_WRITING_BYTES * (danger_lines + 1)
         each += cells * DANGER_BYTES * (danger_lines + 2)
     if free is None or base + wanted * each <= SHARE * free:
         return wanted
@@ -59,17 +62,20 @@ def threads_that_fit(
         raise UserError(
             f"{what}: {cells / 1e6:.0f} million cells need {(base + each) / GIB:.1f} GB of memory, "
             f"{free / GIB:.1f} GB are free; slide the releases of each area apart "
-            f"(deadwood-tool run-sites --by FIELD), {fewer}or take a coarser DEM "
+            f"(deadwood-tool run-sites --by FIELD), {fewer}or use a coarser DEM "
             f"({remedies.coarser(what, 2.0 * cell)})"
         )
-    feedback.note(f"{fitting} threads are used instead of {wanted}, because the memory does not suffice for more")
+    feedback.note(
+        f"{counted(fitting, 'thread is', 'threads are')} used instead of {wanted}, because the memory does not "
+        "suffice for more"
+    )
     return fitting
 
 
 def refuse_too_many_workers(
     number: int, cells: int, *, friction_by_cell: bool, what: str, danger_lines: int = 0
 ) -> None:
-    """Raise ``UserError`` where so many processes, each with scene and rasters of its own, do not fit into memory.
+    """Raise ``UserError`` where the processes, each with its own scene and rasters, do not fit into memory.
 
     ``what`` is the DEM's path; ``danger_lines`` are the lines whose danger is counted.
     """
@@ -83,13 +89,13 @@ def refuse_too_many_workers(
     fitting = max(0, int((SHARE * free - here) // each))
     fix = f"--workers {fitting} fit" if fitting else "leave out --scheduler: threads share what processes cannot"
     raise UserError(
-        f"--scheduler local: {number} workers on the {cells / 1e6:.3g} million cells of {what} need "
+        f"--scheduler local: {counted(number, 'worker')} on the {cells / 1e6:.3g} million cells of {what} need "
         f"{(here + number * each) / GIB:.1f} GB of memory, {free / GIB:.1f} GB are free; {fix}"
     )
 
 
 def refuse_too_many(count: int, things: str, what: str, *, each: int, fix: str) -> None:
-    """Raise ``UserError`` where so many things, of so many bytes each, do not fit into the memory that is free."""
+    """Raise ``UserError`` where a number of things of a size [bytes] do not fit into the free memory."""
     free = free_bytes()
     if free is not None and count * each > SHARE * free:
         raise UserError(

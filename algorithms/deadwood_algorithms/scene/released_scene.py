@@ -76,7 +76,7 @@ class _LayersAndLaws:
         default=None,
         minimum=0.0,
         advanced=True,
-        help="Default: the ground's there.",
+        help="Default: that of the ground there.",
     )
     tree_restitution: float | None = tool.number(
         "Restitution of stems and lying logs",
@@ -87,7 +87,7 @@ class _LayersAndLaws:
         help="Default: that of the ground.",
     )
     barrier_friction: float | None = tool.number(
-        "Friction of barriers", default=None, minimum=0.0, advanced=True, help="Default: the ground's there."
+        "Friction of barriers", default=None, minimum=0.0, advanced=True, help="Default: that of the ground there."
     )
     barrier_restitution: float | None = tool.number(
         "Restitution of barriers",
@@ -121,9 +121,9 @@ class _LayersAndLaws:
         default="cone",
         advanced=True,
         path_like=True,
-        help="A .pts file (x y z a line, metres, no header) slides the convex hull of its points instead of logs: "
-        "rocks, or logs as rings of vertices. dbh_cm and length_m of the releases are then ignored, the density is "
-        "used; "
+        help="A .pts file (x y z on each line, metres, no header) slides the convex hull of its points instead of "
+        "logs: rocks, or logs as rings of vertices. dbh_cm and length_m of the releases are then ignored, the density "
+        "is used; "
         "its z axis replaces the axis of a log.",
     )
     friction_max: float | None = tool.number(
@@ -132,7 +132,7 @@ class _LayersAndLaws:
         minimum=0.0,
         advanced=True,
         help="Friction grows from --friction to this while the body touches the ground: mu(s) = mu_min + (2/pi) "
-        "(mu_max - mu_min) atan(kappa s), s the way of its centre on the ground (Leine et al. 2014). Needs "
+        "(mu_max - mu_min) atan(kappa s), s the distance its centre has moved on the ground (Leine et al. 2014). Needs "
         "--friction-kappa and --friction-beta.",
     )
     friction_kappa: float | None = tool.number(
@@ -145,7 +145,7 @@ class _LayersAndLaws:
         help="After a slip of 1/kappa it is halfway.",
     )
     friction_beta: float | None = tool.number(
-        "How fast slip is forgotten in the air, of a point cloud",
+        "How fast slip decays in the air, of a point cloud",
         unit="1/s",
         default=None,
         minimum=0.0,
@@ -220,7 +220,7 @@ class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
                 **slip_laws(self.shape, self.friction_max, self.friction_kappa, self.friction_beta),
                 **scar_laws(self.shape, self.soil_strength_mn_m2, self.scar_drag),
             },
-            breaking=Breaking.asked(self.break_trees, self.tree_capacity_kj, self.tree_capacity_power),
+            breaking=Breaking.from_options(self.break_trees, self.tree_capacity_kj, self.tree_capacity_power),
         )
 
 

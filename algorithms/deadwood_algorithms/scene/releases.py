@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import say_defaults
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.scene.default_log import DefaultLog
 from deadwood_algorithms.scene.items import Items, digest_of, extent_words, plan_of, rows_named
 from deadwood_algorithms.schemas import ORIENTATIONS, RELEASES
 from deadwood_engine import Logs
@@ -96,6 +97,7 @@ def releases_of(
     length = size("length_m", LENGTH)
     for name, values in (("dbh_cm", dbh_cm), ("length_m", length)):
         warn_implausible(values, RELEASES.column(name), where_of(frame), feedback)
+    _say_overridden(frame, defaults, feedback)
     sizes = {name: defaults[name] for name in ("dbh_cm", "length_m", "density_kg_m3")}
     say_defaults(frame, "releases", sizes, where_of(frame), feedback)
     logs = Logs(
@@ -135,6 +137,21 @@ def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
     return log_id
 
 
+def _say_overridden(frame: geopandas.GeoDataFrame, defaults: Mapping[str, Any], feedback: Feedback) -> None:
+    """Warn of options that were set and do not hold, because the layer has their column."""
+    idle = []
+    for each in fields(DefaultLog):
+        given = defaults[each.name]
+        if each.name in frame and given != each.default and (frame[each.name] != given).any():
+            flag = "--" + each.name.replace("_", "-")
+            idle.append(f"{flag} {given:g}" if isinstance(given, float) else f"{flag} {given}")
+    if idle:
+        feedback.warn(
+            f"{where_of(frame)}: {', '.join(idle)}: without effect, because the layer has a column of that name, which "
+            "holds; change or drop the column"
+        )
+
+
 def _orientations(frame: geopandas.GeoDataFrame, default: str) -> NDArray[np.int8]:
     if "orientation" not in frame:
         return np.full(len(frame), ORIENTATIONS.index(default), np.int8)
@@ -157,7 +174,7 @@ def _refuse_off_dem(
     if off.size:
         raise UserError(
             f"{path}, {rows_named(off)}: {off.size} of {x.size} releases lie off the DEM or on its nodata "
-            f"(log_id {log_id[off[0]]} at {x[off[0]]:.1f}, {y[off[0]]:.1f}); remove them, or take a larger DEM"
+            f"(log_id {log_id[off[0]]} at {x[off[0]]:.1f}, {y[off[0]]:.1f}); remove them, or use a larger DEM"
         )
 
 

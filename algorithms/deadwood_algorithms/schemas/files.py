@@ -85,7 +85,7 @@ RUN_RASTERS = (
 DANGER = RasterFile(
     name="danger",
     look="danger",
-    meaning="Where a moving log ends on the road: NaN where fewer logs passed than --danger-least",
+    meaning="Share of passing logs that later reach the line; NaN where fewer logs passed than --danger-least",
     bands=(
         Band(
             name="any_line",
@@ -135,7 +135,7 @@ ORIGIN_REACH = RasterFile(
 DIFFERENCE = RasterFile(
     name="difference_SCENARIO",
     look="difference of shares",
-    meaning="How much likelier each cell is passed in this scenario than in the first",
+    meaning="How much more likely a passage of each cell is in this scenario than in the first",
     bands=(
         Band(
             name="difference",
@@ -196,7 +196,7 @@ COMPARISON = TableFile(
         a_number("n_only_reference", "Of a share: logs that do so in the baseline only", 0),
         a_number("n_only_scenario", "Of a share: logs that do so in this one only", 0),
         a_number("p_mcnemar", "Probability that chance alone changes as many, by McNemar's exact test", 0, 1),
-        a_number("n_lost", "Logs that left the terrain model before it was seen what they do", 0),
+        a_number("n_lost", "Logs that left the terrain model before the outcome was known", 0),
         a_number("value_low_if_lost", "The value if none of these had done it"),
         a_number("value_high_if_lost", "The value if all had"),
         a_number("difference_low_if_lost", "The least difference, whatever they did"),
@@ -222,7 +222,7 @@ OVERVIEW = TableFile(
         a_number("difference", "The value less that of the first scenario"),
         a_number("difference_from", "Lower end of the difference's 95 % interval, over the same logs"),
         a_number("difference_to", "Upper end"),
-        a_number("logs_lost", "Logs that left the terrain model before it was seen what they do", 0),
+        a_number("logs_lost", "Logs that left the terrain model before the outcome was known", 0),
         a_number("if_lost_from", "The value if none of these had done it"),
         a_number("if_lost_to", "The value if all had"),
         a_number("difference_if_lost_from", "The least difference, whatever they did"),
@@ -236,7 +236,7 @@ SITES_TABLE = TableFile(
 )
 DESIGN_VALUES = TableFile(
     name="design_values.csv",
-    meaning="Percentiles at each barrier and line, over the logs that come to it",
+    meaning="Percentiles at each barrier and line, over the logs that reach it",
     columns=(
         a_text("kind", "What the place is", choices=("barrier", "line")),
         a_text("place_id", "The barrier or line"),
@@ -253,8 +253,8 @@ DESIGN_VALUES = TableFile(
         a_number("ci_high", "Upper end"),
         a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
         a_text("note", "The same in words, or why the quantity is not there"),
-        a_number("n_lost", "Logs that left the terrain model and had not come to the place", 0),
-        a_number("factor", "By what the rule multiplies this percentile; empty where it takes another; with --rule", 0),
+        a_number("n_lost", "Logs that left the terrain model and had not reached the place", 0),
+        a_number("factor", "The rule's factor for this percentile; empty where the rule uses another; with --rule", 0),
         a_number("design_value", "The percentile times the factor"),
         a_number("design_high", "The upper end times the factor; the interval is of the percentile alone"),
         *BARRIER_CLASS,
@@ -262,7 +262,7 @@ DESIGN_VALUES = TableFile(
 )
 SITED_TABLE = TableFile(
     name="pareto.csv",
-    meaning="One row for each candidate alone, by what is left; then one a set of barriers that was chosen",
+    meaning="One row for each candidate alone, by what is left; then one per chosen set of barriers",
     columns=(
         a_number("step", "0: a candidate alone; from 1: the set chosen after that number of steps", 0),
         a_text("barriers", "The barriers of the set, with plus signs"),
@@ -291,7 +291,7 @@ INTENSITY_LINES = TableFile(
         a_text("line_id", "The line or polygon"),
         a_number("at_least_kj", "Least energy of the logs that count; 0: all that reach it", 0),
         a_number("n_total", "Logs that were watched", 0),
-        a_number("n_reach", "Of these, the logs that reach the line with so much energy", 0),
+        a_number("n_reach", "Of these, the logs that reach the line with this energy", 0),
         a_number("p", "Their share", 0, 1),
         a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
         a_number("ci_high", "Upper end", 0, 1),
@@ -303,7 +303,7 @@ INTENSITY_LINES = TableFile(
         a_number("return_ci_low_years", "Lower end of its 95 % interval", 0, unit="a"),
         a_number("return_ci_high_years", "Upper end; empty where there is none", 0, unit="a"),
         a_number("return_class", "Class of the return period, from 1, the shortest; 0 where no log reaches", 0),
-        a_text("note", "What is to be said of the row"),
+        a_text("note", "Remark"),
     ),
 )
 CALIBRATION = TableFile(
@@ -315,7 +315,7 @@ CALIBRATION = TableFile(
         a_number("p_range", "Probability of an event as likely or less, if it were the true one", 0, 1),
         a_number("p_fit", "Share of the model's own events that it makes no more often than the observed one", 0, 1),
         a_number("log_likelihood", "Logarithm of the likelihood of the event"),
-        a_number("relative_likelihood", "Likelihood over that of the likeliest coefficient", 0, 1),
+        a_number("relative_likelihood", "Likelihood over that of the most likely coefficient", 0, 1),
         a_number("relative_ci_low", "Lower end of its 95 % interval, for the number of logs that were slid", 0),
         a_number("relative_ci_high", "Upper end", 0),
         a_number("energy_score_m", "Mean distance score of observed points and simulated deposits; smaller is better"),
@@ -327,7 +327,7 @@ CALIBRATION = TableFile(
         a_number("share", "Share of the logs that do as was observed, where the event is one of lines or areas", 0, 1),
         a_number("share_ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
         a_number("share_ci_high", "Upper end", 0, 1),
-        a_number("n_lost", "Logs that went out of sight before it was seen whether they do", 0),
+        a_number("n_lost", "Logs that left the terrain model before it was known whether they do", 0),
         a_number("share_low_if_lost", "The share if none of these did", 0, 1),
         a_number("share_high_if_lost", "The share if all did", 0, 1),
         a_number("reach_LINE", "Share of the logs that reach this line", 0, 1),
@@ -364,7 +364,7 @@ TORNADO = TableFile(
         a_number("ci_low", "Lower end of its 95 % interval, over the same logs"),
         a_number("ci_high", "Upper end"),
         a_number("n_changed", "Logs whose outcome differs between the ends", 0),
-        a_text("beyond_chance", "Whether the interval leaves out 0"),
+        a_text("beyond_chance", "Whether the interval excludes 0"),
     ),
 )
 SENSITIVITY = TableFile(
@@ -384,7 +384,7 @@ SENSITIVITY = TableFile(
         ),
         a_number("mean", "The outcome's mean over the ranges"),
         a_number("variance", "Its variance over the ranges, without what so few logs add by chance"),
-        a_number("variance_ci_low", "Lower end of the variance's 95 % interval; up to 0 nothing can be shared out"),
+        a_number("variance_ci_low", "Lower end of the variance's 95 % interval; if it is 0, there are no indices"),
         a_number("variance_ci_high", "Upper end"),
     ),
 )
@@ -418,7 +418,7 @@ def _whole(name: str, meaning: str) -> Key:
 
 
 _SHARE_KEYS = (
-    _key("reach", "One a line, as layer `reach`"),
+    _key("reach", "One per line, as layer `reach`"),
     _key("reach[].line_id", "The line"),
     _key("reach[].n_total", "Logs that were run"),
     _key("reach[].n_reach", "Of these, the logs that reach it"),
@@ -470,7 +470,7 @@ _SCENARIO_KEYS = (
     _key("scenario.slip_friction", "How friction grows with slip; null where it does not"),
     _key("scenario.slip_friction.friction_max", "The coefficient after much slip"),
     _key("scenario.slip_friction.kappa_per_m", "After a slip of one over this it is halfway [1/m]"),
-    _key("scenario.slip_friction.beta_per_s", "How fast slip is forgotten in the air [1/s]"),
+    _key("scenario.slip_friction.beta_per_s", "How fast slip decays in the air [1/s]"),
     _key("scenario.soft_ground", "The ground that a shape of points digs into; null where it is hard"),
     _key("scenario.soft_ground.strength_mn_m2", "Its strength M_E [MN/m²]"),
     _key("scenario.soft_ground.drag", "Drag coefficient of what compacts"),
@@ -479,7 +479,7 @@ _SCENARIO_KEYS = (
     *_range("scenario.trees.dbh_cm", "Their DBH [cm]"),
     *_range("scenario.trees.height_m", "Their heights [m]"),
     _key("scenario.breaking", "At what energy trees break; null where they do not"),
-    _key("scenario.breaking.capacity_kj", "What a tree of 40 cm DBH takes [kJ]"),
+    _key("scenario.breaking.capacity_kj", "Energy that a tree of 40 cm DBH takes [kJ]"),
     _key("scenario.breaking.power", "Exponent of DBH / 40 cm with which it grows"),
     _key("scenario.barriers", "The barriers"),
     _key("scenario.barriers.n", "How many"),
@@ -516,7 +516,7 @@ def _above_keys(name: str, what: str) -> Iterator[Key]:
 
 _ABOVE_KEYS = (
     _key("above_capacity", "Hits above what trees or logs can take; null without --tree-, --log-capacity-kj"),
-    _key("above_capacity.tree_capacity_kj", "What a tree of 40 cm DBH takes [kJ]"),
+    _key("above_capacity.tree_capacity_kj", "Energy that a tree of 40 cm DBH takes [kJ]"),
     _key("above_capacity.tree_capacity_power", "Exponent of DBH / 40 cm with which it grows"),
     _key("above_capacity.break_trees", "Whether trees break that would take more: hits above are then those that did"),
     _key("above_capacity.log_capacity_kj", "What a log of 40 cm DBH can lose in a hit [kJ]"),
@@ -597,9 +597,9 @@ SUMMARY = JsonFile(
         _key("accuracy.auto", "What --fidelity auto promises, of the line that is farthest off; null without it"),
         _key("accuracy.auto.chosen", "The fidelity that made the run"),
         _key("accuracy.auto.why", "Why this one, in words"),
-        _key("accuracy.auto.sampling", "How far chance takes the share off at most, at 95 %"),
-        _key("accuracy.auto.calculation", "How far the calculation does, against reference"),
-        _key("accuracy.auto.together", "What both come to at 95 %: more than either, less than their sum"),
+        _key("accuracy.auto.sampling", "Sampling error of the share, at 95 %"),
+        _key("accuracy.auto.calculation", "Error of the calculation, against reference"),
+        _key("accuracy.auto.together", "Both together, at 95 %: more than either, less than their sum"),
         _key("accuracy.auto.line_id", "The line"),
         _key("accuracy.auto.error", "What was asked for by --error; not there with --budget"),
         _key("accuracy.auto.reached", "Whether that is kept, for each line"),
@@ -610,7 +610,7 @@ SUMMARY = JsonFile(
         _key("counted.LAYER", "The layer, by the parameter that named it"),
         _key("counted.LAYER.read", "Its rows"),
         _key("counted.LAYER.used", "Those that had a part in the run"),
-        _key("counted.LAYER.left_out", "One a reason why others had none"),
+        _key("counted.LAYER.left_out", "One per reason why others had none"),
         _key(
             "counted.LAYER.left_out[].why",
             "`off_dem`, beyond the terrain model; `no_terrain`, on its last half cell or on nodata; `beyond_window`, "
@@ -637,7 +637,7 @@ SITES_FACTS = JsonFile(
         _key("sites.failed", "That failed"),
         _key("logs", "How many logs"),
         _key("logs.released", "That were run, at all sites"),
-        _key("reach", "One a line: the logs of all sites that watch a line of this name"),
+        _key("reach", "One per line: the logs of all sites that watch a line of this name"),
         _key("reach[].line_id", "The line"),
         _key("reach[].sites", "Sites that watch it"),
         _key("reach[].n_total", "Their logs"),
@@ -668,7 +668,10 @@ MANIFEST = JsonFile(
         _whole("inputs", "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS; of several files each"),
         _whole("files", "SHA-256 and bytes of every file of the folder, which seal the result"),
         _key("seal", "SHA-256 of the content of this file"),
-        _key("folder", "Where the manifest was to stand; inputs that moved together with it are found from there"),
+        _key(
+            "folder",
+            "Folder in which the manifest was written; inputs that moved together with it are found from there",
+        ),
         _whole("parameters", "Every parameter, as it was given or by default"),
         _whole("presets", "What a preset set, from which source, and which options overrode it; with one only"),
     ),
@@ -747,10 +750,10 @@ INTENSITY_FACTS = JsonFile(
         _key("areas[].release_id", "The area"),
         _key("areas[].events_per_year", "Its events a year"),
         _key("areas[].n_logs", "Logs of the run that started there"),
-        _key("no_hit", "What may be yet where no log passed (95 %)"),
+        _key("no_hit", "Bounds where no log passed (95 %)"),
         _key("no_hit.p_high", "Upper end of the interval of the share of logs that pass"),
         _key("no_hit.return_ci_low_years", "Lower end of that of the return period; with a frequency"),
-        _key("classes", "One a raster and class"),
+        _key("classes", "One per raster and class"),
         _key("classes[].map", "The raster"),
         _key("classes[].class", "The class"),
         _key("classes[].meaning", "What it is"),
@@ -773,7 +776,7 @@ ORIGIN_FACTS = JsonFile(
     meaning="The same in numbers",
     keys=(
         _key("cell_m", "Side of the raster's cells [m]"),
-        _key("least", "Least number of logs for which a cell has a share"),
+        _key("least", "Minimum number of logs for which a cell has a share"),
         _key("logs", "Logs that are counted"),
         _key("told", "Share of them that were released in cells with at least this number"),
         _key("n_left_dem", "Of these, those that left the terrain model"),
@@ -793,12 +796,15 @@ CALIBRATION_FACTS = JsonFile(
         _key("range.open_low", "Whether the sweep's first belongs to them, so that the range may continue below"),
         _key("range.open_high", "The same of its last, above"),
         _key("range.gaps", "Whether some between do not belong to them"),
-        _key("best", "Likeliest coefficient of the sweep"),
+        _key("best", "Most likely coefficient of the sweep"),
         _key("fits", "Whether any makes such an event more often than once in 20"),
         _key("logs", "Logs that were slid with each coefficient"),
         _key("event", "What was observed"),
         _key("event.deposits", "Number of deposits, where deposits were observed"),
-        _key("event.search_complete", "Whether all logs of the event were found, not only those that stayed in sight"),
+        _key(
+            "event.search_complete",
+            "Whether all logs of the event were found, not only those that stayed on the terrain model",
+        ),
         _key("event.logs", "Logs of the event, where lines or areas were"),
         _key("event.did", "Number of these that reached it"),
         _key("cell_m", "Cells of the terrain model, for which the range holds [m]"),
@@ -814,15 +820,15 @@ FIDELITY_FACTS = JsonFile(
         _key("logs.compared", "That were slid at each fidelity"),
         _key("logs.in_layer", "In the layer"),
         _key("logs.planned", "Of the run to be decided on"),
-        _key("recommendation", "The cheapest fidelity that will do"),
+        _key("recommendation", "The cheapest fidelity that is accurate enough"),
         _key("recommendation.fidelity", "Its name; null where none is shown to do"),
         _key("recommendation.sentence", "The same in words"),
         _key("recommendation.judged_by", "The criterion"),
         _key("recommendation.logs_needed", "About how many logs could show what these could not"),
-        _key("recommendation.silent_lines", "Lines that all logs reach or none, and that say nothing"),
+        _key("recommendation.silent_lines", "Lines that all logs reach or none, which decide nothing"),
         _whole("recommendation.verdicts", "By fidelity: whether its error is shown to be small enough"),
         _whole("settings", "By fidelity: its numbers, as the engine has them"),
-        _key("postures", "One a quantity with all logs in another posture at the start, at the cheapest fidelity"),
+        _key("postures", "One per quantity with all logs in another posture at the start, at the cheapest fidelity"),
         _key("postures[].orientation", "The posture, a word of `--orientation`: `upright` or `random-lying`"),
         _key("postures[].fidelity", "The fidelity"),
         _key("postures[].quantity", "`reach`, or `runout_mean`"),
@@ -846,7 +852,7 @@ VARIED_FACTS = JsonFile(
         _key("answers[].by", "What factors were ranked by: `total`, the index, or `swing`"),
         _key(
             "answers[].factors",
-            "Those that may be the strongest (95 %), likeliest first; empty if none is beyond chance",
+            "Those that may be the strongest (95 %), most likely first; empty if none is beyond chance",
         ),
         _key("answers[].decided", "Whether it is one"),
         _key("answers[].sentence", "The same in words"),
@@ -883,7 +889,7 @@ DEMO = JsonFile(
     name="demo.json",
     meaning="What the demo found",
     keys=(
-        _key("forests", "By forest: what its run came to"),
+        _key("forests", "By forest: the results of its run"),
         _whole("forests.FOREST", "The run's summary.json, and `speed.mean_to_road_ms` of the logs that arrive"),
         _key("paper", "Where the findings of the paper are"),
     ),
@@ -892,7 +898,7 @@ FAILED = JsonFile(
     name="failed.json",
     meaning="The last states of logs that failed, if any did, from which the engine can continue; please report them",
     keys=(
-        _key("logs", "One a log that failed"),
+        _key("logs", "One per log that failed"),
         _key("logs[].log_id", "The log"),
         _key("logs[].t_s", "Time since the start [s]"),
         _key("logs[].position_m", "Centre of mass [m]"),
@@ -907,7 +913,7 @@ FAILED = JsonFile(
 
 # --- others ---------------------------------------------------------------------------------------------------------
 
-POINTS = OtherFile(name="log.pts", meaning="The vertices, x y z a line [m]: the custom shape of RAMMS::Rockfall")
+POINTS = OtherFile(name="log.pts", meaning="The vertices, x y z on each line [m]: the custom shape of RAMMS::Rockfall")
 OBJ = OtherFile(name="log.obj", meaning="The closed solid, for 3-D programs")
 STL = OtherFile(name="log.stl", meaning="The same")
 PROFILE = OtherFile(name="flight_FLIGHT.png", meaning="The profile of one flight")
@@ -982,7 +988,9 @@ SITE_FACTS = JsonFile(
 )
 SITES_PICTURE = OtherFile(name="overview.png", meaning="Where the sites are, and what share reaches a line")
 COMPARISON_PICTURE = OtherFile(name="comparison.png", meaning="Reach, run-outs and maps of the scenarios side by side")
-CALIBRATION_PICTURE = OtherFile(name="calibration.png", meaning="Likelihood by coefficient, and a map of the likeliest")
+CALIBRATION_PICTURE = OtherFile(
+    name="calibration.png", meaning="Likelihood by coefficient, and a map of the most likely"
+)
 FIDELITY_PICTURE = OtherFile(name="comparison.png", meaning="Error against cost")
 TORNADO_PICTURE = OtherFile(name="tornado.png", meaning="What each factor does to each outcome, and its indices")
 SITED_PICTURE = OtherFile(

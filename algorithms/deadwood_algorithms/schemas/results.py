@@ -314,7 +314,7 @@ SPREAD = Layer(
     columns=(
         RELEASE,
         a_count("n", "Logs of the release"),
-        a_count("n_left_out", "Of these, deposits nearer than the least run-out"),
+        a_count("n_left_out", "Of these, deposits nearer than the minimum run-out"),
         a_number(
             "spread_deg", "Smallest angle that holds the others; it grows with the number of logs", 0, FULL_CIRCLE
         ),

@@ -114,7 +114,7 @@ def trusted_of(assumed: Mapping[str, float], lines: int) -> list[Option]:
 
 
 def _cheapest(error: float, options: Sequence[Option], shares: Sequence[float], cap: int) -> Option | None:
-    """The option that is likely to keep the error at the least cost; None where none can with so many logs."""
+    """The option that is likely to keep the error at the least cost; None where none can with the available logs."""
     costs = {
         option.fidelity: logs * COSTS[option.fidelity]
         for option in options

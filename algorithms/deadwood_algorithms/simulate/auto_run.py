@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.run_options import AUTO, FidelityOptions
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene.releases import reached
@@ -32,7 +33,7 @@ WITHIN_BUDGET, WRITING_S = 0.95, 1.0
 
 @dataclass(frozen=True)
 class Promise:
-    """What is asked for: an error of every line's reach, or the least that can be had in so many seconds.
+    """What is required: an error of every line's reach, or the smallest error possible in a number of seconds.
 
     assume : up to which fidelity the page's errors of calculation are taken for granted
     """
@@ -104,7 +105,7 @@ class AutoRun:
         except UserError:  # what slid for it is of no use to another error
             self.remove()
             raise
-        self.run.feedback.note(f"{chosen.logs} logs at {chosen.option.fidelity}: {chosen.option.why}")
+        self.run.feedback.note(f"{counted(chosen.logs, 'log')} at {chosen.option.fidelity}: {chosen.option.why}")
         others = [work for name, work in self.works.items() if name != chosen.option.fidelity]
         spent = sum(float(work.chunk(k)["cost_cpu_s"].sum()) for work in others for k in range(work.finished))
         return chosen, spent

@@ -1,7 +1,7 @@
 """The hidden working folder ``.NAME.part`` beside a run's folder, in which a run keeps its finished chunks of logs.
 
-An interrupted run continues from it with ``--resume``. A checkpoint holds the rasters after so many chunks; chunks that
-came later are slid again, so what is resumed is the run that was interrupted, bit for bit.
+An interrupted run continues from it with ``--resume``. A checkpoint holds the rasters after a number of chunks; later
+chunks are slid again, so what is resumed is the run that was interrupted, bit for bit.
 
 Nothing in it is believed without its seal: a digest, at the end of each file, of its content, of its name and of the
 run's identity. So a flipped bit, a cut file, a chunk copied over another or brought from another run is found out; what
@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.simulate.columns import Columns
+from deadwood_algorithms.simulate.totals import Totals
 
 IDENTITY = "identity.json"
 SEAL_BYTES = hashlib.sha256().digest_size
@@ -121,15 +122,19 @@ class WorkFolder:
         parquet.write_table(poses, table, compression="zstd")
         self._write(_poses_name(chunk), table.getvalue())
 
-    def checkpoint(self, finished: int, rasters: Mapping[str, NDArray], grid: Grid) -> None:
-        """Keep the rasters as they are after so many finished chunks: the cells that any log has passed over.
+    def checkpoint(self, finished: int, rasters: Totals, grid: Grid) -> None:
+        """Keep the rasters as they are after a number of finished chunks: the cells that any log has passed over.
 
         The cells are numbered in the whole DEM, of which ``grid`` may be a window.
         """
-        row, column = np.nonzero((rasters["hit_count"] > 0) | (rasters["deposit_count"] > 0))
-        cells = (row + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0]
+        found: dict[str, list[NDArray]] = {name: [] for name in ("cells", *rasters.names)}
+        for first, strip in rasters.strips():
+            row, column = np.nonzero((strip["hit_count"] > 0) | (strip["deposit_count"] > 0))
+            found["cells"].append((row + first + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0])
+            for name, values in strip.items():
+                found[name].append(values[..., row, column])
         part = np.array(astuple(grid.part), np.int64)
-        sparse = {"cells": cells, "part": part} | {name: values[..., row, column] for name, values in rasters.items()}
+        sparse = {"part": part} | {name: np.concatenate(parts, axis=-1) for name, parts in found.items()}
         self._write(_rasters_name(finished), _packed(sparse))
         kept = (_rasters_name(finished), _rasters_name(self.finished))
         for old in self.path.glob("rasters_*.npz"):

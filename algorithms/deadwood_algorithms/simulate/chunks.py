@@ -20,6 +20,7 @@ from deadwood_algorithms.simulate.checkpoints import WorkFolder
 from deadwood_algorithms.simulate.queue import Queue
 from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.simulate.sliding import reporter, slide_batch
+from deadwood_algorithms.simulate.totals import Totals
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.windows import scene_again, wider_scene
 from deadwood_engine import Rasters, Result
@@ -28,8 +29,9 @@ from deadwood_engine import Rasters, Result
 CHUNK = 512
 # The first chunks are smaller, so that a run that is soon interrupted keeps something, however slow its logs are.
 FIRST_CHUNKS = (32, 64, 128, 256)  # logs after which they end
-# A state of the rasters is saved after a chunk as often as that costs so much of the time (on 4000 x 4000 cells half a
-# second, on others next to nothing), and at least so often: what an interruption loses, beside the chunk at work.
+# A state of the rasters is saved after a chunk as often as that costs this share of the time (half a second on
+# 4000 x 4000 cells, on others next to nothing), and at least this often: what an interruption loses, beside the chunk
+# at work.
 CHECKPOINT_SHARE, CHECKPOINT_S = 0.05, 10.0
 
 # Of a chunk's result, the scene, the logs' ids and the seconds that it took: what is kept by log, and the poses.
@@ -103,7 +105,7 @@ class ChunkedRun:
             since = time.perf_counter() - saved
             due = last or since > min(CHECKPOINT_S, saving_s / CHECKPOINT_SHARE) or feedback.cancelled()
             if fresh and due:
-                work.checkpoint(chunk + 1, self.slope.rasters.totals(), self.slope.layers.dem)
+                work.checkpoint(chunk + 1, Totals(self.slope.rasters), self.slope.layers.dem)
                 saving_s, saved = time.perf_counter() - saved - since, time.perf_counter()
             if last:
                 break
@@ -128,7 +130,7 @@ class ChunkedRun:
             raise Cancelled from error
 
     def _slide_chunk(self, chunk: int) -> list[str]:
-        """Slide the logs of one chunk and keep what comes of them; or the sides of the window that were too near.
+        """Slide the logs of one chunk and keep the results; or the sides of the window that were too near.
 
         The rasters of the last checkpoint hold all chunks before it, so one of those that was lost is not drawn again.
         Workers elsewhere begin with the chunks behind it while a slow log keeps it waiting.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
@@ -16,7 +17,8 @@ from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.windows import GRAVITY, energy_slope
-from deadwood_engine import FIDELITIES, STOP_REASONS, Result, slide
+from deadwood_algorithms.stats.endings import left_dem
+from deadwood_engine import FIDELITIES, Result, slide
 from deadwood_engine.rotation import VX, VY
 
 Array = NDArray[np.float64]
@@ -26,6 +28,8 @@ WORTH_TELLING = 0.05  # share of them
 LONGEST_S = 120.0  # that a log slides; what still moves then is not counted
 NEAR_M, FAR_M = 3.0, 23.0  # before the edge, between which the slope is taken
 ROUNDED_M = 10.0
+# From a side of the DEM, within which a log that left crossed that side: heights end half a cell before it
+NEAR_CELLS = 1.5
 COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 
 
@@ -47,16 +51,27 @@ def look(simulation: Simulation, layers: SceneLayers, releases: Releases, seed: 
     )
     # on a window of a large terrain model the logs near its sides continue when the run has widened it
     seen = ~result.reach[:, result.reach.shape[1] - len(layers.watched) :].any(axis=1)
-    left = seen & (result.stop_reason == STOP_REASONS.index("left_dem"))
+    left = seen & left_dem(result.stop_reason)
     if left.sum() <= WORTH_TELLING * seen.sum():
         return
     more = further(layers, result, np.flatnonzero(left), energy_slope(simulation.inputs.friction))
-    feedback.warn(warning(int(left.sum()), int(seen.sum()), sides_of(result, left), more))
+    feedback.warn(warning(int(left.sum()), int(seen.sum()), sides_of(result, left, layers.dem.frame), more))
 
 
-def sides_of(result: Result, left: NDArray[np.bool_]) -> list[str]:
-    """Where these logs were going, the most frequent directions first: those of a tenth of them or more."""
-    vx, vy = result.last_state[left, VX], result.last_state[left, VY]
+def sides_of(result: Result, left: NDArray[np.bool_], dem: Grid) -> list[str]:
+    """Over which sides of the DEM these logs left, or where they were going when they came onto nodata within it.
+
+    The most frequent first: those of a tenth of the logs or more. A log that turns in a valley may cross the northern
+    side while it moves east.
+    """
+    x, y = result.end_position[left, :2].T
+    west, south, east, north = dem.bounds
+    near = NEAR_CELLS * dem.cell
+    right = (x >= east - near).astype(float) - (x <= west + near)
+    up = (y >= north - near).astype(float) - (y <= south + near)
+    within = (right == 0.0) & (up == 0.0)
+    vx = np.where(within, result.last_state[left, VX], right)
+    vy = np.where(within, result.last_state[left, VY], up)
     octant = np.rint(np.arctan2(vy, vx) / (np.pi / 4.0)).astype(int) % len(COMPASS)
     count = np.bincount(octant, minlength=len(COMPASS))
     return [COMPASS[k] for k in np.argsort(-count, kind="stable") if count[k] >= max(1.0, 0.1 * left.sum())]
@@ -90,5 +105,5 @@ def warning(n_left: int, n: int, sides: list[str], more: Array) -> str:
         )
     return (
         f"a look before the run: {n_left} of {n} logs (draft) leave the terrain model to the {where}; {need_words}. "
-        "Reach and spread will be those of logs as far as they are seen: take a larger terrain model"
+        "Reach and spread will be those of logs as far as they are seen: use a larger terrain model"
     )

@@ -56,7 +56,7 @@ def sampling_of(n_hit: float, n_total: int, *, z: float = Z_95) -> float:
 
 
 def sigma_of(share: float, n_total: int) -> float:
-    """Standard error of a share of so many logs, as its interval has it."""
+    """Standard error of a share of n logs, as in its interval."""
     return sampling_of(share * n_total, n_total) / Z_95
 
 

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def _connected(scheduler: str, number: int, feedback: Feedback) -> Iterator[Work
         stack.enter_context(_quiet_logs())
         where, security = scheduler, None
         if scheduler == LOCAL:
-            feedback.progress(0, 1, f"starting {number} workers")
+            feedback.progress(0, 1, f"starting {counted(number, 'worker')}")
             where, security = stack.enter_context(_local_cluster(distributed, number))
         elif scheduler.startswith("tls:") and not distributed.Security().get_connection_args("client").get(
             "ssl_context"
@@ -101,7 +102,7 @@ def _connected(scheduler: str, number: int, feedback: Feedback) -> Iterator[Work
 
 @contextmanager
 def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
-    """The address of so many processes of one thread each, and the certificate that they ask for.
+    """The address of a number of processes of one thread each, and the certificate that they require.
 
     Processes, for the kernels let go of Python's lock, but what lies around them does not.
     """

@@ -7,6 +7,7 @@ from threading import Lock
 
 import numpy as np
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_engine import Logs, Result, Shape, Start
 from deadwood_engine.log_body import BASE_RADIUS
 
@@ -47,7 +48,8 @@ class Sinking:
             return None
         metres, part = self.deepest
         return (
-            f"{self.deep} of {self.slid} logs that were slid sank deeper than {TOO_DEEP:g} of their diameter into the "
-            f"ground or an obstacle, the deepest {metres:.2g} m ({part:.2g} diameters), on cells of {cell:g} m: their "
-            f"paths are not reliable; take a finer fidelity, and look at the terrain model where they went"
+            f"{self.deep} of {counted(self.slid, 'log')} that slid sank deeper than {TOO_DEEP:g} of their diameter "
+            f"into the ground or an obstacle, the deepest {metres:.2g} m ({part:.2g} diameters), on cells of "
+            f"{cell:g} m: "
+            "their paths are not reliable; take a finer fidelity, and look at the terrain model where they went"
         )

@@ -7,12 +7,13 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.simulate.checkpoints import WorkFolder
 
 
 class Steps:
-    """What comes of each step is kept beside the output until that stands; steps are always asked for in one order."""
+    """The results of each step are kept beside the output until it is complete; steps are always run in one order."""
 
     def __init__(self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> None:
         self.feedback = feedback
@@ -20,13 +21,13 @@ class Steps:
         self._number = self._logs = 0
 
     def take(self, logs: int, slide: Callable[[], Mapping[str, NDArray]]) -> dict[str, NDArray]:
-        """The arrays of the next step, which slides so many logs; it does so only where that was not done before."""
+        """The arrays of the next step, which slides a number of logs, unless that was done before."""
         if self._number >= self._work.finished:
             try:
                 self._work.save(self._number, slide())
             except (Cancelled, KeyboardInterrupt, UserError) as error:
                 self.feedback.note(
-                    f"what {self._logs} logs did is kept in {self._work.path}; --resume continues from there"
+                    f"what {counted(self._logs, 'log')} did is kept in {self._work.path}; --resume continues from there"
                 )
                 if isinstance(error, UserError):  # the workers are lost
                     raise

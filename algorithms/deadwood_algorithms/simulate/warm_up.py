@@ -14,8 +14,8 @@ from deadwood_algorithms.params.tool import Feedback
 from deadwood_engine import FIDELITIES, Logs, Rasters, Scene, Shape, slide
 
 COMPILING = (
-    "compiling the engine for this machine, which takes one to two minutes; it is done once a version and kept, "
-    "and counts neither as the logs' time nor in the time left"
+    "compiling the engine for this machine, once for each version, which takes one to two minutes; this time is not "
+    "included in the figures shown"
 )
 
 

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, engine_digest
 from deadwood_algorithms.simulate import piece as on_worker
 from deadwood_algorithms.simulate.batch import Batch, Sliding
@@ -287,7 +288,7 @@ class Workers:
             ours = {"version": VERSION, "engine": engine_digest(), "bits": self._bits}
             if facts == ours:
                 self._good[address] = threads
-                self.feedback.note(f"--scheduler: the worker {address} ({threads} threads) joins in")
+                self.feedback.note(f"--scheduler: the worker {address} ({counted(threads, 'thread')}) joins in")
                 return
             if (facts["version"], facts["engine"]) != (VERSION, engine_digest()):
                 why = f"it has engine {facts['engine']}, version {facts['version']}; here it is engine "
@@ -317,7 +318,7 @@ class Workers:
             self.carried.scenes += len(to) * sum(len(p) if isinstance(p, bytes) else p.nbytes for p in parts.values())
 
     def _give_out(self, job: _Job, sliding: Sliding, ahead: Iterator[Batch]) -> None:
-        """Send pieces until so many are out that no thread waits; first those that came back, then the job's own."""
+        """Send pieces until no thread waits; first those that came back, then the job's own."""
         threads = sum(self._good.values())
         ready = frozenset(self._good).intersection(*(self._lying[name].at for name in job.sent.parts))
         if not ready or (len(self._good) < self.wanted and not self._out and job.done == 0):
@@ -469,7 +470,7 @@ def missing_in(batch: Batch, rows: slice) -> list[tuple[int, list[int]]]:
 
 
 def piece_size(left: int, threads: int, each_s: float | None) -> int:
-    """How many logs go out next, of so many that are left, where one takes so long [s], if that is known.
+    """How many logs to send next, of those left, given the time of one [s], if known.
 
     Pieces are long beside what it costs to send them, and shorter towards the end, where all wait for the last: a log
     that takes a hundred times as long as others then holds up few of them.

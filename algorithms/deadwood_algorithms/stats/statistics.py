@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from deadwood_algorithms.params.counts import counted
+
 Z_95 = 1.959964  # two-sided 95 % point of the normal distribution
 
 
@@ -125,7 +127,7 @@ def loss_matters(record: Mapping[str, Any]) -> bool:
 
 
 def decimals_of(low: float, high: float) -> int:
-    """Decimals of a number that its interval allows: so many that its half-width has two digits, and at least none.
+    """Decimals of a number that its interval allows: enough that its half-width has two digits, and at least none.
 
     12 +- 1.8 has one, 0.15 +- 0.19 two, 75 +- 13 none.
     """
@@ -143,7 +145,7 @@ def percent(share: float, low: float, high: float, *, sign: bool = False) -> str
 
 
 def to_decimals(value: float, decimals: int, *, sign: bool = False) -> str:
-    """``+1.20``, ``0.00``: with so many decimals; what rounds to zero has no sign."""
+    """``+1.20``, ``0.00``: with a number of decimals; what rounds to zero has no sign."""
     text = f"{value:{'+' if sign else ''}.{decimals}f}"
     return text.lstrip("-+") if float(text) == 0.0 else text
 
@@ -189,6 +191,7 @@ def lost_words(record: Mapping[str, Any]) -> str:
     low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
     up_to, low, high = (percent(each, low, high) for each in (record["p_high_if_lost"], low, high))
     return (
-        f"; {record['n_lost']} others left the terrain model before it: {up_to} % if all of them reach it; chance and "
+        f"; {counted(record['n_lost'], 'other')} left the terrain model before it: {up_to} % if all of them reach "
+        "it; chance and "
         f"these together: {low} to {high} %"
     )

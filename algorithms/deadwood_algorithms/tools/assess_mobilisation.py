@@ -44,6 +44,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.results.identity import writing
 
@@ -147,7 +148,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             write_vector(areas, {"release_areas": found})
             hectares = float(found["area_m2"].to_numpy().sum()) / 1e4
             facts |= {"areas": len(found), "area_ha": hectares}
-            lines.append(f"{len(found)} candidate release areas, {hectares:.2f} ha")
+            lines.append(f"{counted(len(found), 'candidate release area')}, {hectares:.2f} ha")
         if assessed:
             write_vector(assessed, judged)
         if judged:

@@ -35,21 +35,21 @@ from pathlib import Path
 import numpy as np
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 
-TABLE, FACTS, PICTURE, LAYERS, MANIFEST = (
-    "calibration.csv", "calibration.json", "calibration.png", "calibration.gpkg", "manifest.json",
-)  # fmt: skip
+TABLE, FACTS, PICTURE, LAYERS = (f"calibration.{kind}" for kind in ("csv", "json", "png", "gpkg"))
+MANIFEST = "manifest.json"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(SlidingOptions, ReleasedScene):
     friction: tuple[float, ...] = tool.numbers(  # pyright: ignore[reportIncompatibleVariableOverride]
         "Friction coefficients to try", *(round(0.1 + 0.05 * k, 2) for k in range(9)), minimum=0.0, least_count=2,
-        help="Single ones with commas, or from:to:step, such as 0.1:0.5:0.05.",
+        help="Separated by commas, or from:to:step, such as 0.1:0.5:0.05.",
     )  # fmt: skip
     observed: str | None = tool.vector(
         "Observed deposits: points, or areas in which logs came to rest",
@@ -186,7 +186,7 @@ def refuse_unclear(ask: Ask) -> int:
         raise UserError("--search-complete is about observed deposits; leave it out, or give --observed")
     did = ask.event_logs if ask.event_reached is None else ask.event_reached
     if did > ask.event_logs:
-        raise UserError(f"--event-reached is {did}, but the event has {ask.event_logs} logs (--event-logs)")
+        raise UserError(f"--event-reached is {did}, but the event has {counted(ask.event_logs, 'log')} (--event-logs)")
     return did
 
 

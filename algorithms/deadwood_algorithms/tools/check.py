@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 
 CHANGED = 3  # the exit status
@@ -91,7 +92,7 @@ def lines_of(place: Path, facts: Mapping[str, Any]) -> tuple[str, ...]:
     ]
     files = facts["files"]
     if files["sealed"] and not files["damaged"]:
-        lines.append(f"{files['sealed']} files, as they were written")
+        lines.append(f"{counted(files['sealed'], 'file, as it was', 'files, as they were')} written")
     lines += [f"{name}: damaged, changed or gone" for name in files["damaged"]]
     for each in facts["inputs"]:
         file = each["path"] if each["stands"] == "same" else each["file"]

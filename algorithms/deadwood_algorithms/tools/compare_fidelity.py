@@ -24,6 +24,7 @@ from pathlib import Path
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation, recommend
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
@@ -38,7 +39,7 @@ class Ask(SlidingOptions, SceneByName):
     fidelities: str = tool.text(
         "Fidelities to compare",
         default=",".join(NAMES),
-        help="At least two, with commas; the finest is the standard of comparison.",
+        help="At least two, separated by commas; the finest is the standard of comparison.",
     )
     logs: int = tool.integer(
         "Logs to compare",
@@ -130,7 +131,9 @@ def fidelities_wanted(text: str) -> list[str]:
         raise UserError(f"--fidelities: '{unknown[0]}' is none of {', '.join(NAMES)}")
     chosen = [name for name in NAMES if name in wanted]
     if len(chosen) < 2:
-        raise UserError(f"--fidelities is '{text}', but must name at least two of {', '.join(NAMES)}, with commas")
+        raise UserError(
+            f"--fidelities is '{text}', but must name at least two of {', '.join(NAMES)}, separated by commas"
+        )
     return chosen
 
 
@@ -165,7 +168,7 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
     if advice.silent_lines:
         lines.append(f"reached by all logs or by none, so not assessed: line {', '.join(advice.silent_lines)}")
-    return (f"{n_logs} logs, each fidelity against {names[-1]}:", *lines, advice.sentence)
+    return (f"{counted(n_logs, 'log')}, each fidelity against {names[-1]}:", *lines, advice.sentence)
 
 
 def points(row: FidelityRow) -> str:

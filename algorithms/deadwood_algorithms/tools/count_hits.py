@@ -32,6 +32,7 @@ import numpy as np
 
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ class Ask:
         "Roads, railways, houses of that raster", "line", "polygon", default=None, help="Default: the lines of the run."
     )
     danger_least: int = tool.integer(
-        "Least number of passing logs for which a cell has a value", default=10, minimum=1, advanced=True
+        "Minimum number of passing logs for which a cell has a value", default=10, minimum=1, advanced=True
     )
     output: str = tool.output_raster("Hit counts")
     overwrite: bool = tool.overwrite()
@@ -126,7 +127,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if end and reach_of:
             write_danger(end, source, stored, grid, *reach_of, ask.danger_least, feedback)
     facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
-    line = f"{stored.size} logs counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
+    line = (
+        f"{counted(stored.size, 'log')} counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
+    )
     outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}
     outputs |= {"danger": Path(ask.danger)} if ask.danger else {}
     return Outcome(outputs, facts, (line, *lines_of_run(source)))
@@ -153,11 +156,11 @@ def write_danger(
     feedback: Feedback,
 ) -> None:
     from deadwood_algorithms.files.rasters import write_bands
-    from deadwood_algorithms.results.danger import danger_bands, danger_of, units_of
+    from deadwood_algorithms.results.danger import bands_by_rows, danger_of, units_of
     from deadwood_algorithms.schemas.files import DANGER
 
     passed, danger = danger_of(source, stored, grid, lines, items, feedback)
-    bands = danger_bands(passed, danger, items.ids, least)
+    bands = bands_by_rows(passed, danger, items.ids, least)
     units = units_of(list(bands))
     write_bands(path, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
 
@@ -181,7 +184,7 @@ def visited(grid: Grid, source: Run) -> Grid:
         part = Part(column, row, columns, rows).cut_to(grid.shape)
     if part.cells > CELLS_MOST:
         raise UserError(
-            f"--cell-m {grid.cell:g} makes a raster of {part.columns} x {part.rows} cells; take a larger cell"
+            f"--cell-m {grid.cell:g} makes a raster of {part.columns} x {part.rows} cells; use a larger cell"
         )
     return grid if part == grid.part else grid.window(part)
 

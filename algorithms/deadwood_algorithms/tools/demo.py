@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Stage, Tool
 from deadwood_algorithms.tools import (
     generate_forest,
@@ -154,7 +155,8 @@ def made_with(ask: Ask, summaries: Mapping[str, Mapping[str, Any]]) -> str:
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "numba", "rasterio"))
     seconds = sum(each["cost"]["cpu_s"] for each in summaries.values())
     return (
-        f"{ask.logs} logs per forest, {ask.fidelity}, seed {ask.seed}; deadwood-tool {tool.VERSION}, {versions}; "
+        f"{counted(ask.logs, 'log')} per forest, {ask.fidelity}, seed {ask.seed}; deadwood-tool {tool.VERSION}, "
+        f"{versions}; "
         f"{seconds:.0f} CPU seconds of sliding on {os.cpu_count()} cores ({platform.machine()})"
     )
 

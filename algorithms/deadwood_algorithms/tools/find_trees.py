@@ -33,6 +33,7 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS
 from deadwood_algorithms.prepare.trees.dbh_filling import chosen_law, warn_of_another_region
@@ -56,7 +57,7 @@ class Ask:
         "Constant diameter of the window instead", unit="m", default=None, minimum=0.0, maximum=100.0, exclusive=True
     )
     min_height_m: float = tool.number(
-        "Least height of a tree",
+        "Minimum height of a tree",
         unit="m",
         default=2.0,
         minimum=1.3,
@@ -103,15 +104,19 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         tops = find_tops(read, canopy.shape, canopy.cell, window, ask.min_height_m, TREE_M[1], after_block=after_block)
         if tops.too_high:
             feedback.warn(
-                f"{path}: {tops.too_high} cells stand more than {TREE_M[1]:g} m above the ground and are no trees; "
-                "is it a canopy model, in metres?"
+                f"{path}: {counted(tops.too_high, 'cell stands', 'cells stand')} more than {TREE_M[1]:g} m above the "
+                "ground, higher than any tree; is it a canopy model, in metres?"
             )
         height = np.round(tops.height, 3)
         dbh = law.dbh(height, np.full(height.size, np.nan))
         column = schemas.TREES.column("dbh_cm")
         fit = (dbh >= (column.least or 0.0)) & (dbh <= (column.maximum or np.inf))
         if not fit.any():
-            why = f"{fit.size} tops have a DBH that no tree has ({law})" if fit.size else "no cell is that high"
+            why = (
+                f"{counted(fit.size, 'top has', 'tops have')} a DBH that no tree has ({law})"
+                if fit.size
+                else "no cell is that high"
+            )
             raise UserError(f"{path}: no tree of {ask.min_height_m:g} m or more is found; {why}")
         height, dbh = height[fit], dbh[fit]
         places = np.asarray(
@@ -126,12 +131,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         hectares = canopy.shape[0] * canopy.shape[1] * canopy.cell**2 / 1e4
     dropped = int((~fit).sum())
     lines = [
-        f"{dbh.size} trees found on {hectares:.4g} ha, window {window}, heights {height.min():.1f} to "
+        f"{counted(dbh.size, 'tree')} found on {hectares:.4g} ha, window {window}, heights {height.min():.1f} to "
         f"{height.max():.1f} m, median {np.median(height):.1f} m",
         f"DBH computed from the height: {law}; median {np.median(dbh):.1f} cm",
     ]
     if dropped:
-        lines.append(f"{dropped} trees dropped, the law gives them a DBH that no tree has")
+        lines.append(f"{counted(dropped, 'tree')} dropped: by the law, a DBH that no tree has")
     facts = {"trees": int(dbh.size), "dropped": dropped, "cells_too_high": tops.too_high}
     return Outcome({"output": Path(ask.output)}, facts, tuple(lines))
 

@@ -36,6 +36,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS, PowerLaw
 from deadwood_algorithms.prepare.trees.dbh_filling import refuse_two_laws
@@ -148,7 +149,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     density, redrawn = count / area * 1e4, sum(each[2] for each in drawn)
     if len(stands) == 1:
         density = kinds[0].stems_per_ha
-    lines = [f"{count} trees on {area / 1e4:.2f} ha ({density:.4g} stems/ha)"]
+    lines = [f"{counted(count, 'tree')} on {area / 1e4:.2f} ha ({density:.4g} stems/ha)"]
     planted = basal_area(float(np.sum(dbh**2))) / area * 1e4
     if len(stands) == 1:
         lines += size_lines(kinds[0], dbh, height, planted)
@@ -161,7 +162,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         )
     if redrawn:
         lines.append(
-            f"{redrawn} draws were no tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
+            f"{redrawn} draws were not a tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
         )
     facts: dict[str, Any] = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
     facts |= {"basal_area_m2_per_ha": planted}

@@ -38,6 +38,7 @@ import shapely
 
 from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees import allometry
 from deadwood_algorithms.prepare.trees import columns as tree_columns
@@ -128,11 +129,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             write_trees(snags, "releases", releases_columns(columns, dead[kept]), points, dead[kept], source)
     if dead.any():
         said.append(
-            f"{dead.sum()} dead standing trees "
+            f"{counted(dead.sum(), 'dead standing tree')} "
             + (f"written to {ask.snags}" if ask.snags else "kept apart; --snags writes them as a releases layer")
             + (", and kept among the trees" if ask.keep_dead else "")
         )
-    said.append(f"{trees.sum()} trees written, median DBH {np.median(filled.dbh[trees]):.1f} cm")
+    said.append(f"{counted(trees.sum(), 'tree')} written, median DBH {np.median(filled.dbh[trees]):.1f} cm")
     facts = {"trees": int(trees.sum()), "dead": int(dead.sum()), "dropped": int((~kept).sum())}
     facts |= {"dbh_from_height": int(filled.from_height.sum()), "height_from_dbh": int(filled.from_dbh.sum())}
     made = {"output": Path(ask.output)} | ({"snags": Path(ask.snags)} if ask.snags else {})

@@ -1,7 +1,7 @@
 """Measure how widely the deposits of each release spread: their azimuths, and the smallest angle around them.
 
 The angle is seen from the centre of the release area (paper, equation 11), and is counted across north: 350 and 10
-degrees span 20. Deposits nearer than the least run-out are left out, because the azimuth of a log that hardly moved is
+degrees span 20. Deposits nearer than the minimum run-out are left out: the azimuth of a log that hardly moved is
 meaningless. The smallest angle grows with the number of logs, because single outliers decide it: `spread_half_deg`, its
 mean over random halves of the logs, shows by how much, and it has no interval. To compare runs of different size, use
 the range from the 5 % to the 95 % quantile, which has a 95 % interval by bootstrap over the logs.
@@ -33,7 +33,7 @@ NEEDED = ("release_x", "release_y")
 class Ask:
     deposits: str = tool.vector("Deposits of slide-logs, or the folder of its run", "point")
     min_runout_m: float | None = tool.min_runout(
-        "Least run-out of deposits that count", help="Default: one log length, from the field length_m."
+        "Minimum run-out of deposits that count", help="Default: one log length, from the field length_m."
     )
     dem: str | None = tool.terrain(
         "Terrain model, for the distance to its edges", default=None, help="Default: the run's, if it still exists."

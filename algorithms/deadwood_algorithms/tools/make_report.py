@@ -42,16 +42,16 @@ class Ask:
     runs: str = tool.folders(
         "Folders of the runs; the first is the baseline",
         positional=True,
-        help="Each a folder of slide-logs, with commas between. On the command line they may also be given "
+        help="Each a folder of slide-logs, separated by commas. On the command line they may also be given "
         "without the option.",
     )
     names: str | None = tool.text(
-        "Names of the runs, with commas", default=None, help="Default: the names of the folders."
+        "Names of the runs, separated by commas", default=None, help="Default: the names of the folders."
     )
     results: str | None = tool.results(
         "Results of other tools to be shown",
         default=None,
-        help="With commas between: a layer of value-trees, folders of site-barriers, map-intensity, map-origins or "
+        help="Separated by commas: a layer of value-trees, folders of site-barriers, map-intensity, map-origins or "
         "vary; each with its run.",
     )
     baseline: str | None = tool.baseline()

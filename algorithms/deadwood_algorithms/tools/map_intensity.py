@@ -29,7 +29,7 @@ frequency, their hits are counted separately, from stored trajectories.
 The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations for rockfall
 (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which hazard a field of the
 matrix stands for, is an expert's decision. A cell is classed by its estimate; `classes.json` has the 95 % interval of
-the area of each class of energy and those above it. A cell that no log passed is empty, which is no guarantee:
+the area of each class of energy and those above it. A cell that no log passed is empty, which is not a guarantee:
 `classes.json` states how probable a passage may still be there, and how short the return period.
 """
 
@@ -62,7 +62,7 @@ class Ask:
         help="Band 1; such as that of deadwood-tool count-hits --energy FILE --quantiles 95.",
     )
     least_passage: float = tool.number(
-        "Least share of the logs that bring the energy of a class",
+        "Minimum share of the logs that bring the energy of a class",
         unit="%",
         default=1.0,
         minimum=0.0,

@@ -34,6 +34,7 @@ import numpy as np
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
+from deadwood_algorithms.stats.endings import left_dem
 
 RASTER, LAYERS, PICTURE = "origins.tif", "origins.gpkg", "origins.png"
 FACTS, MANIFEST = "origins.json", "manifest.json"
@@ -51,12 +52,14 @@ class Ask:
         exclusive=True,
         help="Default: the smallest of 1, 2, 3, 5, 10, ... m with which nine of ten logs lie in cells with a share.",
     )
-    least: int = tool.integer("Least number of logs released in a cell for which it has a share", default=10, minimum=1)
+    least: int = tool.integer(
+        "Minimum number of logs released in a cell for which it has a share", default=10, minimum=1
+    )
     source_shares: tuple[float, ...] = tool.class_bounds(
-        "Least shares of the polygons of sources", 1.0, 10.0, 50.0, unit="%", maximum=100.0, help="Of the logs."
+        "Minimum shares of the polygons of sources", 1.0, 10.0, 50.0, unit="%", maximum=100.0, help="Of the logs."
     )
     affected_shares: tuple[float, ...] = tool.class_bounds(
-        "Least shares of the polygons of affected ground", 1.0, 10.0, unit="%", maximum=100.0,
+        "Minimum shares of the polygons of affected ground", 1.0, 10.0, unit="%", maximum=100.0,
         help="Of a release area's logs.",
     )  # fmt: skip
     output: str = tool.output_folder(
@@ -73,7 +76,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.rasters import write_bands
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
-    from deadwood_algorithms.results.lost import left_dem, many, reach_phrases, reach_records, warn_of_lost
+    from deadwood_algorithms.results.lost import many, reach_phrases, reach_records, warn_of_lost
     from deadwood_algorithms.results.run_folder import read_run, write_json
     from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.schemas.files import ORIGIN_REACH
@@ -91,7 +94,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if found.share_with_enough < origins.ENOUGH:
             feedback.warn(
                 f"of {rows.size} logs {rows.size - found.released[found.enough].sum()} were released in cells of "
-                f"{cell:g} m with fewer than {ask.least}, whose share is not shown; take a larger --cell-m, a smaller "
+                f"{cell:g} m with fewer than {ask.least}, whose share is not shown; use a larger --cell-m, a smaller "
                 "--least, or release more"
             )
         bands, units = found.bands()
@@ -103,7 +106,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             layers["affected"] = affected
         write_vector(folder / LAYERS, layers)
         draw(folder / PICTURE, source, found, line_shapes(ask.lines, source))
-        left = left_dem(source.deposits["stop_reason"].to_numpy()[rows])
+        left = left_dem(source.deposits)[rows]
         reach = reach_records(reached, np.column_stack(list(reached.values())), left)
         phrases = reach_phrases(reach[1:])
         if many(int(left.sum()), rows.size):

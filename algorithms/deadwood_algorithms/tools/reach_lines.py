@@ -31,6 +31,7 @@ import numpy as np
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.stats.endings import left_dem
 from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval
 
 
@@ -56,7 +57,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results import arrivals
     from deadwood_algorithms.results.edges import Edges, edge_words
     from deadwood_algorithms.results.identity import writing
-    from deadwood_algorithms.results.lost import left_dem
     from deadwood_algorithms.results.run_folder import input_paths, read_run
     from deadwood_algorithms.results.scenario import lines_of_run
     from deadwood_algorithms.scene.layers import read_lines
@@ -78,7 +78,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         attribution = arrivals.attribution_frame(source, frame, items)
 
         stored = np.isin(source.deposits["log_id"], source.stored_log_ids)
-        left = stored & left_dem(source.deposits["stop_reason"].to_numpy())
+        left = stored & left_dem(source.deposits)
         near = arrived.near_edge & ~left
         if left.any() or near.any():
             counts = int(left.sum()), int(near.sum()), source.stored_log_ids.size

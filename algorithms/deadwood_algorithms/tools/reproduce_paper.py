@@ -42,6 +42,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool
 from deadwood_algorithms.tools import (
     add_structures,
@@ -175,7 +176,7 @@ def words(ask: Ask, wanted: Wanted) -> str:
     """What the findings come from."""
     twins = f"two synthetic twins (version {ask.twin_version}), not the paper's slopes"
     where = f"the data in {ask.site_data}" if ask.site_data else twins
-    text = f"{wanted.logs} logs a scenario, {wanted.fidelity}, seed {ask.seed}, on {where}; "
+    text = f"{counted(wanted.logs, 'log')} a scenario, {wanted.fidelity}, seed {ask.seed}, on {where}; "
     text += f"deadwood-tool {tool.VERSION}."
     return text + (" A --quick run: nothing is assessed." if ask.quick else " Intervals are 95 %, over logs.")
 

@@ -33,6 +33,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Stage, Tool
 from deadwood_algorithms.tools import make_report, slide_logs
 
@@ -114,7 +115,8 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
             for number, site in enumerate(sites, start=1):
                 found.append(slide_site(ask, site, work, site_stage(feedback, site.name, number, len(sites))))
         except (Cancelled, KeyboardInterrupt, NobodySlides) as error:
-            feedback.note(f"{len(found)} finished sites are kept in {work.path}; --resume continues from there")
+            kept = counted(len(found), "finished site is", "finished sites are")
+            feedback.note(f"{kept} kept in {work.path}; --resume continues from there")
             if isinstance(error, NobodySlides):  # no site could be slid any more
                 raise
             raise Cancelled from error

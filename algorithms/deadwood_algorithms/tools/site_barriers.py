@@ -38,6 +38,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.schemas import BARRIER_M
@@ -137,7 +138,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
                     above_m=ask.above_m, length_m=ask.length_m, height_m=ask.height_m, places=ask.places,
                 )  # fmt: skip
             if len(found) > MANY:
-                feedback.warn(f"{len(found)} candidates are slid, each alone; fewer take less time")
+                feedback.warn(f"{counted(len(found), 'candidate')} to slide, each alone; fewer take less time")
             siting = Siting(rerun, layers, found, kept, feedback)
             now, ends = siting.slide(np.arange(rows.size), (), "sliding the run again")
             refuse_other_ends(source, rows, ends)

@@ -1,11 +1,10 @@
 """Slide the released logs down the terrain, among standing trees and barriers.
 
 Each log is a rigid truncated cone (or, with --shape, any convex body) in hard frictional contact with terrain, trees,
-barriers, lying logs and boulders (engine/README.md has the physics, after section 3 of the paper). The run's folder
-holds the deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, impulse and energy
-taken by each tree that was hit, and rasters of how often, how fast and how high logs pass. With --lines, danger.tif is
-the share of passing logs that later reach a line: one band for any line, and one for each. Every released log is
-accounted for.
+barriers, lying logs and boulders (see engine/README.md; it follows section 3 of the paper). The run's folder holds the
+deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, impulse and energy taken by
+each tree that was hit, and rasters of how often, how fast and how high logs pass. With --lines, danger.tif is the share
+of passing logs that later reach a line: one band for any line, and one for each. Every released log is accounted for.
 
     deadwood-tool slide-logs --dem dem.tif --releases releases.gpkg --trees trees.gpkg --blocks boulders.gpkg \\
         --lines road.gpkg --friction 0.25 --output run
@@ -110,7 +109,7 @@ def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
 
 
 def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
-    """The run itself, of an even draw of so many logs if not of all; and how many logs the layer has."""
+    """The run itself, of an even draw of some logs or of all; and how many logs the layer has."""
     import numpy as np
 
     from deadwood_algorithms.results.capacity import Capacity

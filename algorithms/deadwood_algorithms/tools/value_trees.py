@@ -35,6 +35,7 @@ from typing import Any
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
+from deadwood_algorithms.stats.endings import left_dem
 
 TIMES = 8  # so many times, about, each log slides in a forest
 
@@ -90,7 +91,7 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.protection.rerun import open_rerun
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import writing
-    from deadwood_algorithms.results.lost import left_dem, lost_warning, reach_phrases, reach_records
+    from deadwood_algorithms.results.lost import lost_warning, reach_phrases, reach_records
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run
     from deadwood_algorithms.results.scenario import lines_of_run

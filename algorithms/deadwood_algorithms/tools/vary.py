@@ -32,6 +32,7 @@ from pathlib import Path
 
 from deadwood_algorithms.evaluate.sensitivity.file_names import FACTS, INDICES, PICTURE, RUNS, TORNADO
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
@@ -47,7 +48,7 @@ class Ask(SlidingOptions, SceneByName):
         "Factors and their ranges",
         default="friction_factor,rolling_friction,log_dbh_factor,log_length_factor",
         path_like=True,
-        help="NAME=LOW:HIGH with commas, or a JSON or CSV file of them. A name alone takes its default range: "
+        help="NAME=LOW:HIGH, separated by commas, or a JSON or CSV file of them. A name alone takes its default range: "
         "friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution 0:0.2, tree_friction "
         "0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1, log_density_factor 0.7:1.3, "
         "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard, orientation upright:random-lying (the "
@@ -144,8 +145,12 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
                 f"give at least {layers.dem.cell:g}"
             )
         if len(logs) < FEW_LOGS:
-            feedback.warn(f"{len(logs)} logs reveal strong factors only; release a few hundred")
-        feedback.note(f"{len(places)} runs of {len(logs)} logs: {len(places) * len(logs)} logs are slid")
+            feedback.warn(
+                f"{counted(len(logs), 'log reveals', 'logs reveal')} strong factors only; release a few hundred"
+            )
+        feedback.note(
+            f"{counted(len(places), 'run')} of {counted(len(logs), 'log')}: {len(places) * len(logs)} to slide"
+        )
         decided_by = {
             "--logs or --seed": [ask.logs, ask.seed],
             "--dem-noise-length-m": ask.dem_noise_length_m,

@@ -35,6 +35,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.schemas import TREE_M
 
@@ -51,7 +52,7 @@ class Ask(tool.TakesPresets):
     dem: str = tool.terrain("Terrain (DEM)")
     share: float | None = tool.number("Share of the stems that is thrown", default=None, minimum=0.0, maximum=1.0)
     dbh_classes: str | None = tool.text(
-        "Share by class of DBH", default=None, help="Least DBH [cm]:share, with commas: 0:0.1,20:0.3,40:0.7."
+        "Share by class of DBH", default=None, help="Minimum DBH [cm]:share, separated by commas: 0:0.1,20:0.3,40:0.7."
     )
     windthrow_areas: str | None = tool.vector(
         "Areas of windthrow",
@@ -117,9 +118,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     if 0.0 < ask.stump_m < TREE_M[0]:
         raise UserError(f"--stump-m is {ask.stump_m:g} m, but must be 0 (none) or at least {TREE_M[0]:g} m")
     if ask.years is not None and ask.wood is None:
-        raise UserError(
-            "--years is computed with the decay of a species; name it with --wood, or give --thinner itself"
-        )
+        raise UserError("--years is computed with the decay of a species; name it with --wood, or give --thinner")
     thinner = THINNER if ask.thinner is None else ask.thinner
     for taken in ask.taken_presets():
         feedback.note(taken.said)
@@ -137,15 +136,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         lying = lying_stems(stems.place[rows], stems.dbh_cm[rows], stems.height_m[rows], azimuth, ask.stump_m, ground)
         laid = ~lying.off
         if (lying.cut & laid).any():
-            feedback.note(f"{int((lying.cut & laid).sum())} stems would reach beyond the terrain; they end at its edge")
+            feedback.note(
+                f"{counted(int((lying.cut & laid).sum()), 'stem')} would reach beyond the terrain: cut at its edge"
+            )
         if lying.off.any():
             feedback.note(
-                f"{int(lying.off.sum())} of {rows.size} thrown stems fall off the terrain model at its edge: they are "
-                "left out of the lying logs and count as removed, their stumps stay"
+                f"{int(lying.off.sum())} of {counted(rows.size, 'thrown stem')} would fall off the terrain model at "
+                "its edge: left out of the lying logs, counted as removed, the stump stays"
             )
-        one_group = np.zeros(int(laid.sum()), np.int64)
+        gone, one_group = np.zeros(rows.size, bool), np.zeros(int(laid.sum()), np.int64)
         share = np.full(one_group.size, ask.lost)
-        gone = np.zeros(rows.size, bool)
         gone[laid] = chosen_share(items[laid], share, one_group, ask.seed, draws.STEM_LOST)
         lost, off = np.zeros((2, thrown.size), bool)
         lost[rows], off[rows] = gone, lying.off
@@ -157,12 +157,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             "after": layers.lying_frame(stems, lying, rows, laid, 1.0),
             "later": layers.lying_frame(stems, lying, rows, laid & ~gone, 1.0 - thinner),
         }
-        for name, frame in standing.items():
-            if len(frame):
-                write_vector(folder / f"trees_{name}.gpkg", {"trees": frame})
-        for name, frame in logs.items():
-            if len(frame):
-                write_vector(folder / f"lying_{name}.gpkg", {"lying_logs": frame})
+        for kind, layer, frames in (("trees", "trees", standing), ("lying", "lying_logs", logs)):
+            for name, frame in frames.items():
+                if len(frame):
+                    write_vector(folder / f"{kind}_{name}.gpkg", {layer: frame})
         write_vector(folder / STEMS, {"stems": layers.stems_frame(stems, thrown, lying.azimuth_deg, states)})
         made = {each.stem: final / each.name for each in sorted(folder.iterdir())}
     facts = {name: {state: int((values == state).sum()) for state in (layers.STANDING, layers.LYING, layers.REMOVED)}
@@ -175,8 +173,9 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tu
     """What each scenario has, and the commands that slide the same logs through all of them."""
     shown = []
     for name, counts in facts.items():
-        shown.append(f"{name}: {counts['standing']} trees stand, {counts['lying']} stems lie, "
-                     f"{counts['removed']} are removed")  # fmt: skip
+        shown.append(f"{name}: {counted(counts['standing'], 'tree stands', 'trees stand')}, "
+                     f"{counted(counts['lying'], 'stem lies', 'stems lie')}, "
+                     f"{counts['removed']} removed")  # fmt: skip
     shown.append("now slide the same logs through each, with your releases, lines and friction:")
     for name in facts:
         layers = ""
@@ -187,8 +186,7 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tu
             f"--friction 0.4 --trajectories all --output run_{name}"
         )
     runs = ",".join(f"run_{name}" for name in facts)
-    shown.append(f"  deadwood-tool compare-scenarios --runs {runs} --output windthrow_effect")
-    return tuple(shown)
+    return *shown, f"  deadwood-tool compare-scenarios --runs {runs} --output windthrow_effect"
 
 
 TOOL = Tool(

@@ -377,7 +377,7 @@ def test_moving_logs_on_the_map_and_in_three_dimensions(page, shared):
     assert page.ask("document.getElementById('motion-said').hidden")
     page.ask("document.getElementById('open-space').click()")
     page.wait("window.deadwoodView && deadwoodView.scene().logs.length === 100")
-    poses = page.ask("[deadwoodView.poseAt(0, 0).ends, deadwoodView.scene().told.ground.nx]")
+    poses = page.ask("[deadwoodView.poseAt(0, 0).ends, deadwoodView.scene().spec.ground.nx]")
     assert np.isfinite(poses[0]).all()
     page.ask("document.querySelector('#space [data-part=play]').click()")
     page.wait("deadwoodView.state.time > 0.5")
@@ -403,7 +403,7 @@ def test_what_is_saved_is_a_run_and_the_command_that_repeats_it_is_told(page, to
         reason: n for reason, n in page.state("base.stopped").items() if n
     }
     page.ask("document.querySelector('#keep button').click()")
-    page.wait("document.getElementById('alert').innerText.includes('take another name')")
+    page.wait("document.getElementById('alert').innerText.includes('choose another name')")
     assert not page.ask("document.querySelector('#keep button').disabled")
 
 

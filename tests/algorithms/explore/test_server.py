@@ -230,8 +230,8 @@ def test_what_is_no_question_is_refused_in_words_and_the_engine_lives(page: Page
     engine = page.engine().pid
     with page.socket() as asker:
         for text, words in (
-            ('{"op": "release", "id": 1, "shape": {"circle": [NaN, 1, 1]}}', "NaN is no number"),
-            ('{"op": "release", "id": 1, "shape": {"circle": [1e999, 1, 1]}}', "1e999 is no number"),
+            ('{"op": "release", "id": 1, "shape": {"circle": [NaN, 1, 1]}}', "NaN is not a number"),
+            ('{"op": "release", "id": 1, "shape": {"circle": [1e999, 1, 1]}}', "1e999 is not a number"),
             ("[1, 2]", "no JSON object"),
             ("no json", "no JSON"),
             ("[" * 100_000, "no JSON"),
@@ -313,7 +313,7 @@ def test_a_port_that_is_taken_is_refused_at_once(layers: dict[str, str]):
         ran = start(*flags(layers), "--no-browser", "--port", str(taken.getsockname()[1]))
         out, err = ran.communicate(timeout=STARTED_S)
     assert (ran.returncode, out) == (2, b"")
-    assert "take another one" in err.decode()
+    assert "choose another one" in err.decode()
 
 
 class Pipes:

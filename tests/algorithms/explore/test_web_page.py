@@ -40,7 +40,7 @@ def test_every_script_that_is_imported_is_there():
 
 def test_the_page_is_told_words_and_the_reports_colours():
     text = web_page.files()["index.html"][1].decode("utf-8")
-    found = re.search(r'id="told">(.*?)</script>', text, re.S)
+    found = re.search(r'id="config">(.*?)</script>', text, re.S)
     assert found
     told = json.loads(found[1])
     assert told["words"] == PHRASES

@@ -12,12 +12,11 @@ import rasterio
 from rasterio.transform import from_origin
 from shapely import Polygon
 
-from deadwood_algorithms.files import dem_blocks
+from deadwood_algorithms.files import dem_blocks, squares
 from deadwood_algorithms.files.dem_windows import open_windows, read_dem
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.prepare.releases import weights
-from deadwood_algorithms.prepare.trees import patches
 from deadwood_algorithms.tools import generate_forest, import_trees, sample_releases, windthrow
 
 EAST, NORTH, ROWS, COLUMNS = 2_700_000.0, 1_180_000.0, 90, 70
@@ -40,9 +39,8 @@ def dem(tmp_path) -> str:
 @pytest.fixture
 def small_blocks(monkeypatch) -> None:
     monkeypatch.setattr(dem_blocks, "WHOLE_CELLS", 0)
-    monkeypatch.setattr(dem_blocks, "SIDE", 16)
+    monkeypatch.setattr(squares, "SIDE", 16)
     monkeypatch.setattr(dem_blocks, "KEPT", 3)
-    monkeypatch.setattr(patches, "SIDE", 16)
     monkeypatch.setattr(weights, "STRIP_ROWS", 8)
     monkeypatch.setattr(weights, "STRIP_CELLS", 500)
 

@@ -80,7 +80,7 @@ def test_undeclared_nodata_is_outside_as_in_a_whole_dem(tmp_path, said):
         found = dem.grid(slice(0, NY), slice(0, NX)).values
     assert np.array_equal(found, read_dem(path).values, equal_nan=True)
     assert np.isnan(found).sum() == 3 * NX + 1
-    assert [each.split(": ")[1][:9] for each in said.warnings] == ["1 cells h", f"{3 * NX} cells"]
+    assert [each.split(": ")[1][:9] for each in said.warnings] == ["1 cell ho", f"{3 * NX} cells"]
 
 
 @pytest.mark.parametrize("transform", [NORTH_UP, SOUTH_UP])
@@ -102,7 +102,7 @@ def test_a_part_is_the_cut_of_the_whole_whatever_its_zeros_mean(tmp_path, said, 
     assert (cut.x0, cut.y0) == (whole.x0 + 5 * CELL, whole.y0 + 11 * CELL)
     assert (cut.frame.shape, cut.part) == (whole.shape, part)
     assert (cut.values == 0.0).any() == (name != "mountain")
-    assert any("no height on Earth" in warning for warning in said.warnings)
+    assert any("not a height on Earth" in warning for warning in said.warnings)
     assert any("exactly 0 m" in warning for warning in said.warnings) == (name == "mountain")
 
 

@@ -304,7 +304,7 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "a head alone": (text(TABLE.splitlines()[0]), ("holds a header but no row",)),
     "shapes as text, one broken": (
         text("id;geometry\n1;POINT (1 2)\n2;POINT (1\n"),
-        ("field 'geometry', row 2: 'POINT (1' is no geometry as text",),
+        ("field 'geometry', row 2: 'POINT (1' is not a geometry as text",),
     ),
     "degrees, minutes, seconds": (text("lat,lon\n46°54',9°30'\n"), ("field 'lon', row 1: '9°30''",)),
     "a folder": (lambda f: f, ("this is a folder, but the single trees must be a file",)),

@@ -272,7 +272,7 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "no cell size": (lambda f: asc(f / "a.asc", HEADER.replace("cellsize 2\n", "")), ("has no 'cellsize'",)),
     "a word among the heights": (
         lambda f: asc(f / "a.asc", body=BODY.replace("522.0", "5x22.0"), prj=ESRI_PRJ),
-        ("row 2 of the grid: '5x22.0' is no number",),
+        ("row 2 of the grid: '5x22.0' is not a number",),
     ),
     "a value too few": (lambda f: asc(f / "a.asc", body=BODY[:-6], prj=ESRI_PRJ), ("holds 11 values", "cut off")),
     "an XYZ that is no grid": (

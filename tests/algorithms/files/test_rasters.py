@@ -128,7 +128,7 @@ def test_undeclared_nodata_is_outside_with_a_warning(tmp_path, hole, said):
     values[0, 0] = hole
     grid = read_dem(write_map(tmp_path / "dem.tif", values), feedback=said)
     assert np.argwhere(np.isnan(grid.values)).tolist() == [[2, 0]]
-    assert "1 cells" in said.warnings[-1]
+    assert "1 cell " in said.warnings[-1]
 
 
 def test_a_collar_of_zeros_round_a_mountain_is_outside_but_the_sea_is_not(tmp_path, said):

@@ -133,7 +133,7 @@ def test_of_overlapping_tiles_the_first_counts_and_others_are_told(tmp_path, sai
     assert same(read_dem(str(tmp_path / "tiles"), feedback=said), whole)
     assert len(said.warnings) == 1
     assert "b.tif" in said.warnings[0]
-    assert "1 cells differ from theirs, by up to 1.25 m" in said.warnings[0]
+    assert "1 cell differs from theirs, by up to 1.25 m" in said.warnings[0]
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,7 @@ def test_numbers_that_are_the_size_of_nothing_are_refused():
     """But whole numbers, which count or seed, may be as large as they are."""
     parameter = Parameter(kind="number", label="Length", name="length_m")
     for value in (10**300, -(10**300), 1e-320, 1.7e308):
-        with pytest.raises(UserError, match="--length-m is .*, which is no possible size"):
+        with pytest.raises(UserError, match="--length-m is .*, which is not a possible size"):
             check_value(parameter, value)
     for value in (0, 1e-9, -1e12):
         check_value(parameter, value)
@@ -56,7 +56,7 @@ def test_numbers_are_given_with_commas_or_as_a_range():
     for text, words in (
         ("0.3:0.1:0.1", "from:to:step must rise"), ("0:1:0", "from:to:step must rise"), ("0:1:-1", "must rise"),
         ("0:1e9:1", "in at most 100 numbers"), ("0:inf:1", "must rise"), ("0:1", "'0:1', but must be numbers"),
-        ("1,x", "'1,x', but must be numbers with commas between, or from:to:step"),
+        ("1,x", "'1,x', but must be numbers separated by commas, or from:to:step"),
     ):  # fmt: skip
         with pytest.raises(UserError, match=re.escape(words)):
             from_text(several(), text)

@@ -23,7 +23,7 @@ from deadwood_algorithms.report.answer_figures import factor_words
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tools import make_report, map_intensity, map_origins, site_barriers, value_trees, vary
 
-SECTIONS = ("worth", "siting", "intensity", "from_where", "varied")
+SECTIONS = ("tree_effect", "siting", "intensity", "from_where", "varied")
 
 
 class Shown(HTMLParser):
@@ -80,8 +80,8 @@ def run(case) -> Path:
 def results(case, run) -> dict[str, Path]:
     """What each tool says of the run."""
     found = {name: case.folder / name for name in ("siting", "intensity", "origins", "varied")}
-    found["worth"] = case.folder / "worth.gpkg"
-    value_trees.TOOL(run=str(run), output=str(found["worth"]))
+    found["tree_effect"] = case.folder / "tree_effect.gpkg"
+    value_trees.TOOL(run=str(run), output=str(found["tree_effect"]))
     lines = [shapely.LineString([(10.0, 40.0), (50.0, 40.0)]), shapely.LineString([(20.0, 35.0), (40.0, 35.0)])]
     candidates = write_layer(case.folder / "candidates.gpkg", lines, barrier_id=["long", "short"])
     site = {"run": str(run), "candidates": candidates, "height_m": "2,4", "barrier_classes": "etag-027"}
@@ -111,8 +111,8 @@ def test_every_section_has_its_figure(page):
 
 
 def test_the_worth_is_that_of_the_layer(page, results):
-    frame: Any = gpd.read_file(results["worth"], layer="values")
-    shown = Shown(part(page, "worth"))
+    frame: Any = gpd.read_file(results["tree_effect"], layer="values")
+    shown = Shown(part(page, "tree_effect"))
     for line in frame["line_id"].unique():
         of_line = frame[(frame["line_id"] == line) & (frame["kind"] == "tree")]
         keep, bring = (of_line["gain_logs"] > 0).sum(), (of_line["gain_logs"] < 0).sum()
@@ -227,7 +227,7 @@ def test_classes_are_named_from_their_bounds_as_the_tool_names_them(results):
 def test_figures_are_written_too(case, run, results):
     page_of(run, list(results.values()), case.folder / "f.html", figures=str(case.folder / "figures"))
     names = {each.name for each in (case.folder / "figures").glob("*.png")}
-    wanted = ("worth", "siting", "intensity", "passage", "return_class", "from_where", "varied")
+    wanted = ("tree_effect", "siting", "intensity", "passage", "return_class", "from_where", "varied")
     assert {f"r0_{name}.png" for name in wanted} <= names
 
 
@@ -235,19 +235,19 @@ def test_results_are_given_to_their_own_run(case, run, results, tmp_path):
     other = case.run(output=str(tmp_path / "other"), lines=case.lines, friction="0.5")
     make_report.TOOL(
         runs=f"{other},{run}",
-        results=f"{results['worth']},{results['intensity']}",
+        results=f"{results['tree_effect']},{results['intensity']}",
         output=str(tmp_path / "two.html"),
     )
     page = (tmp_path / "two.html").read_text(encoding="utf-8")
     assert 'id="r1-intensity"' in page
-    assert 'id="r1-worth"' in page
+    assert 'id="r1-tree_effect"' in page
     assert 'id="r0-intensity"' not in page
     with pytest.raises(
         UserError, match=r"intensity is of the run .*run \(run [0-9a-f]{16}\), which is not in the page"
     ):
         page_of(other, [results["intensity"]], tmp_path / "no.html")
-    with pytest.raises(UserError, match=r"worth.gpkg is of the run [0-9a-f]{16}, which is none of other"):
-        page_of(other, [results["worth"]], tmp_path / "no.html")
+    with pytest.raises(UserError, match=r"tree_effect.gpkg is of the run [0-9a-f]{16}, which is none of other"):
+        page_of(other, [results["tree_effect"]], tmp_path / "no.html")
     # a run and its results that were moved together
     moved = tmp_path / "moved"
     shutil.copytree(results["intensity"], moved)
@@ -268,4 +268,4 @@ def test_what_is_no_result_is_refused_in_a_line(case, run, results, tmp_path):
     with pytest.raises(UserError, match=r"--results names two results of map-intensity for the run run"):
         page_of(run, [results["intensity"], results["intensity"]], tmp_path / "no.html")
     with pytest.raises(UserError, match=r"--results names two results of value-trees for the run run"):
-        page_of(run, [results["worth"], results["worth"]], tmp_path / "no.html")
+        page_of(run, [results["tree_effect"], results["tree_effect"]], tmp_path / "no.html")

@@ -139,7 +139,7 @@ def test_a_log_is_picked_and_followed(browser):
     )
     browser.click(x, y)
     browser.wait("deadwoodView.state.followed >= 0")
-    told = browser.ask("document.querySelector('[data-part=\"told\"]').textContent")
+    told = browser.ask("document.querySelector('[data-part=\"followed\"]').textContent")
     assert re.fullmatch(r"log \d+: \d+\.\d m/s", told)
     browser.ask("deadwoodView.paint()")
     at = browser.ask("deadwoodView.state.camera.at")

@@ -10,10 +10,9 @@ import pandas
 import pytest
 from slope_case import Case, cut_above_the_road, summary, write_layer
 
-from deadwood_algorithms.results.lost import left_dem, lost_warning, many, reach_phrases, share_if_lost
+from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, share_if_lost
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import design_values, map_intensity, map_origins, site_barriers, value_trees, vary
-from deadwood_engine import STOP_REASONS
 
 WORDS = "left the terrain model or came onto its nodata, and their further movement is not known: "
 
@@ -53,12 +52,6 @@ def test_shares_have_the_bounds_that_none_and_all_of_the_lost_logs_reach():
     assert not many(1, 20)
     assert many(2, 20)
     assert lost_warning(3, 20, []) is None
-
-
-def test_reasons_are_numbers_or_words():
-    numbers = np.array([0, STOP_REASONS.index("left_dem"), 2], np.int8)
-    names = np.array([STOP_REASONS[each] for each in numbers], object)
-    assert left_dem(numbers).tolist() == left_dem(names).tolist() == [False, True, False]
 
 
 def test_map_origins(run, n_lost, tmp_path, said):

@@ -101,7 +101,7 @@ def test_releases_without_a_spread_are_named_and_one_log_has_none():
     """They were left out without a word, and one log had a spread of 0 degrees."""
     told = [{"release_id": k, "spread_deg": 40.0 if k == 1 else math.nan} for k in range(1, 4)]
     assert spreadless_lines(told) == [
-        "releases 2, 3: no lateral spread, for fewer than two logs went farther than the least run-out"
+        "releases 2, 3: no lateral spread, for fewer than two logs went farther than the minimum run-out"
     ]
     assert spreadless_lines(told[:1]) == []
     many = [{"release_id": k, "spread_deg": math.nan} for k in range(1, 48)]

@@ -53,6 +53,20 @@ def test_releases_change_units_and_find_their_defaults(grid, tmp_path, said):
     assert said.warnings == []
 
 
+def test_options_that_columns_hold_are_said(grid, tmp_path, said):
+    """Releases drawn upright stay so whatever --orientation says: once this was found in the last line only."""
+    path = write_layer(
+        tmp_path / "r.gpkg", points((30, 80), (31, 80)), orientation=["upright"] * 2, dbh_cm=[40.0, 40.0]
+    )
+    asked = {**DEFAULTS, "orientation": "lying", "dbh_cm": 40.0, "length_m": 12.0, "azimuth_deg": 90.0}
+    logs = read_releases(path, grid, asked, feedback=said).logs
+    assert logs.orientation.tolist() == [0, 0]
+    assert logs.length.tolist() == [12.0, 12.0]
+    (warning,) = said.warnings
+    assert "--orientation lying: without effect, because the layer has a column of that name" in warning
+    assert "--dbh-cm" not in warning  # it says what the column says
+
+
 def test_without_log_id_the_row_number_is_taken(grid, tmp_path, said):
     path = write_layer(tmp_path / "r.gpkg", points((30, 80), (31, 80)), release_id=["north", "south"])
     releases = read_releases(path, grid, DEFAULTS, feedback=said)

@@ -110,7 +110,7 @@ def test_a_bad_diameter_is_named(tmp_path, grid, columns, message):
 
 def test_off_the_dem_or_no_line_is_refused(tmp_path, grid):
     off = write_layer(tmp_path / "off.gpkg", [shapely.LineString([(500, 500), (510, 500)])])
-    with pytest.raises(UserError, match="'off': the lying log does not touch the DEM"):
+    with pytest.raises(UserError, match="'off': no lying log touches the DEM"):
         read_lying_logs(off, grid, 40.0, Quiet())
     dots = write_layer(tmp_path / "dots.gpkg", points((20, 20)))
     with pytest.raises(UserError, match="row 1: a Point, but the lying_logs must be lines"):

@@ -14,17 +14,17 @@ CELLS = 10_000_000
 
 @pytest.mark.parametrize(("free_gb", "threads"), [(100.0, 16), (2.0, 5), (0.8, 1)])
 def test_as_many_threads_as_there_is_memory_for(monkeypatch, said, free_gb, threads):
-    """40 bytes per cell for the scene and the writing, 24 more for each thread, of nine tenths of what is free."""
+    """24 bytes per cell for the scene and the writing, 28 more for each thread, of nine tenths of what is free."""
     monkeypatch.setattr(memory, "free_bytes", lambda: int(free_gb * 1e9))
-    expected = min(16, int((0.9 * free_gb * 1e9 / CELLS - 40) // 24))
+    expected = min(16, int((0.9 * free_gb * 1e9 / CELLS - 24) // 28))
     assert threads_that_fit(16, CELLS, friction_by_cell=False, what="dem.tif", feedback=said) == expected == threads
     assert len(said.notes) == (threads < 16)
 
 
 def test_friction_by_cell_takes_its_share(monkeypatch, said):
-    monkeypatch.setattr(memory, "free_bytes", lambda: int(CELLS * 70 / 0.9))
+    monkeypatch.setattr(memory, "free_bytes", lambda: int(CELLS * 60 / 0.9))
     assert threads_that_fit(2, CELLS, friction_by_cell=False, what="dem.tif", feedback=said) == 1
-    with pytest.raises(UserError, match=r"dem.tif: 10 million cells need 0.7 GB of memory, .* free; .*rio warp"):
+    with pytest.raises(UserError, match=r"dem.tif: 10 million cells need 0.6 GB of memory, .* free; .*rio warp"):
         threads_that_fit(2, CELLS, friction_by_cell=True, what="dem.tif", feedback=said)
 
 
@@ -47,9 +47,9 @@ def test_more_threads_than_help_are_not_used(monkeypatch, said):
 
 @pytest.mark.parametrize(("free_gb", "words"), [(100.0, ""), (3.5, "--workers 3 fit"), (1.0, "leave out --scheduler")])
 def test_processes_share_no_memory(monkeypatch, free_gb, words):
-    """64 bytes per cell here, 36 in each of them beside 300 MB of libraries, of nine tenths of what is free."""
+    """52 bytes per cell here, 40 in each of them beside 300 MB of libraries, of nine tenths of what is free."""
     monkeypatch.setattr(memory, "free_bytes", lambda: int(free_gb * 1e9))
-    fitting = int((0.9 * free_gb * 1e9 - 64 * CELLS) // (300e6 + 36 * CELLS))
+    fitting = int((0.9 * free_gb * 1e9 - 52 * CELLS) // (300e6 + 40 * CELLS))
     assert (fitting >= 4, f"--workers {fitting} fit" == words, fitting < 1) == (
         not words,
         "fit" in words,

@@ -6,10 +6,12 @@ import re
 from typing import Any
 
 import numpy as np
+import pyproj
 import pytest
 import rasterio
 from slope_case import Case, cut_above_the_road
 
+from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.simulate import look
 from deadwood_algorithms.tools import vary
 
@@ -98,4 +100,18 @@ def test_the_distance_is_that_of_the_energy_line_on_a_plane():
     steep = look.further(Layers(), Found(), np.array([0]), 0.3)  # pyright: ignore[reportArgumentType]
     assert np.isinf(steep).all()
     assert "cannot be estimated" in look.warning(3, 12, ["south"], steep)
-    assert look.sides_of(Found(), np.array([True])) == ["south"]  # pyright: ignore[reportArgumentType]
+
+
+def test_the_side_is_the_one_that_was_crossed_and_within_the_dem_that_of_the_motion():
+    """Logs that turn in a valley leave to the north while they move east; onto a hole within they go as they move."""
+    dem = Grid(np.zeros((100, 200)), 1.0, 1000.5, 2000.5, pyproj.CRS("EPSG:2056"))
+
+    class Found:
+        last_state = np.zeros((4, 16))
+        end_position = np.array([[1100, 2099.6, 0.0], [1150, 2099.3, 0.0], [1000.4, 2099.6, 0.0], [1100, 2050, 0.0]])
+
+    Found.last_state[:, look.VX] = 5.0
+    sides = [look.sides_of(Found(), row, dem) for row in np.eye(4, dtype=bool)]  # pyright: ignore[reportArgumentType]
+    assert sides == [["north"], ["north"], ["north-west"], ["east"]]
+    every = look.sides_of(Found(), np.ones(4, bool), dem)  # pyright: ignore[reportArgumentType]
+    assert every == ["north", "east", "north-west"]

@@ -319,7 +319,7 @@ def test_lost_workers_are_no_fault_of_a_site(case, said, tmp_path, monkeypatch):
     with pytest.raises(UserError, match="the scheduler is lost"):
         sites(case, tmp_path / "run", said, **ON_TWO)
     assert not (tmp_path / "run").exists()
-    assert sum("1 finished sites are kept" in each for each in said.notes) == 1
+    assert sum("1 finished site is kept" in each for each in said.notes) == 1
     alone = sites(case, tmp_path / "alone")
     assert_same_sites(alone, sites(case, tmp_path / "run", resume=True))
 

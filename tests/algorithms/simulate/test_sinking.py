@@ -38,7 +38,7 @@ def test_a_log_is_measured_by_its_own_diameter():
     add(found, Start(np.zeros((1, 2), np.int64), np.zeros((1, 16)), np.full((1, 9), 0.5)), [4.5])  # a metre thick
     add(found, logs_of([]), [])
     told = str(found.words(5.0))
-    assert "2 of 4 logs that were slid sank deeper than 0.5 of their diameter" in told
+    assert "2 of 4 logs that slid sank deeper than 0.5 of their diameter" in told
     assert "the deepest 4.5 m (4.5 diameters), on cells of 5 m" in told
 
 
@@ -60,5 +60,5 @@ def test_a_run_on_rough_ground_says_how_many_of_its_deposits_sank(tmp_path: Path
     deep = int((part > TOO_DEEP).sum())
     assert deep > 0, "none sinks so deep: choose rougher ground"
     (told,) = [each for each in said.warnings if "sank deeper" in each]
-    assert told.startswith(f"{deep} of {part.size} logs that were slid sank deeper than 0.5 of their diameter")
+    assert told.startswith(f"{deep} of {part.size} logs that slid sank deeper than 0.5 of their diameter")
     assert f"the deepest {0.2 * part.max():.2g} m ({part.max():.2g} diameters)" in told

@@ -411,8 +411,8 @@ def test_what_is_not_known_of_a_species_is_said(tmp_path, said):
     told = " ".join(said.notes)
     assert "no species known here is Mammutbaum" in told
     assert "no rate of decay is known of sapin; that of spruce is used" in told
-    assert "1 snags are not of spruce" in told
-    assert "1 points not of spruce are rated by rates of decay of downed wood" in told
+    assert "1 snag is not of spruce" in told
+    assert "1 point not of spruce is rated by rates of decay of downed wood" in told
 
 
 def test_fields_of_other_names_and_numbers_as_stages(tmp_path):
@@ -446,7 +446,7 @@ BAD = {
     "no judgement": (lambda f: {"deadwood": points(f)}, "--deadwood needs --assessed"),
     "a stage": (
         lambda f: {"deadwood": points(f, decay_stage=["rotten"]), "assessed": str(f / "x.gpkg")},
-        "logs.gpkg, layer 'logs', field 'decay_stage', row 1: 'rotten' is no stage of decay",
+        "logs.gpkg, layer 'logs', field 'decay_stage', row 1: 'rotten' is not a stage of decay",
     ),
     "years of text": (
         lambda f: {"deadwood": points(f, years_dead=[-1.0]), "assessed": str(f / "x.gpkg")},
@@ -458,7 +458,7 @@ BAD = {
     ),
     "another country": (
         lambda f: {"deadwood": write_layer(f / "l.gpkg", [Point(9e5, 0)]), "assessed": str(f / "x.gpkg")},
-        "none of the 1 points lies on the DEM",
+        "no point lies on the DEM",
     ),
     "friction that ends": (
         lambda f: {"friction": write_layer(f / "mu.gpkg", [box(0, 0, 30, 60)], mu=[0.3])},

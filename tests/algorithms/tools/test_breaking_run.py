@@ -230,4 +230,4 @@ def test_half_a_law_of_bodies_of_points_is_refused(case, tmp_path, changes, word
 
 def test_without_the_law_the_engine_is_told_nothing_of_it():
     assert slip_laws("rock.pts", None, None, None) == scar_laws("rock.pts", None, None) == {}
-    assert Breaking.asked(False, 3.0, 2.0) is None
+    assert Breaking.from_options(False, 3.0, 2.0) is None

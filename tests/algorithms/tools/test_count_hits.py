@@ -146,7 +146,7 @@ def test_a_run_with_few_trajectories_says_so(case, tmp_path, said):
         ({"release_id": "c"}, "it has a, b"),
         ({"stop_reason": "asleep"}, "no stop_reason 'asleep'"),
         ({"release_id": " , "}, "--release-id"),
-        ({"cell_m": 1e-5}, "take a larger cell"),
+        ({"cell_m": 1e-5}, "use a larger cell"),
         ({"cell_m": 0.0}, "greater than 0"),
     ],
 )

@@ -152,7 +152,7 @@ def test_what_is_doubtful_of_a_run_is_said(case, tmp_path, said):
         "--friction: the friction coefficient is 25; is it in percent or degrees? Then 0.25 or 0.466 is meant" in told
     )
     assert "cells of 5 m do not resolve the relief that holds logs" in told
-    assert "take a terrain model with cells of 0.5 to 2 m" in told
+    assert "use a terrain model with cells of 0.5 to 2 m" in told
     assert "the median slope over its cells is 66 degrees" in told
     assert "where the logs start" not in told
 

@@ -273,7 +273,7 @@ BAD = {
     ),
     "no length": (LineString([at(0.0), at(9.0), at(0.0)]), {}, {}, "row 1: take-off and landing are the same place"),
     "a polygon": (shapely.box(*at(9.0), *at(0.0, aside=5.0)), {}, {}, "row 1: a Polygon"),
-    "one point": (Point(at(0.0)), {}, {}, "1 points need a field 'role'"),
+    "one point": (Point(at(0.0)), {}, {}, "1 point needs a field 'role'"),
     "a lonely role": (Point(at(0.0)), {"role": ["takeoff"]}, {}, "flight '1' has 0 points of the role landing"),
     "a foreign role": (Point(at(0.0)), {"role": ["start"]}, {}, "field 'role', row 1: 'start' is neither"),
     "a bad DBH": (LineString([at(0.0), at(9.0)]), {"dbh_cm": [0.0]}, {}, "field 'dbh_cm', row 1: 0 is not"),

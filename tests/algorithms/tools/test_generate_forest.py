@@ -161,7 +161,7 @@ def test_redrawn_trees_are_said(forest, outcome):
     forest(stems_per_ha=2000.0, dbh_mean_cm=44.0, dbh_sd_cm=22.0)
     redrawn = outcome["last"].facts["redrawn"]
     assert redrawn > 0
-    assert f"{redrawn} draws were no tree" in outcome["last"].lines[-1]
+    assert f"{redrawn} draws were not a tree" in outcome["last"].lines[-1]
 
 
 def test_heights_follow_from_the_dbh_unless_given(forest):
@@ -265,7 +265,7 @@ def test_what_is_too_small_for_a_tree_is_left_out_and_said(tmp_path, forest, slo
     source.loc[:9, "dbh_cm"] = 0.7
     source.to_file(tmp_path / "small.gpkg")
     assert len(forest(like=str(tmp_path / "small.gpkg"))) == len(source) - 10
-    assert any("10 of the 939 trees there are left out (DBH < 1 cm or height < 1.3 m)" in each for each in said.notes)
+    assert any("10 of the 939 trees there left out (DBH < 1 cm or height < 1.3 m)" in each for each in said.notes)
 
 
 def test_only_the_trees_of_the_stand_are_fitted(tmp_path, forest):

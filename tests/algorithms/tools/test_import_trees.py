@@ -117,7 +117,7 @@ def test_shapefiles_and_crown_polygons(imported, said):
     crown = Polygon([(EAST, NORTH), (EAST + 4, NORTH), (EAST + 4, NORTH + 2), (EAST, NORTH + 2)])
     frame = imported(gpd.GeoDataFrame({"TTH": [20.0]}, geometry=[crown], crs=2056), "crowns.gpkg")
     assert frame.geometry[0] == Point(EAST + 2, NORTH + 1)
-    assert any("1 crown polygons" in note for note in said.notes)
+    assert any("1 crown polygon;" in note for note in said.notes)
 
 
 def test_what_is_missing_is_filled_by_the_law_or_dropped_and_counted(imported, outcome):
@@ -130,7 +130,7 @@ def test_what_is_missing_is_filled_by_the_law_or_dropped_and_counted(imported, o
     said = " / ".join(outcome["last"].lines)
     assert "4 trees read" in said
     assert "1 DBH missing, computed from the height: DBH[cm] = 2 * H[m]^1" in said
-    assert "1 trees dropped, they have neither" in said
+    assert "1 tree dropped: neither" in said
 
 
 def test_a_number_may_stand_for_a_missing_value(imported, outcome):
@@ -145,7 +145,7 @@ def test_ids_used_twice_make_all_trees_numbered_anew(imported, said):
     frame = imported(points(20.0, 21.0, 22.0, treeID=[1.0, 2.0, 1.0]), "tiles.gpkg")
     assert frame["tree_id"].tolist() == [1, 2, 3]
     assert frame["source_id"].tolist() == [1, 2, 1]
-    assert "field 'treeID': 1 trees have an id that another one has" in said.warnings[0]
+    assert "field 'treeID': 1 tree has an id that another one has" in said.warnings[0]
     assert imported(points(20.0, 21.0, treeID=["a", None]), "gap.gpkg")["tree_id"].tolist() == [1, 2]
 
 
@@ -163,7 +163,7 @@ def test_a_dem_gives_the_crs_and_drops_what_stands_off_it(imported, slope, outco
     assert frame.crs.to_epsg() == 2056
     assert frame.geometry[0].distance(Point(EAST, NORTH)) < 0.01
     assert frame["height_m"].tolist() == pytest.approx([20, 21])
-    assert "1 trees dropped, they stand off the DEM" in " ".join(outcome["last"].lines)
+    assert "1 tree dropped: off the DEM" in " ".join(outcome["last"].lines)
 
 
 @pytest.mark.parametrize(
@@ -199,14 +199,14 @@ def test_implausible_sizes_are_warned_of_with_the_option_that_fixes_them(importe
 def test_a_height_that_was_asked_for_is_never_taken_for_that_of_the_ground(imported, said):
     imported(f"x;y;dbh;h\n{EAST};{NORTH};40;140\n", height_field="h")
     assert "the median height_m is 140 m, which is too large; --height-unit" in said.warnings[0]
-    with pytest.raises(UserError, match="1 trees dropped, their height_m is above 150 m"):
+    with pytest.raises(UserError, match="1 tree dropped: height_m above 150 m"):
         imported(f"x;y;dbh;h\n{EAST};{NORTH};40;900\n", height_field="h", overwrite=True)
 
 
 def test_a_single_giant_is_counted(imported, said):
     rows = "".join(f"{EAST + i};{NORTH};40;{95 if i == 3 else 20}\n" for i in range(5))
     imported(f"x;y;dbh;h\n{rows}")
-    assert "height_m exceeds 80 m in 1 rows, up to 95" in said.warnings[0]
+    assert "height_m exceeds 80 m in 1 row, up to 95" in said.warnings[0]
 
 
 def test_what_was_written_is_the_same_every_time_and_imports_again_unchanged(imported, tmp_path):

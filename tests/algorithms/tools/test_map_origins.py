@@ -194,7 +194,7 @@ def test_the_cells_leave_nine_of_ten_logs_told(run, tmp_path):
     assert cell_for(x[:3], y[:3], 10) == ROUND_CELLS[-1]
     said = Said()
     map_origins.TOOL(run=str(run), cell_m=1.0, feedback=said, output=str(tmp_path / "fine"))
-    assert any("fewer than 10, whose share is not shown; take a larger --cell-m" in words for words in said.words)
+    assert any("fewer than 10, whose share is not shown; use a larger --cell-m" in words for words in said.words)
 
 
 def test_the_manifest_works_as_a_config(mapped, tmp_path, capsys):
@@ -218,7 +218,7 @@ def test_a_run_without_lines_is_refused(case, tmp_path):
         ({"source_shares": "0,10"}, "--source-shares is 0 %, but must be greater than 0 %"),
         ({"affected_shares": "ten"}, "--affected-shares is 'ten', but must be numbers"),
         ({"source_shares": "150"}, "--source-shares is 150 %, but must be at most 100 %"),
-        ({"cell_m": 0.0005}, "cells; take a larger cell"),
+        ({"cell_m": 0.0005}, "cells; use a larger cell"),
     ],
 )
 def test_shares_and_cells_that_are_none(run, tmp_path, changes, words):

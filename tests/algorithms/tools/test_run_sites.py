@@ -298,7 +298,7 @@ def test_an_interrupted_run_goes_on_in_the_middle_of_a_site(case, by, monkeypatc
     with pytest.raises(Cancelled):
         sites(case, "halted", feedback, **given)
     assert not (case.folder / "halted").exists()
-    assert "1 finished sites are kept" in feedback.notes[-1]
+    assert "1 finished site is kept" in feedback.notes[-1]
     work = case.folder / ".halted.part" / "sites"
     assert list(work.glob(".b.part/rasters_*.npz")), "the second site was not begun: the test says nothing"
     slid = (work / "a" / "run.gpkg").stat().st_mtime_ns
@@ -398,7 +398,7 @@ def check_killed(
         ("site,frction\na,0.3\n", "no parameter of slide-logs is called 'frction'; did you mean 'friction'"),
         ("site,output\na,x\n", "the column 'output' is set by run-sites itself; remove it"),
         ("site,friction\na,0.3\nA,0.4\n", "field 'site': 'A' stands in rows 1 and 2"),
-        ("site,friction\na/b,0.3\n", "field 'site', row 1: 'a/b' is no name of a folder"),
+        ("site,friction\na/b,0.3\n", "field 'site', row 1: 'a/b' is not a name of a folder"),
         ("site,friction\n,0.3\n", "field 'site', row 1: the site has no name"),
         ("site,time-limit,time_limit_s\na,3,4\n", "the columns 'time-limit' and 'time_limit_s' mean the same"),
     ],

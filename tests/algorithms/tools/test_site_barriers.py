@@ -217,10 +217,10 @@ def test_what_cannot_be_asked_is_refused(case, bare, lines, tmp_path):
     refused("does not exist", tmp_path / "none", out, candidates=lines)
     refused("does not exist", bare, out, candidates=str(tmp_path / "none.gpkg"))
     off = write_layer(tmp_path / "off.gpkg", [shapely.LineString([(900.0, 0.0), (950.0, 0.0)])], barrier_id=["a"])
-    refused("the candidate does not touch the DEM", bare, out, candidates=off)
+    refused("no candidate touches the DEM", bare, out, candidates=off)
     piece = shapely.LineString([(10.0, 45.0), (20.0, 45.0)])
     twins = write_layer(tmp_path / "twins.gpkg", [piece, piece], barrier_id=["a", "a"])
-    refused("rows 1, 2 are called 'a'; give each candidate an id of its own", bare, out, candidates=twins)
+    refused("rows 1, 2 are called 'a'; give each candidate its own id", bare, out, candidates=twins)
     low = write_layer(tmp_path / "low.gpkg", [piece], barrier_id=["a"], height_m=[-1.0])
     refused("field 'height_m', row 1", bare, out, candidates=low)
     far = "no log that reaches a line passes a straight piece of 20,40 m along a contour 400 m above it"

@@ -322,7 +322,7 @@ def test_what_cannot_be_asked_is_refused(case, wooded, tmp_path):
     refused("the run has no roads, railways or houses; name them with --lines LAYER", silent, out)
     refused("must be a .gpkg file", wooded, tmp_path / "v.csv")
     nowhere = write_layer(tmp_path / "s.gpkg", [shapely.box(0.0, 1.0, 5.0, 5.0)])
-    refused("none of the 1 stands holds a tree of the run", wooded, out, stands=nowhere)
+    refused("no stand holds a tree of the run", wooded, out, stands=nowhere)
     sizeless = write_layer(tmp_path / "p.gpkg", points((20.0, 50.0)), tree_id=[1])
     refused("have no field 'dbh_cm'", wooded, out, plant=sizeless)
     refused("does not exist", tmp_path / "none", out)

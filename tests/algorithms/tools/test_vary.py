@@ -300,7 +300,7 @@ def test_noise_on_the_terrain_is_the_dem_with_it(case, tmp_path):
     ("changes", "words"),
     [
         ({"vary": "colour=1:2"}, "no factor is called 'colour'; known are friction, "),
-        ({"vary": "friction=0.3"}, "is no range; write it as NAME=LOW:HIGH"),
+        ({"vary": "friction=0.3"}, "is not a range; write it as NAME=LOW:HIGH"),
         ({"vary": "friction=0.3:0.2"}, "must go from a number to a larger one"),
         ({"vary": "friction=a:b"}, "the range a to b is not two numbers"),
         ({"vary": "restitution=0:2"}, "0 to 2 leaves what restitution may be, 0 to 1"),

@@ -205,8 +205,8 @@ def test_at_the_edge_of_the_terrain_stems_are_cut_or_left_out_and_counted(tmp_pa
     (_, y0), (_, y1) = lying.geometry[1].coords
     assert y0 - NORTH == pytest.approx(9.8)
     assert y1 - NORTH == pytest.approx(0.5, abs=1e-3)  # the outermost cell centres
-    assert any("1 stems would reach beyond the terrain; they end at its edge" in each for each in said.notes)
-    assert any("1 of 3 thrown stems fall off the terrain model" in each for each in said.notes)
+    assert any("1 stem would reach beyond the terrain: cut at its edge" in each for each in said.notes)
+    assert any("1 of 3 thrown stems would fall off the terrain model" in each for each in said.notes)
     assert outcome.facts["off_terrain"] == 1
     assert outcome.facts["after"] == {"standing": 0, "lying": 2, "removed": 1}
     assert outcome.facts["later"] == {"standing": 0, "lying": 1, "removed": 2}  # half of those that lie

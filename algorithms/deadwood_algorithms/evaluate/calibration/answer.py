@@ -1,4 +1,4 @@
-"""What a calibration comes to: a record a coefficient, the sentence, the table for a reader, and what to beware of."""
+"""The results of a calibration: a record per coefficient, the sentence, the table for a reader, and warnings."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Watched
 from deadwood_algorithms.evaluate.calibration.score import Observation, Range, Scores, energy_score
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.presets import FRICTION_CELL_M
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results import lost as lost_logs
@@ -47,7 +48,9 @@ def warn_of_logs(
     """``lost``, of an event that was seen at lines: logs that left before it was known whether they did the same."""
     fewest = min(each.logs.size for each in outcomes)
     if fewest < FEW_LOGS:
-        feedback.warn(f"an observed deposit is compared with {fewest} logs only; release at least a few hundred")
+        feedback.warn(
+            f"an observed deposit is compared with {counted(fewest, 'log')} only; release at least a few hundred"
+        )
     n = slid[0].x.size
     gone = [int(each.sum()) for each in lost] if lost is not None else [int((~each.resting).sum()) for each in slid]
     many = [k for k, each in enumerate(gone) if lost_logs.many(each, n)]
@@ -55,11 +58,11 @@ def warn_of_logs(
         return
     who = ", ".join(f"{gone[k]} at friction {slid[k].friction:g}" for k in many[:SHOWN])
     if len(many) > SHOWN:
-        who += f", and more than {100 * lost_logs.WORTH_A_WARNING:.0f} % at {len(many) - SHOWN} others"
+        who += f", and more than {100 * lost_logs.WORTH_A_WARNING:.0f} % at {counted(len(many) - SHOWN, 'other')}"
     if lost is not None:
         feedback.warn(
             f"of {n} logs, {who} left the terrain model before it was seen whether they reach the lines: they count "
-            "as far as they were seen; take a larger one"
+            "as far as they were seen; use a larger one"
         )
     elif search_complete:
         feedback.warn(
@@ -143,7 +146,7 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
 
 
 def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
-    """A table with a line for each coefficient, and what it comes to."""
+    """A table with a line for each coefficient, and the result."""
     with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)
     with_lost, with_bounds = any(row["without_deposit"] for row in rows), any(row.get("n_lost") for row in rows)
     head = ["friction", "relative likelihood", "p", "run-out (5-95 %)"]
@@ -167,4 +170,4 @@ def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[st
         table.append([*cells, "yes" if row["in_range"] else "no"])
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
-    return (f"{n_logs} logs with each coefficient:", *shown, sentence)
+    return (f"{counted(n_logs, 'log')} with each coefficient:", *shown, sentence)

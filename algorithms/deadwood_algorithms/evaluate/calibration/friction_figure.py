@@ -19,6 +19,7 @@ from matplotlib.ticker import FuncFormatter
 from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Observed, Watched
 from deadwood_algorithms.evaluate.calibration.score import LEVEL, Range
 from deadwood_algorithms.files.pictures import show_relief
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas.looks import ENDS, RELEASE, ROAD, RUNS
@@ -61,7 +62,10 @@ def draw(
     ground(panels[2], best, layers, logs, observed, watched)
     cell = f"{layers.dem.cell:g} m cells"
     figure.suptitle(
-        textwrap.fill(f"{sentence} {len(logs)} logs a coefficient, {cell}.", 150), x=0.01, ha="left", fontsize=11
+        textwrap.fill(f"{sentence} {counted(len(logs), 'log')} a coefficient, {cell}.", 150),
+        x=0.01,
+        ha="left",
+        fontsize=11,
     )
     figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.96), w_pad=1.5)
     figure.savefig(path, dpi=110)
@@ -127,7 +131,7 @@ def seen_runouts(observed: Observed | None, logs: Releases) -> np.ndarray:
 def ground(
     axes: Axes, best: FrictionRun, layers: SceneLayers, logs: Releases, observed: Observed | None, watched: Watched
 ) -> None:
-    """Releases, simulated deposits of the likeliest coefficient, and what was observed, on the relief."""
+    """Releases, simulated deposits of the most likely coefficient, and what was observed, on the relief."""
     rests = best.resting
     x, y = (np.concatenate([getattr(logs, name), getattr(best, name)]) for name in "xy")
     if observed:

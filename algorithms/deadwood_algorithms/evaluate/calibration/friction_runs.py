@@ -16,11 +16,11 @@ from deadwood_algorithms.evaluate.calibration.score import Observation
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.scene.items import Items, digest_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_lines
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.simulate.simulation import Simulation
+from deadwood_algorithms.stats.endings import left_dem
 from deadwood_engine import STOP_REASONS, Lines
 
 Array = NDArray[np.float64]
@@ -162,7 +162,7 @@ def outcomes_of_deposits(
 
 
 def outcomes_of_reach(watched: Watched, slid: list[FrictionRun], logs: int, did: int) -> list[Observation]:
-    """So many logs of the event, of which so many reached one thing and not the other."""
+    """A number of logs of the event, and how many of them reached one thing and not the other."""
     done = np.stack([did_it(watched, each) for each in slid])
     rows = np.arange(done.shape[1])
     return [Observation(rows, done=done, yes=k < did) for k in range(logs)]

@@ -11,7 +11,8 @@ from deadwood_algorithms.ensemble.variants import Arrays, Variant, hits_of, join
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRun
 from deadwood_algorithms.scene.releases import Group, Releases
 from deadwood_algorithms.simulate.simulation import Simulation
-from deadwood_engine import FIDELITIES, STOP_REASONS
+from deadwood_algorithms.stats.endings import ended
+from deadwood_engine import FIDELITIES
 
 WANTED = (
     "reach", "x", "y", "runout", "speed_max", "jump_max", "penetration_max", "energy_error", "unconverged", "steps",
@@ -43,8 +44,8 @@ def run_of(name: str, parts: Sequence[Arrays]) -> FidelityRun:
         penetration_max=of["penetration_max"],
         energy_error=of["energy_error"],
         unconverged_share=float(of["unconverged"].sum() / max(1, steps)),
-        failed=int((of["stop_reason"] == STOP_REASONS.index("failed")).sum()),
-        still_moving=int((of["stop_reason"] == STOP_REASONS.index("time_limit")).sum()),
+        failed=int(ended(of, "failed").sum()),
+        still_moving=int(ended(of, "time_limit").sum()),
         hits=(hits_of(parts, n), hits_of(halves, n // 2), hits_of(others, n - n // 2)),
     )
 

@@ -1,4 +1,4 @@
-"""Which fidelity is fine enough for so many logs, and whether the comparison can tell.
+"""Which fidelity is fine enough for a number of logs, and whether the comparison can tell.
 
 A run of N logs errs by chance: a reach probability by the half-width of its 95 % Wilson interval, the noise. A fidelity
 is *within* it when its own error is shown to be smaller: |difference to the finest| + half-width of the paired interval
@@ -24,6 +24,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from deadwood_algorithms.params.counts import counted
+
 if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 
@@ -33,7 +35,7 @@ LEAST_LOGS = 50  # with fewer, neither halves nor quantiles mean anything
 
 @dataclass(frozen=True)
 class Recommendation:
-    """What the comparison comes to.
+    """The result of the comparison.
 
     fidelity : the cheapest that is shown to be fine enough, or None where the evidence is too thin
     judged_by : what decided; verdicts : of each fidelity but the finest; silent_lines : all logs reach them, or none
@@ -127,8 +129,9 @@ def too_thin(
     if n_logs >= available or (logs or 0) > available:
         more += f" (the layer has {available}: release more, and keep the yardstick with --planned-logs {planned})"
     sentence = (
-        f"Too few logs to recommend a fidelity: {n_logs} logs do not decide whether {easiest} has an error below the "
-        f"sampling noise of {planned} logs ({error_words(row)}). Compare {more}; until then {finest} is the safe one."
+        f"Too few logs to recommend a fidelity: {counted(n_logs, 'log does', 'logs do')} not decide whether "
+        f"{easiest} has an error below the sampling noise of {planned} logs ({error_words(row)}). Compare {more}; "
+        f"until then {finest} is the safe one."
     )
     return sentence, logs
 
@@ -161,7 +164,7 @@ def two_digits(value: float) -> int:
 
 
 def farthest(row: FidelityRow) -> float:
-    """How near a row comes to its noise, or how far beyond."""
+    """How close a row is to its noise, or how far beyond."""
     size = max(abs(row.ci_low), abs(row.ci_high)) if row.quantity == "reach" else row.difference
     return size / row.noise if row.noise > 0.0 else math.inf
 

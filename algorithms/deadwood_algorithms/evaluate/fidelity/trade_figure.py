@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.schemas.looks import RUNS
 
 MARKERS = "osD^vP"
@@ -58,7 +59,7 @@ def draw(
         if place >= 3:
             axes.set_xlabel("CPU time a log [ms]")
     figure.suptitle(
-        f"{logs['compared']} logs at each fidelity, against {names[-1]}; bars: 95 % intervals; "
+        f"{counted(logs['compared'], 'log')} at each fidelity, against {names[-1]}; bars: 95 % intervals; "
         f"grey: sampling noise of {logs['planned']} logs",
         x=0.01, ha="left", fontsize=12,
     )  # fmt: skip

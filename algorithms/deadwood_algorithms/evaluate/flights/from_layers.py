@@ -15,6 +15,7 @@ import shapely
 from deadwood_algorithms.files.columns import filled_column, schema_column, where_of
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.schemas import BARRIERS, RELEASES
@@ -122,7 +123,8 @@ def _of_points(frame: geopandas.GeoDataFrame) -> list[Pair]:
     if len(frame) == 2 and "role" not in frame:
         return [(ids_of(frame, "flight_id").tolist()[0], 0, places[0], places[1])]
     if "role" not in frame:
-        raise UserError(f"{where}: {len(frame)} points need a field 'role', takeoff or landing, and 'flight_id'")
+        lacking = counted(len(frame), "point needs", "points need")
+        raise UserError(f"{where}: {lacking} a field 'role', takeoff or landing, and 'flight_id'")
     roles = [str(word).strip().lower().replace("-", "") for word in frame["role"]]
     for row, role in enumerate(roles):
         if role not in ROLES:
@@ -135,7 +137,9 @@ def _of_points(frame: geopandas.GeoDataFrame) -> list[Pair]:
         rows = {role: [k for k, each in enumerate(ids) if each == flight_id and roles[k] == role] for role in ROLES}
         for role, found in rows.items():
             if len(found) != 1:
-                raise UserError(f"{where}: flight '{flight_id}' has {len(found)} points of the role {role}, not one")
+                raise UserError(
+                    f"{where}: flight '{flight_id}' has {counted(len(found), 'point')} of the role {role}, not one"
+                )
         takeoff, landing = rows["takeoff"][0], rows["landing"][0]
         pairs.append((flight_id, takeoff, places[takeoff], places[landing]))
     return pairs

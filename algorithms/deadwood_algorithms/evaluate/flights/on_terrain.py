@@ -118,7 +118,7 @@ class Followed:
         head = f"{of['flight_id']}: {of['verdict']}"
         if self.flight.bend <= 0.0:
             where = f"{of['distance_m']:.1f} m on and {of['fall_m']:.1f} m down"
-            return [f"{head}; a log that takes off at {of['takeoff_deg']:.1f}° comes to no place {where}"]
+            return [f"{head}; a log that takes off at {of['takeoff_deg']:.1f}° does not reach any point {where}"]
         lines = [
             f"{head}; take-off at {of['takeoff_speed_ms']:.1f} m/s and {of['takeoff_deg']:.1f}° ({of['angle_from']}), "
             f"{of['duration_s']:.2f} s in the air over {of['distance_m']:.1f} m and {of['fall_m']:.1f} m down, "

@@ -35,7 +35,7 @@ class Flight:
 
     @property
     def bend(self) -> float:
-        """Half the curvature of the path z(s) [1/m]; not positive where no parabola comes to the landing point."""
+        """Half the curvature of the path z(s) [1/m]; not positive where no parabola reaches the landing point."""
         return (self.distance * self.fall - self.rise) / self.distance**2
 
     @property

@@ -68,7 +68,7 @@ def draw(followed: Followed, path: Path) -> None:
 
 
 def _places(followed: Followed) -> np.ndarray:
-    """Where the log is drawn: apart from each other, from the take-off until its front comes to the landing."""
+    """Where the log is drawn: apart from each other, from the take-off until its front reaches the landing."""
     flight = followed.flight
     front = 0.5 * followed.mapped.length / float(np.hypot(1.0, flight.slope(flight.distance)))
     last = max(0.0, flight.distance - front)

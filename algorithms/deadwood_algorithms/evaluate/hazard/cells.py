@@ -63,6 +63,6 @@ def hits_of_areas(
         if not wanted.size:
             raise UserError(
                 f"{source.path}: release area '{area.release_id}' has no stored trajectory, so its hits cannot be "
-                f"separated from those of areas of other frequency; run slide-logs with --trajectories all"
+                f"separated from those of areas with another frequency; run slide-logs with --trajectories all"
             )
         yield count_of(source, wanted, grid, feedback)

@@ -1,4 +1,4 @@
-"""Design values of the places that logs come to: who was lost before, classes of nets, and the lines that tell them."""
+"""Design values at the places that logs reach: logs lost before, classes of nets, and the lines of text."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.params import presets
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
-from deadwood_algorithms.results.lost import left_dem, many, warn_of_lost
+from deadwood_algorithms.results.lost import many, warn_of_lost
 from deadwood_algorithms.results.passages import Passages
 from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.stats.endings import left_dem
 
 
 def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> dict[tuple[str, str], int]:
-    """Of each place the logs that left the terrain model and had not come to it; a warning where they are many."""
+    """Of each place the logs that left the terrain model and had not reached it; a warning where they are many."""
     ids = source.deposits["log_id"].to_numpy()
-    left = ids[left_dem(source.deposits["stop_reason"].to_numpy())]
+    left = ids[left_dem(source.deposits)]
     counts = {(each.kind, each.place_id): int((~np.isin(left, each.log_id)).sum()) for each in found}
     warnings = [
-        f"the percentiles of {each.kind} {each.place_id} are of the {each.log_id.size} logs that were seen there"
+        f"the percentiles of {each.kind} {each.place_id} are of the {counted(each.log_id.size, 'log')} seen there"
         for each in found
         if each.values and many(counts[each.kind, each.place_id], each.log_id.size)  # else it is not known who came
     ]
@@ -43,7 +45,7 @@ def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple
     shown = []
     for each in found:
         mine = [row for row in rows if (row["kind"], row["place_id"]) == (each.kind, each.place_id)]
-        shown.append(f"{each.kind} {each.place_id}: {each.log_id.size} logs come to it")
+        shown.append(f"{each.kind} {each.place_id}: {counted(each.log_id.size, 'log reaches', 'logs reach')} it")
         by_quantity = {
             row["quantity"]: row for row in mine if row["n"] and not row["n_more"]
         }  # the highest that has both ends

@@ -6,15 +6,17 @@ from collections.abc import Sequence
 from typing import Any
 
 from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
-from deadwood_algorithms.results.lost import left_dem, many, reach_phrases, warn_of_lost
+from deadwood_algorithms.results.lost import many, reach_phrases, warn_of_lost
 from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.stats.endings import left_dem
 from deadwood_algorithms.stats.statistics import Z_95, percent_with_interval
 
 
 def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
     """How many logs left the terrain model; a warning where the maps or the lines depend on them."""
-    n_lost = int(left_dem(source.deposits["stop_reason"].to_numpy()).sum())
+    n_lost = int(left_dem(source.deposits).sum())
     phrases = reach_phrases(row for row in rows if row["n_reach"] is not None and not row["at_least_kj"])
     phrases += ["classes, areas and the outline end where they left"] if many(n_lost, len(source.deposits)) else []
     warn_of_lost(n_lost, len(source.deposits), phrases, feedback, where=str(source.path))
@@ -32,7 +34,7 @@ def warn_of_small_sample(
     needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
     feedback.warn(
         f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
-        f"{periods[-1]:g}: {facts['logs']} logs cannot tell; about {needed:.2g} logs can"
+        f"{periods[-1]:g}: {counted(facts['logs'], 'log')} cannot tell; about {needed:.2g} logs can"
     )
 
 

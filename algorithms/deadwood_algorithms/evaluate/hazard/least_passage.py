@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.evaluate.hazard import cells
 from deadwood_algorithms.evaluate.hazard.origins import polygons_of
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.cell_quantiles import largest_by_rank
 from deadwood_algorithms.results.hit_counts import count_of
@@ -33,10 +34,10 @@ GROWS = "which grows with the number of logs, and so does the area of each class
 
 @dataclass(frozen=True)
 class Ranks:
-    """How many logs a cell's energy must be brought by, of so many logs.
+    """How many of the logs must bring a cell's energy.
 
-    estimate : so many are the share; sure : with so many the 95 % interval lies above it; possible : with so many it
-    is not yet below it
+    estimate : number that is the share; sure : number from which the 95 % interval lies above it; possible : number
+    from which it is not yet below it
     """
 
     estimate: int
@@ -66,7 +67,7 @@ class Energies:
 def energies_of_share(
     source: Run, share: float, raster: str | None, grid: Grid, hits: NDArray[np.float32], feedback: Feedback
 ) -> Energies:
-    """Energies that at least this share of the logs bring; a given raster, or the largest, where so many pass."""
+    """Energies that at least this share of the logs bring; a given raster, or the largest, where enough logs pass."""
     known = source.stored_log_ids
     ranked = share > 0.0 and raster is None and known.size > 0
     n_logs = int(known.size) if ranked else len(source.deposits)
@@ -95,8 +96,8 @@ def energies_of_share(
     if share and wilson_bounds(0, n_logs)[1] > share:
         needed = math.ceil(Z_95**2 * (1.0 / share - 1.0))
         feedback.warn(
-            f"{n_logs} logs do not show whether {100 * share:g} % of the logs pass a cell that none of them passed; "
-            f"{needed} can"
+            f"{counted(n_logs, 'log does', 'logs do')} not show whether {100 * share:g} % of the logs pass a cell "
+            f"that none of them passed; {needed} can"
         )
     return Energies(found[0], found[1], found[2], what, facts)
 

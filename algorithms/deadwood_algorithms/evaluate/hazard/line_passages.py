@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from deadwood_algorithms.evaluate.hazard.frequencies import stored_areas
 from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea, period_class, rate_with_interval, return_period
 from deadwood_algorithms.files.vectors import read_table
-from deadwood_algorithms.results.lost import left_dem, share_if_lost
+from deadwood_algorithms.results.lost import share_if_lost
 from deadwood_algorithms.results.passages import Passages
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in
+from deadwood_algorithms.stats.endings import left_dem
 
 NO_ENERGY = "energies need stored trajectories; run slide-logs with --trajectories all"
 
@@ -33,7 +34,7 @@ def line_rows(
     of_run : the lines are the run's own, so that all of its logs say whether they reach; else the stored ones do.
     """
     everyone = source.deposits["log_id"].to_numpy(np.int64)
-    left = everyone[left_dem(source.deposits["stop_reason"].to_numpy())]
+    left = everyone[left_dem(source.deposits)]
     reached = reached_logs(source) if of_run else {}
     rows = []
     for each in passages:

@@ -97,7 +97,7 @@ def origins_of(
     i, j = (np.floor(at / cell).astype(np.int64) for at in (x, y))
     shape = (int(np.ptp(j)) + 1, int(np.ptp(i)) + 1)
     if shape[0] * shape[1] > CELLS_MOST:
-        raise UserError(f"--cell-m {cell:g} makes a raster of {shape[1]} x {shape[0]} cells; take a larger cell")
+        raise UserError(f"--cell-m {cell:g} makes a raster of {shape[1]} x {shape[0]} cells; use a larger cell")
     place = (j - j.min()) * shape[1] + (i - i.min())
 
     def counted(which: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -109,7 +109,7 @@ def origins_of(
 
 
 def sources_frame(origins: Origins, least_shares: Sequence[float]) -> geopandas.GeoDataFrame:
-    """Polygons of the cells from which at least so many of the logs reach a line; no row where there is no cell."""
+    """Polygons of the cells from which at least a given share of the logs reach a line; no row without a cell."""
     rows, shapes = [], []
     for line, hit in origins.reached.items():
         share = origins.shares(line)[0]
@@ -127,7 +127,7 @@ def sources_frame(origins: Origins, least_shares: Sequence[float]) -> geopandas.
 def affected_frame(
     source: Run, grid: Grid, least_shares: Sequence[float], feedback: Feedback
 ) -> geopandas.GeoDataFrame | None:
-    """Polygons of the cells that at least so many of a release area's logs pass; None where that is not known.
+    """Polygons of the cells that at least a given share of a release area's logs pass; None where that is not known.
 
     A run with one release area has counted its hits itself; of several they are counted from stored trajectories.
     """

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.hazard.line_passages import reached_logs
 from deadwood_algorithms.files.vectors import read_table, read_vector
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results import arrivals
 from deadwood_algorithms.results.edges import Edges
@@ -56,8 +57,8 @@ def reached_rows(
 def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
     """How many logs reach each line, and from how much ground."""
     shown = [
-        f"{facts['logs']} logs in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them in cells with a "
-        "share"
+        f"{counted(facts['logs'], 'log')} in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them in "
+        "cells with a share"
     ]
     for each in facts["reach"][1 if len(facts["reach"]) == 2 else 0 :]:
         shown.append(
@@ -73,6 +74,6 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
     for row in facts["affected"] or []:
         shown.append(
             f"release {row['release_id']}: {row['area_m2'] / 1e4:.2g} ha passed by at least {100 * row['least_p']:g} % "
-            f"of its {row['n_logs']} logs"
+            f"of its {counted(row['n_logs'], 'log')}"
         )
     return tuple(shown)

@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 
 from deadwood_algorithms.evaluate.hazard.origins import ANY, Origins
 from deadwood_algorithms.files.pictures import scale_and_north, show_lines, show_quantity, show_relief, show_scale
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.results.relief import Extent, coordinates_of, read_relief
 from deadwood_algorithms.results.run_folder import Run
 from deadwood_algorithms.schemas.looks import ROAD
@@ -49,7 +50,7 @@ def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> Non
     show_scale(figure, image, "danger", "logs released in a cell that reach any line [%]", ax=panels, shrink=0.8)
     number = int(origins.released.sum())
     figure.suptitle(
-        f"Places from which lines are reached: {number} logs in cells of {origins.grid.cell:g} m;\n"
+        f"Places from which lines are reached: {counted(number, 'log')} in cells of {origins.grid.cell:g} m;\n"
         f"empty where fewer than {origins.least} were released",
         fontsize=11,
     )

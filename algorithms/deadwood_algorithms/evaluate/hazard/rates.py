@@ -1,6 +1,6 @@
 """How often something is reached: rates of independent release areas with intervals, return periods, classes.
 
-An area releases ``events_per_year`` times a year, each time so many logs, which go their ways independently. The rate
+An area releases ``events_per_year`` times a year, each time the same number of logs, which move independently. The rate
 of a place is the sum, over the areas, of events a year times the probability that an event reaches it. The interval of
 one area is Wilson's. That of several is the gamma interval of a weighted sum of counts (Fay and Feuer 1997, "Confidence
 intervals for directly standardized rates: a method based on the gamma distribution"), which keeps its coverage where
@@ -33,7 +33,7 @@ class ReleaseArea:
 
 
 def reached_by_event(p: ArrayLike, logs: int) -> Array:
-    """Probability that at least one of so many logs reaches, each with probability p."""
+    """Probability that at least one of n logs reaches, each with probability p."""
     p = np.asarray(p, np.float64)
     return p if logs == 1 else 1.0 - (1.0 - p) ** logs
 

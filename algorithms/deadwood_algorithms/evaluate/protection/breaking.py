@@ -22,6 +22,7 @@ from deadwood_algorithms.evaluate.protection.changed_scenes import AT_ONCE, Chan
 from deadwood_algorithms.evaluate.protection.obstacles import TREE, Obstacle
 from deadwood_algorithms.evaluate.protection.rerun import Rerun
 from deadwood_algorithms.evaluate.protection.scenes_at_once import changes_in_order
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.capacity import Capacity
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -108,7 +109,7 @@ def break_trees(
             trees[row].append(int(following[row]))
         tasks = tasks_without([(row, trees[row]) for row in rows.tolist()])
         following = np.full(following.size, UNBROKEN)
-        what = f"sliding {rows.size} logs without tree number {number} that each breaks"
+        what = f"sliding {counted(rows.size, 'log')} without tree number {number} that each breaks"
         for task, way in changes_in_order(again, tasks, steps, feedback, what):
             reach[task.rows], following[task.rows] = way.reach, way.tree
     return Broken(reach, trees)
@@ -164,7 +165,7 @@ def lines_of(frames: Mapping[str, Any], broken: Broken) -> tuple[str, ...]:
     """How many trees break, and of each line the two ends."""
     logs = sum(bool(each) for each in broken.trees)
     trees = len(frames["broken"]) if "broken" in frames else 0
-    shown = [f"{logs} of {len(broken.trees)} logs would break a tree, {trees} trees in all"]
+    shown = [f"{logs} of {len(broken.trees)} logs would break a tree, {counted(trees, 'tree')} in all"]
     for row in frames["reach_breaking"].to_dict("records"):
         rigid, breaking = (
             percent_with_interval(reach_record(row[name], row["n_total"])) for name in ("n_reach", "n_reach_breaking")

@@ -54,7 +54,7 @@ def read_given(path: str, heights: Sequence[float], layers: SceneLayers, feedbac
     ids = np.array([str(each) for each in ids_of(frame, "barrier_id", "name").tolist()], object)
     field = next((name for name in ("barrier_id", "name") if name in frame), "")
     if twins := shared_words(frame, field, ids.tolist()):
-        raise UserError(f"{twins}; give each candidate an id of its own")
+        raise UserError(f"{twins}; give each candidate its own id")
     named = list(zip(ids[on].tolist(), shapely.force_2d(np.asarray(frame.geometry)[on]), strict=True))
     if "height_m" in frame:
         own = schema_column(frame, BARRIERS.column("height_m"))[on].tolist()

@@ -19,11 +19,11 @@ from deadwood_algorithms.evaluate.protection.baseline import Baseline, held_by, 
 from deadwood_algorithms.evaluate.protection.obstacles import Obstacle
 from deadwood_algorithms.evaluate.protection.rerun import Rerun, is_bare, without
 from deadwood_algorithms.params.tool import Feedback
-from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import reached, starts_inside
 from deadwood_algorithms.simulate.sliding import slide_once
 from deadwood_algorithms.simulate.windows import wider_scene
+from deadwood_algorithms.stats.endings import left_dem
 from deadwood_engine import Result, Start, place_logs
 
 AT_ONCE = 64  # logs of one obstacle that a thread slides in one go: a stand's many are shared among threads

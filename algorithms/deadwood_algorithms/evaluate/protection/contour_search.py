@@ -31,7 +31,7 @@ def contours_of(
     length_m, height_m : of the pieces and of the barriers on them [m]
     places : pieces for each contour and length
     """
-    if layers.dem.whole is not None:  # contours are drawn on all the ground that logs come to
+    if layers.dem.whole is not None:  # contours are drawn on all the ground that logs reach
         _, layers = passed_to_lines(rerun, layers, list(layers.lines.geometry), steps, feedback)
 
     def passed(shapes: Sequence[Any]) -> Any:

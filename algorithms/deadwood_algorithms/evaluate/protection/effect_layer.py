@@ -16,6 +16,7 @@ from deadwood_algorithms.evaluate.protection.near_candidates import logs_near
 from deadwood_algorithms.evaluate.protection.obstacles import Candidates, Obstacle, with_candidates
 from deadwood_algorithms.evaluate.protection.rerun import Rerun
 from deadwood_algorithms.evaluate.protection.scenes_at_once import changes_in_order
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.simulate.steps import Steps
@@ -87,12 +88,14 @@ def lines_of(frames: dict[str, Any]) -> tuple[str, ...]:
             head = rows["n_reach"].iloc[0], rows["n_total"].iloc[0]
             what = f"{len(rows)} {'candidates: ' if name == 'planted' else ''}{PLURAL[kind]}"
             shown.append(
-                f"{line_id}, reached by {head[0]} of {head[1]} logs; of {what} {keep} keep logs away, {harm} bring some"
+                f"{line_id}, reached by {head[0]} of {head[1]} logs; of {what} {counted(keep, 'keeps', 'keep')} logs "
+                f"away, {counted(harm, 'brings', 'bring')} some"
             )
             for row in rows[rows["gain_logs"] > 0].head(SHOWN).itertuples():
                 points = points_with_interval(row.gain_p, row.ci_low, row.ci_high)
                 shown.append(
-                    f"  {row.rank}. {kind} {row.id}: {row.gain_logs} logs, {points} points; holds {row.stopped}"
+                    f"  {row.rank}. {kind} {row.id}: {counted(row.gain_logs, 'log')}, {points} points; holds "
+                    f"{row.stopped}"
                 )
     return tuple(shown)
 

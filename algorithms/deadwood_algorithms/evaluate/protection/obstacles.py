@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.items import Items, ids_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_trees
@@ -77,7 +78,7 @@ def read_stand_areas(path: str, layers: SceneLayers, feedback: Feedback) -> list
     held = [shapely.contains_xy(shape, layers.trees.x, layers.trees.y).any() for _, shape in areas]
     empty = [name for (name, _), holds in zip(areas, held, strict=True) if not holds]
     if len(empty) == len(areas):
-        raise UserError(f"{path}: none of the {len(areas)} stands holds a tree of the run; check the layer")
+        raise UserError(f"{path}: {none_of(len(areas), 'stand')} holds a tree of the run; check the layer")
     if empty:
         feedback.note(f"{path}: no tree of the run stands in {', '.join(empty[:5])}{', ...' if empty[5:] else ''}")
     return areas

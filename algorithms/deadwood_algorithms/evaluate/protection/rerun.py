@@ -52,7 +52,7 @@ class Rerun:
 def open_rerun(
     source: Run, lines: str | None, logs: int | None, seed: int, where: Where, feedback: Feedback
 ) -> Iterator[tuple[Rerun, SceneLayers, NDArray[np.int64]]]:
-    """What a run asked, of other lines if they are given, with an even draw of so many of its logs if not with all.
+    """What a run asked, of other lines if they are given, with an even draw of some of its logs or with all.
 
     Also gives the scene as it was read, and the logs' rows in the run's deposits.
     """

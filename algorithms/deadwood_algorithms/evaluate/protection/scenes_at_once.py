@@ -53,7 +53,7 @@ class _Groups:
 
 
 class _OnWorkers(_Groups):
-    """On the workers of a scheduler: so many logs at a time that few results lie here, the next begun meanwhile."""
+    """On the workers of a scheduler: few enough logs at a time to hold few results here; the next start meanwhile."""
 
     def batch(self, number: int) -> Batch:
         part = [self.tasks[k] for k in self.groups[number]]

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate, with_barriers
 from deadwood_algorithms.evaluate.protection.rerun import Rerun, without
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
-from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import reached, starts_inside
@@ -30,8 +30,9 @@ from deadwood_algorithms.simulate.batch import Batch
 from deadwood_algorithms.simulate.sliding import reporter, slide_batch, slide_once, until_none_escapes
 from deadwood_algorithms.simulate.steps import Steps
 from deadwood_algorithms.simulate.windows import wider_scene
+from deadwood_algorithms.stats.endings import ended, left_dem
 from deadwood_algorithms.stats.statistics import mcnemar_p, paired_interval
-from deadwood_engine import STOP_REASONS, Lines, Result, Start, place_logs
+from deadwood_engine import Lines, Result, Start, place_logs
 from deadwood_engine.fidelity import trace_step
 from deadwood_engine.limits import NEAR_MARGIN
 from deadwood_engine.log_body import BASE_RADIUS
@@ -39,7 +40,7 @@ from deadwood_engine.log_body import BASE_RADIUS
 Array = NDArray[np.float64]
 ARCS = 16  # straight pieces of a quarter circle of a zone, which cut off 0.1 % of its width
 AHEAD = 16  # candidates with whose logs a scheduler's workers may begin while one is at work
-CHANCE = 0.05  # a gain that chance alone makes more often than this, among so many candidates, is none
+CHANCE = 0.05  # a gain that chance alone makes more often than this, among this number of candidates, counts as none
 OVERLAP_M = 3.0  # of a candidate that may run within OVERLAP_WITHIN of a chosen one: joints, not one upon the other
 OVERLAP_WITHIN = 1.0  # [m]
 
@@ -250,7 +251,7 @@ class Siting:
         crossed = barriers.any_row(result.barrier_crossed)
         met = barriers.any_row(result.barrier_reached) | crossed
         held = np.zeros((n, len(barriers.ids)), bool)
-        at = np.flatnonzero(result.stop_reason == STOP_REASONS.index("barrier"))
+        at = np.flatnonzero(ended(result.stop_reason, "barrier"))
         held[at, barriers.item[result.stop_item[at]]] = True
         energy, height = np.full((2, n, number), -np.inf)
         hits = result.hits
@@ -276,7 +277,7 @@ class Siting:
         """Put a candidate up and slide again the logs that come near it; ``following`` are tried next in its place."""
         rows = self.rows_near(outcomes, chosen, number)
         if rows.size:
-            what = f"sliding {rows.size} logs with a barrier at {self.candidates[number].id}"
+            what = f"sliding {counted(rows.size, 'log')} with a barrier at {self.candidates[number].id}"
             later = [(self.rows_near(outcomes, chosen, k), [*chosen, k]) for k in following]
             found, _ = self.slide(rows, [*chosen, number], what, [each for each in later if each[0].size])
         else:
@@ -325,7 +326,7 @@ class Step:
 
 
 def chance_of(trial: Trial, among: int) -> float:
-    """How likely chance alone makes the best of so many candidates so good, at most (McNemar, Bonferroni)."""
+    """How likely chance alone makes the best of the candidates this good, at most (McNemar, Bonferroni)."""
     return min(1.0, mcnemar_p(trial.brought, trial.kept) * among)
 
 
@@ -358,10 +359,13 @@ def choose(
 def why_none(best: Trial, among: int) -> str:
     """In words, why the best of the candidates left is not built."""
     if best.gain > 0:
-        return f"the best of {among} candidates left would keep {best.gain} more logs away, which is not beyond chance"
+        kept = counted(best.gain, "more log")
+        return f"the best of {counted(among, 'candidate')} left would keep {kept} away, which is not beyond chance"
     if best.gain == 0:
-        return f"none of {among} candidates left would keep away more logs than it additionally lets through"
-    return f"with each of {among} candidates left more logs would reach a line, with the best {-best.gain} more"
+        return f"none of {counted(among, 'candidate')} left would keep away more logs than it additionally lets through"
+    return (
+        f"with each of {counted(among, 'candidate')} left more logs would reach a line, with the best {-best.gain} more"
+    )
 
 
 def trials_alone(siting: Siting, outcomes: LogOutcomes) -> Iterator[Trial]:

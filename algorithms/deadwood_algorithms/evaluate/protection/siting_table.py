@@ -12,6 +12,7 @@ import shapely
 from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_angle
 from deadwood_algorithms.evaluate.protection.siting import LogOutcomes, Siting, Step, Trial
 from deadwood_algorithms.params import presets
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import reach_phrases, reach_records, share_if_lost, warn_of_lost
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -29,7 +30,7 @@ def with_classes(frame: Any, name: str | None) -> Any:
 
 
 def rows_of(siting: Siting, now: LogOutcomes, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
-    """One row for each candidate alone, by what is left, and one a chosen set."""
+    """One row for each candidate alone, by what is left, and one per chosen set."""
     n = len(now.reach)
     rows = []
     for trial in alone:
@@ -148,18 +149,19 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
     record = facts["reach"]
     shown = [
         f"{record['n_reach']} of {record['n_total']} logs reach a line, {percent_with_interval(record)}"
-        f"{lost_words(record)}; {facts['candidates']} candidates, {facts['slid_again']} logs slid again"
+        f"{lost_words(record)}; {counted(facts['candidates'], 'candidate')}, {counted(facts['slid_again'], 'log')} "
+        "slid again"
     ]
     for row in facts["chosen"]:
         points = points_with_interval(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"])
         shown.append(
-            f"{row['step']}. {row['barrier_id']}: {row['gain_logs']} fewer logs, {points} points; {row['n_reach']} "
-            f"still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"
+            f"{row['step']}. {row['barrier_id']}: {counted(row['gain_logs'], 'fewer log', 'fewer logs')}, {points} "
+            f"points; {row['n_reach']} still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"
         )
         if row["n_hit"]:
             more = f" ({row['n_more']:.0f} more hits are needed for upper bounds)" if row["n_more"] else ""
             shown.append(
-                f"   95 % of its {row['n_hit']:.0f} hits: up to {row['energy_p95_kj']:.3g} kJ and "
+                f"   95 % of its {counted(int(row['n_hit']), 'hit')}: up to {row['energy_p95_kj']:.3g} kJ and "
                 f"{row['height_p95_m']:.2g} m above the terrain{more}"
             )
             if classes:

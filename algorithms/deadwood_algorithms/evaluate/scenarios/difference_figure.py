@@ -26,6 +26,7 @@ from rasterio.enums import Resampling
 from deadwood_algorithms.evaluate.scenarios.measures import ScenarioRow
 from deadwood_algorithms.evaluate.scenarios.paired_runs import Compared
 from deadwood_algorithms.files.pictures import scale_and_north, show_lines, show_quantity, show_relief, show_scale
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.results.relief import CELLS_DRAWN, Extent, coordinates_of, read_relief
 from deadwood_algorithms.schemas.looks import LESS_MORE, RELEASE, ROAD, RUNS
 
@@ -50,14 +51,14 @@ def draw(path: Path, rows: Sequence[ScenarioRow], compared: Compared, maps: dict
     figure = plt.figure(figsize=(width, height))
 
     def panel(left: float, top: float, wide: float, high: float) -> Axes:
-        """Axes whose top left corner lies so many inches from the figure's."""
+        """Axes whose top left corner lies at a distance [inches] from the figure's."""
         return figure.add_axes((left / width, 1.0 - (top + high) / height, wide / width, high / height))
 
     names = [each.name for each in compared.scenarios]
     chart = (width - 3.0 * MARGIN_IN) / 2.0
     _shares_panel(panel(MARGIN_IN, TITLE_IN, chart, CHARTS_IN - 0.5), rows, names)
     _runouts_panel(panel(2.0 * MARGIN_IN + chart, TITLE_IN, chart, CHARTS_IN - 0.5), compared)
-    title = f"{compared.log_id.size} logs in each scenario, bars: 95 % intervals"
+    title = f"{counted(compared.log_id.size, 'log')} in each scenario, bars: 95 % intervals"
     figure.text(0.15 / width, 1.0 - 0.3 / height, title, fontsize=11)
     if frame:
         top = TITLE_IN + CHARTS_IN + TITLE_IN

@@ -1,4 +1,4 @@
-"""What the same logs come to in two scenarios, and how far the difference can be chance: functions on arrays.
+"""The results of the same logs in two scenarios, and how far chance can explain the difference: functions on arrays.
 
 Every log is its own control, so a difference rests on the logs that changed: a share by Tango's interval and
 McNemar's exact test, a mean by the changes' own scatter, a spread or quantile by a bootstrap that draws the same logs
@@ -37,7 +37,7 @@ class ScenarioRow:
 
     ci_low, ci_high : 95 % interval of the value; diff_ci_low, diff_ci_high : of the difference, over the same logs
     n_only_reference, n_only_scenario, p_mcnemar : of shares: logs that changed, and whether chance would do as much
-    n_lost : logs that left the terrain model before it was seen what they do
+    n_lost : logs that left the terrain model before the outcome was known
     value_..., difference_..._if_lost : the least and the most of both, whatever these did
     diff_..._if_lost : the outer ends of the intervals of the least and the most difference
     """

@@ -16,10 +16,11 @@ from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.lost import left_dem
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in, read_run
+from deadwood_algorithms.results.scenario import overridden_options
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_lines
+from deadwood_algorithms.stats.endings import ended, left_dem
 
 # Of the releases, what deposits repeat, and how far two of the same may differ: coordinates by rounding alone.
 SAME = {
@@ -62,12 +63,12 @@ class Scenario:
     @cached_property
     def left_dem(self) -> NDArray[np.bool_]:
         """Logs that went out of sight, beyond the terrain model."""
-        return left_dem(self.column("stop_reason"))
+        return left_dem(self.run.deposits)[self.rows]
 
     @cached_property
     def still_moving(self) -> NDArray[np.bool_]:
         """Logs that had not come to rest at the time limit."""
-        return np.asarray(self.column("stop_reason") == "time_limit", bool)
+        return ended(self.run.deposits, "time_limit")[self.rows]
 
     @cached_property
     def places(self) -> NDArray[np.float64]:
@@ -98,15 +99,19 @@ def folders_of(runs: str, names: str | None) -> tuple[list[str], list[str]]:
     """The folders of the runs and what the scenarios are called."""
     folders = [each.strip() for each in runs.split(",") if each.strip()]
     if len(folders) < 2:
-        raise UserError(f"--runs is '{runs}', but must name at least two folders of slide-logs, with commas")
+        raise UserError(f"--runs is '{runs}', but must name at least two folders of slide-logs, separated by commas")
     called = [each.strip() for each in names.split(",")] if names else [Path(each).name for each in folders]
     if len(called) != len(folders):
-        raise UserError(f"--names holds {len(called)} names for {len(folders)} runs; give one each, with commas")
+        raise UserError(
+            f"--names holds {len(called)} names for {len(folders)} runs; give one each, separated by commas"
+        )
     if names is None and len(set(called)) < len(called):  # a/run and b/run
         called = ["_".join(Path(each).parts[-2:]) for each in folders]
     for name in called:
         if not name or called.count(name) > 1:
-            raise UserError(f"--names: '{name}' does not distinguish the runs; give each a different name, with commas")
+            raise UserError(
+                f"--names: '{name}' does not distinguish the runs; give each a different name, separated by commas"
+            )
         if any(sign in name for sign in '/\\:*?"<>|'):
             raise UserError(f"--names: '{name}' cannot be part of a file's name; leave out {name!r}'s special signs")
     return folders, called
@@ -319,11 +324,15 @@ def _energies(arrived: Arrived, n_logs: int, n_lines: int) -> NDArray[np.float64
 
 
 def differing(compared: Compared) -> dict[str, dict[str, Any]]:
-    """Parameters of slide-logs in which the scenarios differ: by parameter, by scenario."""
+    """Parameters of slide-logs in which the scenarios differ: by parameter, by scenario. What columns of the releases
+    override had no effect, and is none.
+    """
     given = {each.name: dict(each.run.manifest.get("parameters", {})) for each in compared.scenarios}
     for each in compared.scenarios:
         if given[each.name].get("fidelity") == "auto":  # the one that was chosen
             given[each.name]["fidelity"] = each.run.fidelity
+        for name in overridden_options(each.run.manifest, each.run.summary()):
+            given[each.name][name] = "as the releases say"
     names = dict.fromkeys(name for values in given.values() for name in values if name not in NO_MATTER)
     table = {name: {scenario: values.get(name) for scenario, values in given.items()} for name in names}
     return {name: values for name, values in table.items() if len({str(each) for each in values.values()}) > 1}

@@ -9,6 +9,7 @@ from typing import Any
 
 from deadwood_algorithms.evaluate.scenarios.indices import INDICES, LEAST_ARRIVALS
 from deadwood_algorithms.evaluate.scenarios.measures import ScenarioRow
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.stats.statistics import (
     decimals_of,
     percent,
@@ -91,8 +92,8 @@ def table_lines(
     if not differences:
         shown.append("the runs differ in no parameter of slide-logs (their layers may)")
     hidden = max(len(lines) - SHOWN, 0) + max(len(releases) - SHOWN, 0)
-    more = f"; {hidden} more lines or releases in {file}" if hidden else ""
-    return (f"{n_logs} logs in each scenario, intervals 95 %{more}:", *shown)
+    more = f"; {counted(hidden, 'more line or release', 'more lines or releases')} in {file}" if hidden else ""
+    return (f"{counted(n_logs, 'log')} in each scenario, intervals 95 %{more}:", *shown)
 
 
 def index_lines(rows: Sequence[ScenarioRow], reference: str) -> tuple[str, ...]:

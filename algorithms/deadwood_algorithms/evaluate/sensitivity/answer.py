@@ -55,7 +55,7 @@ class Measured:
         return [int(k) for k in np.argsort(-strength, kind="stable")]
 
     def as_it_is(self, logs: int) -> str:
-        """The outcome with nothing varied; of a share with the interval that so many logs leave."""
+        """The outcome with nothing varied; of a share with its interval for this number of logs."""
         base = self.bars[0].base
         if self.is_share:
             return percent_with_interval(reach_record(round(base * logs), logs))
@@ -84,7 +84,7 @@ class Measured:
 class Answer:
     """Which factors an outcome depends on, the strongest first; none where none is beyond chance.
 
-    decided : whether the first is the strongest in so many resamples; by : ``total`` index or ``swing``
+    decided : whether the first is the strongest in enough resamples; by : ``total`` index or ``swing``
     """
 
     outcome: str

@@ -16,13 +16,14 @@ from deadwood_algorithms.evaluate.sensitivity.factors import OF_LOGS, OF_TREES, 
 from deadwood_algorithms.evaluate.sensitivity.noise import error_surface
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.releases.logs import in_posture
-from deadwood_algorithms.results.lost import left_dem, reach_phrases, reach_records, warn_of_lost
+from deadwood_algorithms.results.lost import reach_phrases, reach_records, warn_of_lost
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.simulate.simulation import Simulation
-from deadwood_engine import FIDELITIES, STOP_REASONS, Logs
+from deadwood_algorithms.stats.endings import ended, left_dem
+from deadwood_engine import FIDELITIES, Logs
 from deadwood_engine.limits import DENSITY, DIAMETER, LENGTH
 
 Array = NDArray[np.float64]
@@ -123,7 +124,7 @@ def table_of(places: list[Place], slid: SlidRuns, factors: list[Factor], line_id
         row |= {f"reach_{line}": float(slid.reach[k, :, j].mean()) for j, line in enumerate(line_ids)}
         row["runout_mean_m"] = float(slid.runout[k].mean())
         for name in ("left_dem", "time_limit", "failed"):
-            row[name] = int((slid.stop_reason[k] == STOP_REASONS.index(name)).sum())
+            row[name] = int(ended(slid.stop_reason[k], name).sum())
         rows.append(row)
     return rows
 

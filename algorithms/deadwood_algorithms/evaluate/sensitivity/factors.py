@@ -135,7 +135,7 @@ def _from_words(part: str) -> Row:
         return name, None, place
     low, colon, high = (each.strip() for each in ends.partition(":"))
     if not colon or not low or not high:
-        raise UserError(f"{place} is no range; write it as NAME=LOW:HIGH, such as friction=0.2:0.3")
+        raise UserError(f"{place} is not a range; write it as NAME=LOW:HIGH, such as friction=0.2:0.3")
     return name, (low, high), place
 
 

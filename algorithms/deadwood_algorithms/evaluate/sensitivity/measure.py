@@ -1,4 +1,4 @@
-"""What the runs of a design come to: every outcome's bars, indices and sentence."""
+"""The results of a design's runs: every outcome's bars, indices and sentence."""
 
 from __future__ import annotations
 

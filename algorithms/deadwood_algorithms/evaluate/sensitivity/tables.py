@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
+from deadwood_algorithms.params.counts import counted
 
 # An index alone that is above the one that holds it is an estimate from too few rows.
 CROSSED = "the first-order one, {first:.2f}, is above it, which is chance: raise --samples"
@@ -77,7 +78,8 @@ def lines_of(measured: list[Measured], answers: list[Answer], facts: dict[str, A
             shown.append(text)
     others = [one.sentence for one in answers if one.sentence != facts["sentence"]]
     head = (
-        f"{facts['runs']} runs of the same {facts['logs']} of {facts['logs_in_layer']} logs at {facts['fidelity']}; "
-        "with other logs, or at another fidelity, the unchanged case may differ by chance or by the calculation"
+        f"{counted(facts['runs'], 'run')} of the same {facts['logs']} of {facts['logs_in_layer']} logs at "
+        f"{facts['fidelity']}; with other logs, or at another fidelity, the unchanged case may differ by chance or by "
+        "the calculation"
     )
     return (head, *shown, *others, facts["sentence"])

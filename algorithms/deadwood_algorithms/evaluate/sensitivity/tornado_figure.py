@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.schemas.looks import HIGH_END, LOW_END, RUNS
 
 FIRST, TOTAL = "#999999", RUNS[0]
@@ -43,7 +44,9 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
             indices(panels[1], one, order)
     hidden = len(measured) - len(shown)
     more = f"; {hidden} more outcomes in tornado.csv" if hidden > 0 else ""
-    figure.suptitle(f"The most influential inputs: the same {logs} logs in {runs} runs{more}", fontsize=12)
+    figure.suptitle(
+        f"The most influential inputs: the same {counted(logs, 'log')} in {counted(runs, 'run')}{more}", fontsize=12
+    )
     handles = [
         Patch(facecolor=LOW_END, label="low end of the range"),
         Patch(facecolor=HIGH_END, label="high end"),

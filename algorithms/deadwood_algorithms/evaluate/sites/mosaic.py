@@ -96,7 +96,7 @@ def merge(folder: Path, pieces: Sequence[MergedRun], danger_least: int, feedback
     grid = Grid(values, frame.cell, frame.x0, frame.y0, frame.crs) if in_full else frame.window(whole, values)
     written = write_maps(folder, total, grid, logs)
     if lines:
-        written["danger"] = write_danger(folder, total, grid, lines, danger_least)
+        written["danger"] = write_danger(folder, total["hit_count"], total["danger"], grid, lines, danger_least)
     feedback.progress(2, 2, "merging the rasters")
     return written
 

@@ -1,4 +1,4 @@
-"""What the sites come to, side by side: one row for each site and line, and the same on the map."""
+"""The results of the sites, side by side: one row for each site and line, and the same on the map."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import pyproj
 import shapely
 
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.results.checked import WHOLE, read_summary
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, read_manifest
@@ -142,5 +143,5 @@ def words_of_sites(found: Sequence[SiteFound]) -> list[str]:
             for row in each.rows
             if row.line_id is not None
         )
-        lines.append(f"{each.name:<{wide}}  {each.logs} logs" + (f"; {reached}" if reached else ""))
+        lines.append(f"{each.name:<{wide}}  {counted(each.logs, 'log')}" + (f"; {reached}" if reached else ""))
     return lines

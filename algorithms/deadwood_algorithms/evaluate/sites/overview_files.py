@@ -1,4 +1,4 @@
-"""What the sites of a region come to, side by side: table, layer, map and facts."""
+"""The results of a region's sites, side by side: table, layer, map and facts."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from deadwood_algorithms.evaluate.sites import sites_figure
 from deadwood_algorithms.evaluate.sites.overview import SiteFound, reach_of_all, sites_layer, words_of_sites
 from deadwood_algorithms.files.tables import write_csv
 from deadwood_algorithms.files.vectors import write_vector
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.scenario import scenario_line
 from deadwood_algorithms.stats.statistics import percent_with_interval
@@ -55,5 +56,7 @@ def lines_of_outcome(found: Sequence[SiteFound], facts: dict[str, Any]) -> tuple
     ]
     scenarios = [scenario_line(each.scenario, each.name) for each in found if each.scenario]
     more = len(scenarios) - SCENARIOS
-    others = [f"the scenarios of {more} more sites are in the summary.json of each"] if more > 0 else []
+    others = (
+        [f"the summary.json of {counted(more, 'more site has', 'more sites have')} its scenario"] if more > 0 else []
+    )
     return (*words_of_sites(found), *lines, *scenarios[:SCENARIOS], *others)

@@ -35,6 +35,6 @@ def found_of_site(
         message = str(error)
     except Exception as error:
         first = str(error).splitlines()[0] if str(error) else "no message"
-        message = f"a fault of ours, please report it: {type(error).__name__}: {first}"
+        message = f"a bug in the toolbox, please report it: {type(error).__name__}: {first}"
     feedback.warn(message)
     return found_of_failure(site.name, message, values)

@@ -20,6 +20,7 @@ from matplotlib.lines import Line2D
 
 from deadwood_algorithms.evaluate.sites.overview import FAILED, SiteFound
 from deadwood_algorithms.files.pictures import HALO, colours_of, scale_and_north, show_quantity, show_scale
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.schemas.looks import ENDS, LOOKS, PLAIN
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], m
     ]
     if marks:
         axes.legend(handles=marks, loc="lower right", fontsize=8)
-    title = f"{len(worst)} sites, {sum(each.logs for each in done)} logs"
+    title = f"{counted(len(worst), 'site')}, {counted(sum(each.logs for each in done), 'log')}"
     axes.set_title(title + (f"; {int(failed.sum())} failed" if failed.any() else ""), fontsize=11)
     figure.savefig(path, dpi=110)
     plt.close(figure)

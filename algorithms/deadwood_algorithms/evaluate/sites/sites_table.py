@@ -152,7 +152,7 @@ def sites_of_folder(path: str, slides: Tool, feedback: Feedback) -> list[SiteOpt
     """
     folder = Path(path)
     if not folder.is_dir():
-        raise UserError(f"--configs {path}: this is no folder; it must hold a JSON file of parameters for each site")
+        raise UserError(f"--configs {path}: this is not a folder; it must hold a JSON file of parameters for each site")
     files = {each.stem: each for each in sorted(folder.glob("*.json"))}
     files |= {each.parent.name: each for each in sorted(folder.glob("*/manifest.json"))}
     if not files:
@@ -179,7 +179,7 @@ def refuse_bad_names(names: Sequence[str], where: str) -> None:
     seen: dict[str, int] = {}
     for row, name in enumerate(names, start=1):
         if not name or name != folder_name(name):
-            shown = f"'{name}' is no name of a folder" if name else "the site has no name"
+            shown = f"'{name}' is not a name of a folder" if name else "the site has no name"
             raise UserError(f"{where}, field '{NAME}', row {row}: {shown}; name it with letters, digits, - and _")
         if name.lower() in seen:
             raise UserError(f"{where}, field '{NAME}': '{name}' stands in rows {seen[name.lower()]} and {row}")

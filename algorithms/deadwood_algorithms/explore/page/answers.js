@@ -1,6 +1,6 @@
 /* The answers beside the map: reach, how logs end, the paired difference, the trees that held most logs, the legend. */
 
-import { difference, make, number, say, share, told } from "./words.js";
+import { difference, make, number, say, share, config } from "./words.js";
 
 const ROUND = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
 const $ = (id) => document.getElementById(id);
@@ -46,7 +46,7 @@ export function showReach(scene, answer, variant) {
 export function showStops(stopped) {
   const place = $("stops"), all = stopped ? Object.values(stopped).reduce((sum, each) => sum + each, 0) : 0;
   if (!all) { place.replaceChildren(); return; }
-  const there = told.stops.filter((each) => stopped[each.reason]);
+  const there = config.stops.filter((each) => stopped[each.reason]);
   place.replaceChildren(
     make("div", { class: "stacked", "aria-hidden": "true" }, ...there.map((each) => make("i", { style: { width: `${100 * stopped[each.reason] / all}%`, background: each.colour } }))),
     make("ul", { class: "keys" }, ...there.map((each) => make("li", {}, signOf(each), make("span", {}, each.label), make("b", {}, say("percent", { p: number(100 * stopped[each.reason] / all, 0) }))))));
@@ -102,19 +102,19 @@ export function showLegend(scene, terrain, shown, variant, answer) {
   const parts = [], done = answer ? say("legend_logs", { done: answer.done, fidelity: answer.fidelity }) : "";
   if (shown.hits && variant?.kind === "hits" && answer) {
     const ramp = make("canvas", { class: "ramp", width: 64, height: 1, "aria-hidden": "true" }), brush = ramp.getContext("2d");
-    told.ramp.forEach(({ colour }, k) => { brush.fillStyle = colour; brush.fillRect(64 * k / told.ramp.length, 0, 64 / told.ramp.length + 1, 1); });
+    config.ramp.forEach(({ colour }, k) => { brush.fillStyle = colour; brush.fillRect(64 * k / config.ramp.length, 0, 64 / config.ramp.length + 1, 1); });
     parts.push(make("div", {}, make("div", {}, `${say("legend_hits")} (${done})`), ramp,
-      make("div", { class: "scale" }, ...[0, 1, 2, 3].map((k) => make("span", {}, say("percent", { p: String(100 * told.ramp[k * (told.ramp.length - 1) / 3].share) }))))));
+      make("div", { class: "scale" }, ...[0, 1, 2, 3].map((k) => make("span", {}, say("percent", { p: String(100 * config.ramp[k * (config.ramp.length - 1) / 3].share) }))))));
   }
   if (shown.hits && variant?.kind === "difference" && answer) {
-    const { less, more, chance } = told.colours;
+    const { less, more, chance } = config.colours;
     const all = [[less[1], "legend_fewer_2"], [less[0], "legend_fewer"], [chance, "legend_chance"], [more[0], "legend_more"], [more[1], "legend_more_2"]];
     parts.push(make("div", {}, make("div", {}, `${say("legend_difference")} (${done})`),
       make("div", { class: "swatches" }, ...all.map(([colour, word]) => make("span", {}, make("i", { style: { background: colour } }), say(word)))),
       make("p", { class: "quiet" }, say("legend_difference_note"))));
   }
   if (shown.slope && terrain) {
-    const bounds = told.slope.map(({ from, colour }, k) => make("span", {}, make("i", { style: { background: colour } }), k + 1 < told.slope.length ? `${from}–${told.slope[k + 1].from}°` : `> ${from}°`));
+    const bounds = config.slope.map(({ from, colour }, k) => make("span", {}, make("i", { style: { background: colour } }), k + 1 < config.slope.length ? `${from}–${config.slope[k + 1].from}°` : `> ${from}°`));
     parts.push(make("div", {}, say("legend_slope", { cell: number(terrain.cell, terrain.cell < 10 ? 1 : 0) }), make("div", { class: "swatches" }, ...bounds)));
   }
   if (shown.contours && terrain) parts.push(make("div", { class: "quiet" }, say("legend_contours", { step: terrain.step })));

@@ -7,7 +7,7 @@ import { SlopeMap } from "./map.js";
 import { drapesOf, Motion, spaceOf } from "./motion.js";
 import { Terrain } from "./terrain.js";
 import { Hand, toolbar, TOOLS } from "./tools.js";
-import { coordinate, count, difference, fill, make, number, say, share, told } from "./words.js";
+import { coordinate, count, difference, fill, make, number, say, share, config } from "./words.js";
 
 const REST_MS = 140; // without a move of the pointer: then more logs are asked for
 const PATIENCE_MS = 4000; // for a preview that nobody answers
@@ -19,7 +19,7 @@ const $ = (id) => document.getElementById(id);
 
 fill();
 document.title = say("title");
-const map = new SlopeMap($("map"), told, say);
+const map = new SlopeMap($("map"), config, say);
 const state = {
   scene: null, terrain: null, shape: null, settings: null, edits: NOTHING, past: [], future: [],
   base: null, after: null, mode: "before", flick: 0, asked: 0, full: 0, preview: null, editing: 0, wanted: false, busy: false,
@@ -172,7 +172,7 @@ function hits(answer) {
   if (state.base?.id !== answer.id) stopMoving();
   state.base = {
     ...answer, box, preview: isPreview, shape: state.shape, deposits: depositsOf(answer), edited: false, kind: "hits",
-    picture: { picture: hitsPicture(box, answer.done, told.ramp, old?.picture), column: box.column, row: box.row },
+    picture: { picture: hitsPicture(box, answer.done, config.ramp, old?.picture), column: box.column, row: box.row },
   };
   if (!edited()) map.content.holders = holdersOf(answer);
   if (isPreview) answered();
@@ -188,7 +188,7 @@ function answered() {
   if (state.wanted) askPreview();
 }
 
-/* All logs are told, with the changes where there are any. */
+/* All logs are listed, with the changes where there are any. */
 function settled() {
   busy(false);
   speak();
@@ -212,7 +212,7 @@ function differed(answer) {
   const deposits = depositsOf(answer);
   state.after = {
     ...answer, box, deposits, edited: true, kind: "hits", base: state.base, preview: state.base.preview,
-    picture: { picture: hitsPicture(box, answer.done, told.ramp, old?.picture.picture), column: box.column, row: box.row },
+    picture: { picture: hitsPicture(box, answer.done, config.ramp, old?.picture.picture), column: box.column, row: box.row },
   };
   if (old?.gap) state.gapCanvas = old.gap.picture.picture;
   map.content.holders = holdersOf(answer);
@@ -224,7 +224,7 @@ function differed(answer) {
 
 /* The difference as a variant of the map; made when it is looked at. */
 function gapOf(after) {
-  const { base } = after, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, told.colours, state.gapCanvas);
+  const { base } = after, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, config.colours, state.gapCanvas);
   return { picture, edited: true, kind: "difference", deposits: after.deposits, moves: movesOf(base.deposits, after.deposits) };
 }
 
@@ -406,7 +406,7 @@ function stopsOf(answer) {
   if (answer.stopped) return answer.stopped;
   if (!answer.deposits) return null;
   const found = {};
-  for (const each of answer.deposits.reason) { const { reason } = told.stops[each] || {}; if (reason) found[reason] = (found[reason] || 0) + 1; }
+  for (const each of answer.deposits.reason) { const { reason } = config.stops[each] || {}; if (reason) found[reason] = (found[reason] || 0) + 1; }
   return found;
 }
 
@@ -667,7 +667,7 @@ async function fillSpace() {
   const variant = map.content.variants[0], rather = Boolean(variant?.edited);
   const drapes = await drapesOf(map, state.terrain, variant);
   if ($("space").hidden) return;
-  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: told.colours.solids });
+  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: config.colours.solids });
   try {
     if (view) view.replace([scene]);
     else view = window.DeadwoodView($("space"), [scene], { play: say("play"), pause: say("pause"), hint: say("pick_hint"), picked: say("picked") });

@@ -105,12 +105,12 @@ export class Squares {
     return sum;
   }
 
-  each(x0, y0, x1, y1, told) {
+  each(x0, y0, x1, y1, visit) {
     for (let r = this.row(y0); r <= this.row(y1); r++) {
       const from = this.start[r * this.columns + this.column(x0)], to = this.start[r * this.columns + this.column(x1) + 1];
       for (let k = from; k < to; k++) {
         const n = this.sorted[k];
-        if (this.x[n] >= x0 && this.x[n] <= x1 && this.y[n] >= y0 && this.y[n] <= y1) told(n);
+        if (this.x[n] >= x0 && this.x[n] <= x1 && this.y[n] >= y0 && this.y[n] <= y1) visit(n);
       }
     }
   }

@@ -10,8 +10,8 @@ const OVERVIEW = 2048; // pixels, of that picture's longer side
 const CLOSEST = 60; // pixels a metre
 
 export class SlopeMap {
-  constructor(canvas, told, say) {
-    Object.assign(this, { canvas, told, say, brush: canvas.getContext("2d"), tiles: new Map(), waiting: false });
+  constructor(canvas, config, say) {
+    Object.assign(this, { canvas, config, say, brush: canvas.getContext("2d"), tiles: new Map(), waiting: false });
     this.view = { x: 0, y: 0, scale: 1 };
     this.shown = { trees: true, barriers: true, lines: true, hits: true, deposits: true, contours: false, slope: false, holders: true };
     this.content = { variants: [], edits: null, draft: null, release: null, holders: [], moving: null, cross: false };
@@ -177,13 +177,13 @@ export class SlopeMap {
   }
 
   pane(brush, pane, ratio) {
-    const { shown, content, told } = this, variant = pane.variant || {};
+    const { shown, content, config } = this, variant = pane.variant || {};
     this.relief(brush, pane, ratio);
     // pale, as under the report's maps, for what lies on it; by night a grey that keeps the darkest hits apart
     const [, , wide, tall] = this.scene.extent, { scale } = this.view;
     brush.fillStyle = this.dark ? "rgba(116, 122, 128, 0.55)" : "rgba(238, 238, 238, 0.39)";
     brush.fillRect(...this.seen(0, tall, pane), wide * scale, tall * scale);
-    if (shown.slope) this.image(brush, pane, this.terrain.slope(told.slope), 0, 0, this.terrain.cell, true);
+    if (shown.slope) this.image(brush, pane, this.terrain.slope(config.slope), 0, 0, this.terrain.cell, true);
     if (shown.contours) this.contours(brush, pane);
     if (shown.hits && variant.picture) {
       const { picture, column, row } = variant.picture;
@@ -191,7 +191,7 @@ export class SlopeMap {
     }
     if (shown.trees) this.trees(brush, pane, variant, ratio);
     if (shown.barriers) this.barriers(brush, pane, variant);
-    if (shown.lines) for (const line of this.scene.lines) for (const part of line.parts) this.string(brush, pane, part, told.colours.line, 3, "#ffffff", 5.5);
+    if (shown.lines) for (const line of this.scene.lines) for (const part of line.parts) this.string(brush, pane, part, config.colours.line, 3, "#ffffff", 5.5);
     if (shown.lines) for (const line of this.scene.lines) this.label(brush, pane, line);
     if (content.release) this.release(brush, pane);
     if (shown.deposits) this.deposits(brush, pane, variant);
@@ -234,7 +234,7 @@ export class SlopeMap {
 
   trees(brush, pane, variant, ratio) {
     const { trees_x: x, trees_y: y, trees_dbh_cm: dbh } = this.scene.data, { scale } = this.view;
-    const edited = variant.edited !== false, colour = this.told.colours.tree, box = this.box(pane);
+    const edited = variant.edited !== false, colour = this.config.colours.tree, box = this.box(pane);
     const gone = edited ? this.felled : new Set();
     if (this.squares.many(...box) > MANY_TREES) {
       this.overview ||= this.farTrees();
@@ -259,7 +259,7 @@ export class SlopeMap {
     for (const tree of this.content.edits.plant) {
       const [px, py] = this.seen(tree.x, tree.y, pane), r = Math.max(3.2, tree.dbh_cm / 200 * scale);
       disc(brush, px, py, r, colour, "#ffffff", 1.2);
-      disc(brush, px, py, r + 3, null, this.told.colours.changed, 2);
+      disc(brush, px, py, r + 3, null, this.config.colours.changed, 2);
     }
   }
 
@@ -267,7 +267,7 @@ export class SlopeMap {
   farTrees() {
     const [, , w, h] = this.scene.extent, size = OVERVIEW / Math.max(w, h), { trees_x: x, trees_y: y, trees_dbh_cm: dbh } = this.scene.data;
     const picture = canvasOf(Math.ceil(w * size), Math.ceil(h * size)), brush = picture.getContext("2d");
-    brush.fillStyle = this.told.colours.tree;
+    brush.fillStyle = this.config.colours.tree;
     for (let k = 0; k < x.length; k++) {
       if (this.felled.has(k)) continue;
       const side = 0.8 + dbh[k] / 60;
@@ -277,7 +277,7 @@ export class SlopeMap {
   }
 
   cross(brush, px, py, r) {
-    for (const [colour, width] of [["#ffffff", 4], [this.told.colours.changed, 2]]) {
+    for (const [colour, width] of [["#ffffff", 4], [this.config.colours.changed, 2]]) {
       brush.strokeStyle = colour;
       brush.lineWidth = width;
       brush.beginPath();
@@ -298,7 +298,7 @@ export class SlopeMap {
   }
 
   barriers(brush, pane, variant) {
-    const { colours } = this.told, { scene, content } = this;
+    const { colours } = this.config, { scene, content } = this;
     const wood = (diameter) => Math.max(2.5, diameter / 100 * this.view.scale);
     for (const each of scene.lying_logs || []) this.string(brush, pane, each.points, colours.lying, wood(each.diameter_cm || 40));
     for (const each of scene.blocks || []) {
@@ -326,7 +326,7 @@ export class SlopeMap {
   }
 
   release(brush, pane) {
-    const { shape } = this.content.release, colour = this.told.colours.release;
+    const { shape } = this.content.release, colour = this.config.colours.release;
     brush.beginPath();
     if (shape.circle) {
       const [x, y, r] = shape.circle;
@@ -362,14 +362,14 @@ export class SlopeMap {
       brush.lineWidth = 1;
       brush.stroke();
     }
-    const paths = this.told.stops.map(() => new Path2D());
+    const paths = this.config.stops.map(() => new Path2D());
     for (let k = 0; k < x.length; k++) {
       if (!Number.isFinite(x[k] + y[k])) continue;
       const path = paths[reason[k]], [px, py] = this.seen(x[k], y[k], pane);
-      if (path) sign(path, this.told.stops[reason[k]].shape, px, py, r);
+      if (path) sign(path, this.config.stops[reason[k]].shape, px, py, r);
     }
     brush.lineWidth = 0.9;
-    this.told.stops.forEach(({ colour }, k) => {
+    this.config.stops.forEach(({ colour }, k) => {
       brush.fillStyle = colour;
       brush.strokeStyle = "rgba(255, 255, 255, 0.9)";
       brush.stroke(paths[k]);
@@ -395,7 +395,7 @@ export class SlopeMap {
     if (trails) {
       this.metres(brush, pane, (pixel) => { brush.strokeStyle = "rgba(255, 255, 255, 0.5)"; brush.lineWidth = 0.8 * pixel; brush.stroke(trails); });
     }
-    for (const [colour, more] of [["#1b1f23", 2], [this.told.colours.moving, 0]]) {
+    for (const [colour, more] of [["#1b1f23", 2], [this.config.colours.moving, 0]]) {
       brush.strokeStyle = colour;
       for (const { ends, radius } of logs) {
         brush.lineWidth = Math.max(2.2, 2 * radius * scale) + more;
@@ -408,7 +408,7 @@ export class SlopeMap {
   }
 
   draft(brush, pane) {
-    const { points, closed, rectangle, hover } = this.content.draft, { changed } = this.told.colours;
+    const { points, closed, rectangle, hover } = this.content.draft, { changed } = this.config.colours;
     brush.setLineDash([6, 4]);
     if (rectangle) {
       const [[ax, ay], [bx, by]] = rectangle.map((each) => this.seen(...each, pane));

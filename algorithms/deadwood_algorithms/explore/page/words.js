@@ -1,17 +1,17 @@
 /* The page's words and numbers in its language; the words come with the page. */
 
-export const told = JSON.parse(document.getElementById("told").textContent);
-const language = told.language || "en";
+export const config = JSON.parse(document.getElementById("config").textContent);
+const language = config.language || "en";
 document.documentElement.lang = language;
 
 /* A phrase with its gaps filled; with n = 1 the phrase for one, where there is one. */
 export function say(name, gaps = {}) {
-  const phrase = gaps.n === 1 && told.words[`${name}_one`] !== undefined ? told.words[`${name}_one`] : told.words[name];
+  const phrase = gaps.n === 1 && config.words[`${name}_one`] !== undefined ? config.words[`${name}_one`] : config.words[name];
   if (phrase === undefined) return name;
   return phrase.replace(/\{(\w+)\}/g, (gap, key) => (key in gaps ? (typeof gaps[key] === "number" ? count(gaps[key]) : gaps[key]) : gap));
 }
 
-export function known(name, otherwise) { return told.words[name] === undefined ? otherwise : told.words[name]; }
+export function sayOr(name, otherwise) { return config.words[name] === undefined ? otherwise : config.words[name]; }
 
 const formats = new Map();
 export function number(value, digits, signed = false) {

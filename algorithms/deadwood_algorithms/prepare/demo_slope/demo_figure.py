@@ -21,6 +21,7 @@ from deadwood_algorithms.files.pictures import scale_and_north, show_lines, show
 from deadwood_algorithms.files.rasters import read_raster_on
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.schemas.looks import ENDS, RELEASE, ROAD, TREE
+from deadwood_algorithms.stats.endings import ended
 from deadwood_algorithms.stats.statistics import percent_with_interval
 
 MARKERS = {"circle": "o", "triangle": "^", "square": "s", "cross2": "x"}
@@ -80,7 +81,7 @@ def _deposits(axes: Axes, path: Path, dem: Grid) -> None:
     deposits = read_vector(f"{path}|layername=deposits", target_crs=dem.crs, what="deposits")
     for reason, (_, colour, shape) in ENDS.items():
         marker = MARKERS[shape]
-        some = deposits[deposits["stop_reason"] == reason]
+        some = deposits[ended(deposits, reason)]
         edges = {} if marker == "x" else {"edgecolors": "black", "linewidths": 0.25}
         axes.scatter(some.geometry.x, some.geometry.y, s=7, color=colour, marker=marker, zorder=4, **edges)
 

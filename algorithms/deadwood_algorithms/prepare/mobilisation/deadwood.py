@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import counted, none_of
 from deadwood_algorithms.params.presets import SPRUCE
 from deadwood_algorithms.params.species import species_of
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -83,7 +84,7 @@ def read_deadwood(
     row = np.floor((frame.geometry.y.to_numpy() - dem.bounds[1]) / dem.cell).astype(np.int64)
     off = (row < 0) | (row >= dem.shape[0]) | (column < 0) | (column >= dem.shape[1])
     if off.all():
-        raise UserError(f"{where_of(frame)}: none of the {len(frame)} points lies on the DEM; check the CRS of both")
+        raise UserError(f"{where_of(frame)}: {none_of(len(frame), 'point')} lies on the DEM; check the CRS of both")
     row[off] = -1
     names = ("susceptibility", "slope_deg", "roughness_m", "gully")
     ground = {name: np.full(len(frame), np.nan) for name in names}
@@ -117,14 +118,14 @@ def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedb
             stage = decay.of_stage(word)
             if stage is None:
                 raise UserError(
-                    f"{where}, field '{name}', row {row + 1}: '{word}' is no stage of decay; "
+                    f"{where}, field '{name}', row {row + 1}: '{word}' is not a stage of decay; "
                     "write I to V or 1 to 5, with early or late before it where that is known"
                 )
             found[row] = stage
     unknown = int((found == decay.UNKNOWN).sum())
     if unknown:
         feedback.note(
-            f"{where}: of {unknown} of {len(frame)} points the decay is unknown; they count as if it were right"
+            f"{where}: the decay of {unknown} of {counted(len(frame), 'point')} is unknown and counts as right"
         )
     return found
 
@@ -152,12 +153,13 @@ def _say_what_is_known(species: list[str], standing: NDArray[np.float64], where:
     unsaid = int((np.array(others, bool) & ~np.isfinite(standing)).sum())
     if snags:
         feedback.note(
-            f"{where}: {snags} snags are not of spruce; rates of decay are of downed wood, so their years are not used"
+            f"{where}: {counted(snags, 'snag is', 'snags are')} not of spruce; rates of decay are of downed wood, so "
+            "the years of these are not used"
         )
     if unsaid:
         feedback.note(
-            f"{where}: {unsaid} points not of spruce are rated by rates of decay of downed wood; a field 'standing' "
-            "(1 or 0) keeps snags apart, of which none is known"
+            f"{where}: {counted(unsaid, 'point not of spruce is', 'points not of spruce are')} rated by rates of "
+            "decay of downed wood; a field 'standing' (1 or 0) keeps snags apart, of which none is known"
         )
 
 

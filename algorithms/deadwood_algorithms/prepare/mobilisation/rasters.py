@@ -98,7 +98,7 @@ def write_susceptibility(
     if not known:
         raise UserError(
             f"{dem.path}: no cell has a whole window of {limits.window_m:g} m around it; "
-            "take a larger DEM or a smaller --window-m"
+            "use a larger DEM or a smaller --window-m"
         )
     styles.store_beside(susceptible, styles.of_raster(SUSCEPTIBILITY.look))
     return total / known

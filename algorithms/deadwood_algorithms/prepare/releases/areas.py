@@ -127,5 +127,5 @@ def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> N
     raise UserError(
         f"{where}: {share} off the DEM or on its nodata (one at {x:.1f}, {y:.1f}; the DEM spans "
         "{:.1f} to {:.1f} east, {:.1f} to {:.1f} north)".format(*(ground.bounds[i] for i in (0, 2, 1, 3)))
-        + "; check the area's CRS, clip it, or take a larger DEM"
+        + "; check the area's CRS, clip it, or use a larger DEM"
     )

@@ -14,6 +14,7 @@ import numpy as np
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.units import say_defaults, with_schema_names
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.drawn_sizes import TURNS, draw_pair
 from deadwood_algorithms.stats import draws
@@ -107,7 +108,7 @@ def draw_logs(
         count = len(deadwood["dbh_cm"])
         row = np.minimum((draws.uniforms(seed, log_id, draws.LOG_ROW)[0] * count).astype(np.int64), count - 1)
         columns |= {name: values[row] for name, values in deadwood.items()}
-        said.append(f"sizes drawn from {count} mapped logs")
+        said.append(f"sizes drawn from {counted(count, 'mapped log')}")
     elif spreads["dbh_sd_cm"].any() or spreads["length_sd_m"].any():
         columns["dbh_cm"], columns["length_m"], redrawn = draw_pair(
             (columns["dbh_cm"], columns["length_m"]),
@@ -121,7 +122,7 @@ def draw_logs(
         )
         if redrawn:
             limits = f"DBH < {LEAST_DBH_CM:g} cm or length < {LEAST_LENGTH_M:g} m"
-            said.append(f"{redrawn} draws were no log ({limits}), redrawn")
+            said.append(f"{redrawn} draws were not a log ({limits}), redrawn")
     if spreads["density_sd_kg_m3"].any() and "density_kg_m3" not in (deadwood or {}):
         columns["density_kg_m3"] = densities(columns["density_kg_m3"], spreads["density_sd_kg_m3"], log_id, seed)
     for name, unit, label in (

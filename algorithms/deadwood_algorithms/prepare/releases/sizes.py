@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import schema_column
 from deadwood_algorithms.params import presets
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.releases.logs import Drawn
 
@@ -73,15 +74,13 @@ def lines_of_sample(
     counts : by area, or by cell of the raster ``weights``, where there are no areas
     """
     each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()} to {counts.max()}"
-    where = (
-        f"{counts.size} release area{'s' * (counts.size > 1)}"
-        if weights is None
-        else f"the cells of {weights} with a weight"
-    )
-    first = f"{counts.sum()} logs in {where}" + (f", {each} each" if weights is None else "")
+    where = counted(counts.size, "release area") if weights is None else f"the cells of {weights} with a weight"
+    first = f"{counted(counts.sum(), 'log')} in {where}" + (f", {each} each" if weights is None else "")
     first += f" ({logs_per_ha:g} a hectare)" if logs_per_ha else ""
     empty = int((counts == 0).sum())
-    said = [f"{empty} areas are too small for a log at {logs_per_ha:g} a hectare"] if empty else []
+    said = (
+        [f"{counted(empty, 'area is', 'areas are')} too small for a log at {logs_per_ha:g} a hectare"] if empty else []
+    )
     words, number = np.unique(drawn.columns["orientation"].astype(str), return_counts=True)
     posture = ", ".join(
         f"{count} {word}" if words.size > 1 else f"all {word}" for word, count in zip(words, number, strict=True)

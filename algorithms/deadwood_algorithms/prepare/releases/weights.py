@@ -141,7 +141,7 @@ def cells_between(low: float, high: float, origin: float, cell: float, count: in
 
 
 def _piece_of(values: NDArray[np.float64], grid: Grid, column: int, row: int, before: float) -> Piece:
-    """The sums are the same to the last bit in whatever pieces they are summed; ``before`` : of the pieces before."""
+    """The sums are the same to the last bit in any division into pieces; ``before`` : of the pieces before."""
     flat = values.ravel().copy()
     flat[:1] += before
     return Piece(np.cumsum(flat, out=flat), grid, column, row, values.shape[1], int(np.count_nonzero(values)))

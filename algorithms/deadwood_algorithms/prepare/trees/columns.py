@@ -15,6 +15,7 @@ import shapely
 from deadwood_algorithms.files.columns import id_column, number_column, where_of
 from deadwood_algorithms.files.quantities import read_sizes
 from deadwood_algorithms.files.units import named
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.sources import ROLES, Layout, names_of
 
@@ -65,12 +66,14 @@ def sizes(
             source.attrs["where"] = where
         if read.classes and not read.unread.any():
             feedback.warn(
-                f"{where}, field '{name}': {read.classes} cells hold classes such as {read.example}; "
-                "the middle of each is taken"
+                f"{where}, field '{name}': {counted(read.classes, 'cell holds a class', 'cells hold classes')} such "
+                f"as {read.example}; the middle is taken"
             )
     nothing = np.asarray(source[name] == 0)
     if nothing.any():
-        feedback.note(f"{where}, field '{name}': {nothing.sum()} cells hold 0, which counts as missing")
+        feedback.note(
+            f"{where}, field '{name}': {counted(nothing.sum(), 'cell holds', 'cells hold')} 0, which counts as missing"
+        )
         source = source.assign(**{name: source[name].where(~nothing)})
         source.attrs["where"] = where
     try:
@@ -206,7 +209,11 @@ def id_columns(
     repeated = ids.size - np.unique(ids.astype(str)).size
     if not (repeated or empty):
         return {"tree_id": ids}
-    what = f"{empty} trees have no id" if empty else f"{repeated} trees have an id that another one has"
+    what = (
+        counted(empty, "tree has no id", "trees have no id")
+        if empty
+        else counted(repeated, "tree has an id that another one has", "trees have an id that another one has")
+    )
     feedback.warn(
         f"{where_of(source)}, field '{name}': {what}; all are numbered again from 1, the old ids are kept as source_id"
     )

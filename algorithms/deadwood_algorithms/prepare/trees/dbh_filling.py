@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees import allometry
 from deadwood_algorithms.prepare.trees.allometry import (
@@ -86,7 +87,7 @@ def fitted_law(
     both = np.isfinite(dbh) & np.isfinite(height)
     if both.sum() < FEWEST_TO_FIT:
         raise UserError(
-            f"{path}: {both.sum()} of the sample's {both.size} trees have a DBH and a height; a fit needs "
+            f"{path}: {both.sum()} of {counted(both.size, 'tree')} of the sample with a DBH and a height; a fit needs "
             f"{FEWEST_TO_FIT}, and better {FEW_TO_FIT}"
         )
     if np.ptp(height[both]) == 0 or np.ptp(dbh[both]) == 0:
@@ -116,8 +117,8 @@ def zoned(
     if not zone.any():
         raise UserError(f"{where_of(zones)}: no tree stands in a zone; check the CRS of both")
     outside = int((zone == 0).sum())
-    said = f"DBH by the laws of {np.unique(zone[zone > 0]).size} zones" + (
-        f"; {outside} trees stand in none, there {law}" if outside else ""
+    said = f"DBH by the laws of {counted(np.unique(zone[zone > 0]).size, 'zone')}" + (
+        f"; {counted(outside, 'tree stands', 'trees stand')} in none, there {law}" if outside else ""
     )
     return LawsByTree((law, *laws), zone), said
 

@@ -13,6 +13,7 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.drawn_sizes import draw_pair
 from deadwood_algorithms.prepare.trees.allometry import PowerLaw
@@ -93,12 +94,12 @@ def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Fee
     small = here & ((dbh < LEAST_DBH_CM) | (height < LEAST_HEIGHT_M))
     if small.any():
         feedback.note(
-            f"{where_of(frame)}: {small.sum()} of the {here.sum()} trees there are left out (DBH < {LEAST_DBH_CM:g} cm "
-            f"or height < {LEAST_HEIGHT_M:g} m)"
+            f"{where_of(frame)}: {small.sum()} of the {counted(here.sum(), 'tree')} there left out (DBH < "
+            f"{LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m)"
         )
     here &= ~small
     if here.sum() < 2:
-        few = f"{here.sum() + small.sum()} of its trees stand on the DEM and stand"
+        few = counted(here.sum() + small.sum(), "of its trees stands", "of its trees stand") + " on the DEM and stand"
         if small.any():
             few += (
                 f", of which {small.sum()} have a DBH below {LEAST_DBH_CM:g} cm or a height below {LEAST_HEIGHT_M:g} m"
@@ -178,10 +179,11 @@ def size_lines(kind: Kind, dbh: np.ndarray, height: np.ndarray, planted: float) 
 def stand_lines(stands: list[Stand], kinds: list[Kind], counts: list[int]) -> list[str]:
     """A line for each of the first stands, and how many more there are."""
     rows = [
-        f"stand of {stand.name}: {count} trees on {stand.ground.area / 1e4:.2f} ha ({kind.stems_per_ha:.4g} stems/ha), "
+        f"stand of {stand.name}: {counted(count, 'tree')} on {stand.ground.area / 1e4:.2f} ha "
+        f"({kind.stems_per_ha:.4g} stems/ha), "
         f"DBH {kind.sizes.dbh_mean:.1f} +- {kind.sizes.dbh_sd:.1f} cm, "
         f"height {kind.sizes.height_mean:.1f} +- {kind.sizes.height_sd:.1f} m"
         for stand, kind, count in zip(stands, kinds, counts, strict=True)
     ]
-    more = [f"and {len(rows) - STANDS_SHOWN} stands more"] if len(rows) > STANDS_SHOWN else []
+    more = [f"and {counted(len(rows) - STANDS_SHOWN, 'stand')} more"] if len(rows) > STANDS_SHOWN else []
     return rows[:STANDS_SHOWN] + more

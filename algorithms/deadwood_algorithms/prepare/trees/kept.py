@@ -10,6 +10,7 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import where_of
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.prepare.trees import columns as tree_columns
 from deadwood_algorithms.prepare.trees import status as tree_status
@@ -41,10 +42,10 @@ def trees_kept(
     said: list[str] = []
     kept = status != tree_status.GONE
     if not kept.all():
-        said.append(f"{(~kept).sum()} trees dropped, they stand no more")
+        said.append(f"{counted((~kept).sum(), 'tree')} dropped: no longer standing")
     sized = np.isfinite(filled.dbh) & np.isfinite(filled.height)
     if (kept & ~sized).any():
-        said.append(f"{(kept & ~sized).sum()} trees dropped, they have neither DBH nor height")
+        said.append(f"{counted((kept & ~sized).sum(), 'tree')} dropped: neither DBH nor height")
     kept &= sized
     for column, values, least in (
         ("height_m", filled.height, min_height_m),
@@ -54,21 +55,21 @@ def trees_kept(
         low, high = max(least, schema.least or 0.0), schema.maximum or np.inf
         for wrong, words in ((values < low, f"below {low:g}"), (values > high, f"above {high:g}")):
             if (kept & wrong).any():
-                said.append(f"{(kept & wrong).sum()} trees dropped, their {column} is {words} {schema.unit}")
+                said.append(f"{counted((kept & wrong).sum(), 'tree')} dropped: {column} {words} {schema.unit}")
                 kept &= ~wrong
     if ground:
         x, y = shapely.get_x(source.places), shapely.get_y(source.places)
         on = ground.contains(x, y)
         if (kept & ~on).any():
             nowhere = extent_words(x, y, ground) if not on.any() else ""
-            said.append(f"{(kept & ~on).sum()} trees dropped, they stand off the DEM{nowhere}")
+            said.append(f"{counted((kept & ~on).sum(), 'tree')} dropped: off the DEM{nowhere}")
         kept &= on
     if merge_within_m and kept.any():
         name = tree_columns.find(source.frame, tile_field, "--tile-field", ())
         tile = source.frame[name].astype(str).to_numpy()[kept] if name else None
         goes = duplicates(source.places[kept], filled.height[kept], filled.dbh[kept], merge_within_m, tile)
         if goes.any():
-            said.append(f"{goes.sum()} trees dropped, a taller one stands within {merge_within_m:g} m")
+            said.append(f"{counted(goes.sum(), 'tree')} dropped: a taller one stands within {merge_within_m:g} m")
         kept[np.flatnonzero(kept)[goes]] = False
     return kept, said
 
@@ -80,8 +81,8 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
     double = int(kept.sum()) - len(np.unique(places, axis=0))
     if double:
         feedback.warn(
-            f"{where}: {double} trees have exactly the position of another one (stems of one tree? rows twice?); "
-            "--merge-within-m 0.1 keeps the tallest of each"
+            f"{where}: {counted(double, 'tree has', 'trees have')} exactly the position of another one (stems of one "
+            "tree? rows twice?); --merge-within-m 0.1 keeps the tallest of each"
         )
     measured = kept & ~filled.from_height & ~filled.from_dbh
     if measured.any():

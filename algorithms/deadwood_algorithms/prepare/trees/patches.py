@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deadwood_algorithms.files.dem_blocks import SIDE, by_block
-from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files import squares
+from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Cancelled, Feedback
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 class Patches:
     """Those of the part of a DEM that was looked at; elsewhere there is none.
 
-    blocks : by row and column among the squares of `SIDE` patches; packed along the rows, or True where all are there.
-        A square that is missing has none.
+    blocks : by row and column among the squares of ``squares.SIDE`` patches; packed along the rows, or True where all
+        are there. A square that is missing has none.
     """
 
     dem: Grid | DemBlocks
@@ -37,11 +37,11 @@ class Patches:
 
     def has(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
         """Which of these patches are there."""
-        there = np.zeros(row.shape, bool)
-        for key, these in by_block(row, column, SIDE):
+        there, side = np.zeros(row.shape, bool), squares.SIDE
+        for key, these in squares.by_block(row, column, side):
             block = self.blocks.get(key, False)
             if isinstance(block, np.ndarray):
-                i, j = (column[these] % SIDE).astype(np.int64), (row[these] % SIDE).astype(np.int64)
+                i, j = (column[these] % side).astype(np.int64), (row[these] % side).astype(np.int64)
                 there[these] = (block[j, i >> 3] >> (7 - (i & 7))) & 1
             else:
                 there[these] = block
@@ -60,18 +60,18 @@ def patches_over(dem: Grid | DemBlocks, bounds: Any, feedback: Feedback) -> Patc
     """Look once, square by square, through the part of the DEM that an extent [m] touches."""
     west, south, east, north = (float(each) for each in bounds)
     ny, nx = dem.shape[0] - 1, dem.shape[1] - 1  # patches
+    side = squares.SIDE
     (left, right), (low, high) = (
-        (max(int((a - first) / dem.cell) // SIDE, 0), min(int((b - first) / dem.cell) // SIDE + 1, -(-count // SIDE)))
+        (max(int((a - first) / dem.cell) // side, 0), min(int((b - first) / dem.cell) // side + 1, -(-count // side)))
         for a, b, first, count in ((west, east, dem.x0, nx), (south, north, dem.y0, ny))
     )
-    squares = [(row, column) for row in range(low, high) for column in range(left, right)]
+    touched = [(row, column) for row in range(low, high) for column in range(left, right)]
     blocks: dict[tuple[int, int], np.ndarray | bool] = {}
     found = 0
-    for done, (row, column) in enumerate(squares):
+    for done, (row, column) in enumerate(touched):
         if feedback.cancelled():
             raise Cancelled
-        part = Part(column * SIDE, row * SIDE, SIDE + 1, SIDE + 1).cut_to(dem.shape)  # patches end at the next one's
-        known = np.isfinite(dem.read(part).values)
+        known = np.isfinite(dem.read(squares.surface_of(row, column, dem.shape)).values)
         patch = known[:-1, :-1] & known[1:, :-1] & known[:-1, 1:] & known[1:, 1:]
         found += int(patch.sum())
         if patch.all():
@@ -80,5 +80,5 @@ def patches_over(dem: Grid | DemBlocks, bounds: Any, feedback: Feedback) -> Patc
             blocks[row, column] = np.packbits(patch, axis=1)
         else:
             blocks[row, column] = False
-        feedback.progress(done + 1, len(squares), "reading the DEM")
+        feedback.progress(done + 1, len(touched), "reading the DEM")
     return Patches(dem, blocks, found)

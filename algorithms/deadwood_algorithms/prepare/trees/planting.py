@@ -50,7 +50,7 @@ def ground_of(patches: Patches, stand: Any, exclude: Any) -> Ground:
     shapely.prepare(shape)
     area = shape.area * (1.0 if patches.whole else _share_on(patches, shape))
     if not area > 0:
-        raise UserError("--stand lies wholly on nodata of the DEM; take another DEM or stand")
+        raise UserError("--stand lies wholly on nodata of the DEM; choose another DEM or stand")
     return Ground(patches, shape, shape.bounds, area)
 
 

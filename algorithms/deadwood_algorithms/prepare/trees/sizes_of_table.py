@@ -1,4 +1,4 @@
-"""Sizes of trees from a table: where they stand in it, the law of the DBH, and what comes of both."""
+"""Sizes of trees from a table: where they stand in it, the law of the DBH, and the result of both."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import warn_implausible, where_of
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.prepare.trees import allometry
 from deadwood_algorithms.prepare.trees import columns as tree_columns
@@ -75,7 +76,7 @@ class TableOptions:
     )
     keep_dead: bool = tool.flag("Keep dead standing trees among the trees too")
     min_height_m: float = tool.number(
-        "Least height of a tree",
+        "Minimum height of a tree",
         unit="m",
         default=1.3,
         minimum=0.0,
@@ -160,7 +161,7 @@ def sizes(
     if filled.from_height.any():
         source.said.append(f"{filled.from_height.sum()} DBH missing, computed from the height: {named}")
     if filled.from_dbh.any():
-        source.said.append(f"{filled.from_dbh.sum()} heights missing, computed from the DBH: {named}")
+        source.said.append(f"{counted(filled.from_dbh.sum(), 'height')} missing, computed from the DBH: {named}")
     named_a_law = law_options.dbh_law or law_options.dbh_zones or law_options.dbh_sample or law != DEFAULT
     if named_a_law and not (filled.from_height | filled.from_dbh).any():
         feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh applies it")

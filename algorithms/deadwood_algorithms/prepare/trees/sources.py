@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from deadwood_algorithms.files.units import named
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 
 if TYPE_CHECKING:
@@ -292,7 +293,7 @@ def _own_layout(frame: pandas.DataFrame, path: str, source: str, mapped: bool) -
     fitting = [each for each in own if (len(frame.columns) in each.columns if bare else bool(each.sign))]
     if not fitting:
         kind = (
-            f"{len(frame.columns)} columns without header"
+            f"{counted(len(frame.columns), 'column')} without header"
             if bare
             else f"the columns {', '.join(dict.fromkeys(names.values()))}"
         )
@@ -318,7 +319,8 @@ def _by_file(frame: pandas.DataFrame, path: str) -> Layout:
     may_be = sorted({each.source for each in LAYOUTS if count in each.columns})
     sources = f"--source {' or '.join(may_be)}, or " if may_be else ""
     raise UserError(
-        f"{path}: the table has no header and {count} columns; say what wrote it ({sources}--x-field column_1 "
+        f"{path}: the table has no header and {counted(count, 'column')}; say what wrote it ({sources}--x-field "
+        "column_1 "
         "--y-field column_2 --dbh-field column_3 or as they are)"
     )
 

@@ -14,6 +14,7 @@ import shapely
 from deadwood_algorithms.files.columns import number_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import factor, named, scaled
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.patches import patches_over
 from deadwood_algorithms.prepare.trees.planting import Ground, ground_of
@@ -138,6 +139,7 @@ def read_stands(
         )
     if off:
         feedback.note(
-            f"{where_of(frame)}: {off} stands have no place on the DEM, or under later ones, and are left out"
+            f"{where_of(frame)}: {counted(off, 'stand has', 'stands have')} no place on the DEM, or under later "
+            "ones: left out"
         )
     return stands[::-1]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import counted, none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.throwing import LEAST_LOG_M, Lying, chosen_share, class_shares, item_numbers
 from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, say_left_out, shared_words
@@ -70,7 +71,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
     x, y = plan_of(frame)
     on = grid.contains(x, y)
     if not on.any():
-        raise UserError(f"{path}: none of the {len(frame)} trees stands on the DEM{extent_words(x, y, grid)}")
+        raise UserError(f"{path}: {none_of(len(frame), 'tree')} stands on the DEM{extent_words(x, y, grid)}")
     say_left_out(frame, ~on, "trees", feedback.note)
     kept: Any = frame[on].reset_index(drop=True)
     return Stems(kept, ids[on], item_numbers([str(each) for each in ids[on]]), sizes[0][on], sizes[1][on])
@@ -111,7 +112,10 @@ def thrown_stems(
         )
     may = ~named & ~short
     if short.any():
-        feedback.note(f"{int(short.sum())} trees leave no log above a stump of {storm.stump_m:g} m and stay")
+        feedback.note(
+            f"{counted(int(short.sum()), 'tree leaves', 'trees leave')} no log above a stump of {storm.stump_m:g} m: "
+            "left standing"
+        )
     thrown = named.copy()
     thrown[may] = chosen_share(stems.item[may], share[may], group[may], storm.seed, draws.STEM_THROWN)
     if not thrown.any():
@@ -174,7 +178,7 @@ def trees_with_stumps(stems: Stems, thrown: NDArray[np.bool_], stump_m: float) -
 def lying_frame(
     stems: Stems, lying: Lying, rows: NDArray[np.intp], kept: NDArray[np.bool_], thickness: float
 ) -> geopandas.GeoDataFrame:
-    """The lying logs that are still there, as thick as so much of what they were; ``rows`` are those of the stems."""
+    """The lying logs that are still there, thinner by a factor; ``rows`` are those of the stems."""
     lines = shapely.linestrings(np.stack([lying.base, lying.tip], axis=1)[kept])
     columns = {
         "lying_id": stems.ids[rows][kept],

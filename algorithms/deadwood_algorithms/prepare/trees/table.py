@@ -14,6 +14,7 @@ import shapely
 
 from deadwood_algorithms.files.columns import field_names, where_of
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees import columns as tree_columns
 from deadwood_algorithms.prepare.trees import sources as tree_sources
@@ -82,8 +83,10 @@ def read_source(
             feedback.warn(f"{where_of(frame)}: the middle of the trees, {wrong}")
     crowns = shapely.get_type_id(shapes) != 0
     if crowns.any():
-        feedback.note(f"{where_of(frame)}: {crowns.sum()} crown polygons; the tree stands at each one's centroid")
-    said = [f"{count} trees read from {where_of(frame)}", *said]
+        feedback.note(
+            f"{where_of(frame)}: {counted(crowns.sum(), 'crown polygon')}; the tree stands at each one's centroid"
+        )
+    said = [f"{counted(count, 'tree')} read from {where_of(frame)}", *said]
     return Source(frame, layout, shapes if crowns.all() else None, shapely.centroid(shapes), said)
 
 
@@ -98,17 +101,19 @@ def rows_of_trees(
     keep = np.ones(len(frame), bool)
     if layout.form and (form := tree_columns.find(frame, None, "", (layout.form,))):
         shrub = np.array([any(word in str(value).lower() for word in SHRUBS) for value in frame[form]])
-        said += [f"{shrub.sum()} rows left out, shrubs and lianas by the field '{form}'"] if shrub.any() else []
+        said += (
+            [f"{counted(shrub.sum(), 'row')} left out, shrubs and lianas by the field '{form}'"] if shrub.any() else []
+        )
         keep &= ~shrub
     if layout.repeated_by and xy and set(xy) <= set(frame.columns):
         placed = np.asarray(frame[xy[0]].notna() & frame[xy[1]].notna())
         lost = int((keep & ~placed).sum())
-        said += [f"{lost} rows left out, they have no position ({xy[0]}, {xy[1]})"] if lost else []
+        said += [f"{counted(lost, 'row')} left out: no position ({xy[0]}, {xy[1]})"] if lost else []
         keep &= placed
     tree = tree_columns.find(frame, None, "", layout.id)
     if layout.repeated_by and tree:
         earlier = keep & earlier_visits(frame, tree, layout.repeated_by, keep)
-        said += [f"{earlier.sum()} rows left out, earlier visits of the same trees"] if earlier.any() else []
+        said += [f"{counted(earlier.sum(), 'row')} left out, earlier visits of the same trees"] if earlier.any() else []
         keep &= ~earlier
     if len(frame) and not keep.any():
         raise UserError(f"{where_of(frame)}: no row is left; {'; '.join(said)}")

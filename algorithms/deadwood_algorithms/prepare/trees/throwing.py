@@ -117,8 +117,8 @@ def class_shares(text: str, most_cm: float) -> tuple[Array, Array]:
     rising = bool((np.diff(bounds) > 0.0).all())
     if not bounds.size or not rising or bounds[0] < 0.0 or bounds[-1] > most_cm or not _is_share(shares).all():
         raise UserError(
-            f"--dbh-classes is '{text}', but must be least DBH and share of each class, rising, with commas: "
-            "0:0.1,20:0.3,40:0.7"
+            f"--dbh-classes is '{text}', but must be the minimum DBH and share of each class, rising, separated by "
+            "commas: 0:0.1,20:0.3,40:0.7"
         )
     return bounds, shares
 

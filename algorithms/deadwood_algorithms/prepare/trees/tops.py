@@ -129,7 +129,7 @@ def _tops_of(
 
 
 def _beats(there: NDArray[np.float64], here: NDArray[np.float64], down: int, right: int) -> NDArray[np.bool_]:
-    """Whether cells so many rows and columns away are higher, or equal and earlier; NaN never is."""
+    """Whether cells at an offset of rows and columns are higher, or equal and earlier; NaN never is."""
     return there >= here if (down, right) < (0, 0) else there > here
 
 

@@ -56,7 +56,7 @@ def test_logs_are_counted_where_they_were_released(cell):
 
 def test_a_raster_without_end_is_refused():
     far = run_of(np.array([0.0, 1e5]), np.array([0.0, 1e5]))
-    with pytest.raises(UserError, match="take a larger cell"):
+    with pytest.raises(UserError, match="use a larger cell"):
         origins_of(far, np.arange(2), {}, 1.0, 1)
 
 

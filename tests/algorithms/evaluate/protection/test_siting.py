@@ -36,6 +36,7 @@ from deadwood_algorithms.evaluate.protection.siting import (
     why_none,
 )
 from deadwood_algorithms.evaluate.protection.siting_figure import ASIDE_IN, _chart
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.stats.statistics import paired_interval
@@ -155,7 +156,7 @@ def test_what_chance_alone_does_is_not_built(kept, among, built):
     start = outcomes_of(np.ones((30, 1), bool), near)
     steps, why = choose(siting, start, [siting.trial(start, (), k) for k in range(among)], 1, Quiet())
     assert (len(steps) == 1, why == "") == (built, built)
-    assert built or not kept or f"the best of {among} candidates left would keep {kept} more logs" in why
+    assert built or not kept or f"the best of {counted(among, 'candidate')} left would keep {kept} more logs" in why
 
 
 def test_a_candidate_along_a_chosen_one_is_not_free():

@@ -47,7 +47,7 @@ def test_a_draw_that_is_no_log_is_drawn_again_and_said(sample, areas, outcome):
     redrawn = outcome["last"].facts["redrawn"]
     lost = stats.norm.cdf(1.0, 44, 22)
     assert abs(redrawn - 20_000 * lost / (1 - lost)) < 4 * np.sqrt(20_000 * lost)
-    assert f"{redrawn} draws were no log (DBH < 1 cm or length < 0.5 m), redrawn" in outcome["last"].lines
+    assert f"{redrawn} draws were not a log (DBH < 1 cm or length < 0.5 m), redrawn" in outcome["last"].lines
     assert frame["length_m"].unique().tolist() == [30]
 
 

@@ -163,7 +163,7 @@ def test_logs_per_hectare_of_weighted_cells_and_of_too_little(tmp_path, sample, 
     assert len(sample(None, weights=raster(weights), logs_per_ha=100.0)) == 50
     frame = sample(areas(tmp_path, local(20, 20, 120, 120), local(130, 20, 131, 21)), logs_per_ha=10.0)
     assert len(frame) == 10
-    assert "1 areas are too small for a log at 10 a hectare" in outcome["last"].lines
+    assert "1 area is too small for a log at 10 a hectare" in outcome["last"].lines
     with pytest.raises(UserError, match=r"--logs-per-ha 1 on 0.01 ha gives no log"):
         sample(areas(tmp_path, local(20, 20, 30, 30)), logs_per_ha=1.0)
 

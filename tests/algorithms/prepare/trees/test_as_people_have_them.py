@@ -62,7 +62,7 @@ def test_classes_of_dbh_count_as_their_middle(imported, said):
     trees = imported(table("x;y;dbh;h", "40-45;27", "41,4 cm;30", "k.A.;20"))
     assert trees["dbh_cm"].tolist()[:2] == [42.5, 41.4]
     assert trees["dbh_source"].tolist() == ["measured", "measured", "modelled"]
-    assert "1 cells hold classes such as 40-45" in " ".join(said.warnings)
+    assert "1 cell holds a class such as 40-45" in " ".join(said.warnings)
 
 
 def test_nothing_is_written_that_slide_logs_would_refuse(imported, outcome):
@@ -74,9 +74,9 @@ def test_nothing_is_written_that_slide_logs_would_refuse(imported, outcome):
         assert (trees[name] <= column.maximum).all()
     assert (trees["height_m"] >= 1.3).all()
     lines = " ".join(outcome["last"].lines)
-    assert "2 trees dropped, their height_m is below 1.3 m" in lines
-    assert "1 trees dropped, their height_m is above 150 m" in lines
-    assert "1 trees dropped, their dbh_cm is below" in lines
+    assert "2 trees dropped: height_m below 1.3 m" in lines
+    assert "1 tree dropped: height_m above 150 m" in lines
+    assert "1 tree dropped: dbh_cm below" in lines
     assert outcome["last"].facts["dropped"] + len(trees) == len(rows)
 
 
@@ -89,7 +89,7 @@ def test_the_least_height_is_an_option(imported):
 def test_trees_in_one_place_are_said(imported, said):
     rows = [f"{EAST};{NORTH};40;27", f"{EAST};{NORTH};41;27", f"{EAST + 5};{NORTH};41;27"]
     assert len(imported("\n".join(["x;y;dbh;h", *rows]))) == 3
-    assert "1 trees have exactly the position of another one" in " ".join(said.warnings)
+    assert "1 tree has exactly the position of another one" in " ".join(said.warnings)
     assert len(imported("\n".join(["x;y;dbh;h", *rows]), merge_within_m=0.1)) == 2
 
 
@@ -159,7 +159,7 @@ def test_a_title_above_and_a_sum_below_are_no_rows(imported, said):
     rows = [f"{k};{EAST + k};{NORTH};40;27" for k in range(4)]
     text = ["Kluppliste Schutzwald;;;;", ";;;;", "Nr;x;y;BHD;Baumhöhe", *rows, "Summe;;;160;"]
     assert imported("\n".join(text))["tree_id"].tolist() == [0, 1, 2, 3]
-    assert "1 rows below the table" in " ".join(said.notes)
+    assert "1 row below the table" in " ".join(said.notes)
 
 
 def test_a_sheet_is_named_by_its_header_below_a_title():
@@ -191,4 +191,4 @@ def test_of_collections_the_polygons_are_the_crowns(imported, said):
     trees = imported(layer, "crowns.gpkg")
     assert trees.geometry.tolist() == [Point(EAST + 2, NORTH + 1)] * 2
     assert trees["crown_diameter_m"].nunique() == 1
-    assert "1 geometry collections" in " ".join(said.notes)
+    assert "1 geometry collection, of which the polygons are used" in " ".join(said.notes)

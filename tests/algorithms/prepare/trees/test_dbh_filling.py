@@ -95,7 +95,7 @@ def test_zones_have_laws_of_their_own(imported, tmp_path, outcome):
     frame = imported(trees(20.0, 20.0, 20.0), "t.gpkg", dbh_zones=layer, dbh_a=2.0, dbh_b=1.0)
     # In the first zone; in both, where the later row counts; in none.
     assert frame["dbh_cm"].tolist() == pytest.approx([20**1.25, 60, 40])
-    assert "3 DBH missing, computed from the height: DBH by the laws of 2 zones; 1 trees stand in none, there DBH" in (
+    assert "3 DBH missing, computed from the height: DBH by the laws of 2 zones; 1 tree stands in none, there DBH" in (
         " / ".join(outcome["last"].lines)
     )
 

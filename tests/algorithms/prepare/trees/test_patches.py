@@ -7,9 +7,9 @@ import pyproj
 import pytest
 import shapely
 
+from deadwood_algorithms.files import squares
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Quiet, UserError
-from deadwood_algorithms.prepare.trees import patches as patches_module
 from deadwood_algorithms.prepare.trees.patches import patches_over
 from deadwood_algorithms.prepare.trees.planting import ground_of
 
@@ -18,7 +18,7 @@ CRS = pyproj.CRS.from_epsg(2056)
 
 @pytest.fixture(autouse=True)
 def small_squares(monkeypatch):
-    monkeypatch.setattr(patches_module, "SIDE", 16)
+    monkeypatch.setattr(squares, "SIDE", 16)
 
 
 def grid(holes: int = 30) -> Grid:

@@ -75,7 +75,7 @@ def test_lidr_tiles_with_repeating_ids_and_the_seam_merged(imported, outcome):
     assert trees["height_m"].tolist() == [18, 25, 30]
     assert trees["tree_id"].tolist() == [1, 2, 3]
     assert trees["source_id"].tolist() == [1, 2, 2]
-    assert "1 trees dropped, a taller one stands within 1 m" in outcome["last"].lines
+    assert "1 tree dropped: a taller one stands within 1 m" in outcome["last"].lines
 
 
 def test_foresttools(read):
@@ -114,7 +114,7 @@ def test_lidartree_inventory_with_its_codes_of_appearance(read, tmp_path, outcom
     snags = gpd.read_file(tmp_path / "snags.gpkg")
     assert snags["release_id"].tolist() == [103, 104]
     assert snags["length_m"].tolist() == [23, 24]
-    assert "1 trees dropped, they stand no more" in outcome["last"].lines
+    assert "1 tree dropped: no longer standing" in outcome["last"].lines
 
 
 def test_pycrown_whose_z_is_the_ground(read):
@@ -225,9 +225,9 @@ def test_neon_joined_to_its_positions(read, tmp_path, outcome):
     assert snags["length_m"].tolist() == pytest.approx([9, by_inverse(11)])
     said = " / ".join(outcome["last"].lines)
     assert said.startswith("8 trees read from ")
-    for words in ("1 rows left out, shrubs", "1 rows left out, they have no position (adjEasting, adjNorthing)"):
+    for words in ("1 row left out, shrubs", "1 row left out: no position (adjEasting, adjNorthing)"):
         assert words in said
-    assert "1 rows left out, earlier visits of the same trees" in said
+    assert "1 row left out, earlier visits of the same trees" in said
 
 
 def test_a_fault_in_a_row_after_those_left_out_is_named_by_its_own_number(imported):

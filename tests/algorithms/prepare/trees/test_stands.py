@@ -108,7 +108,7 @@ def test_the_names_of_platrock_and_of_shapefiles(forest):
 def test_stands_off_the_dem_are_left_out_and_faulty_ones_refused(forest, said):
     columns = {"stems_per_ha": [1000.0] * 2, "dbh_mean_cm": [40.0] * 2, "dbh_sd_cm": [5.0] * 2}
     assert len(forest([WEST, local(900, 0, 950, 50)], columns)) == 500
-    assert any("1 stands have no place on the DEM" in note for note in said.notes)
+    assert any("1 stand has no place on the DEM" in note for note in said.notes)
     with pytest.raises(UserError, match="no stand has a place for a tree on the DEM; check the polygons"):
         forest([local(900, 0, 950, 50)] * 2, columns)
     for name, value, words in (

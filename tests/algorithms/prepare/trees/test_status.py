@@ -42,7 +42,7 @@ def test_the_usual_words_in_the_usual_fields_are_known(imported, tmp_path, outco
     assert snags["dbh_cm"].tolist() == [50, 35]
     assert outcome["last"].facts["dead"] == 2
     assert f"2 dead standing trees written to {tmp_path / 'snags.gpkg'}" in outcome["last"].lines
-    assert "1 trees dropped, they stand no more" in outcome["last"].lines
+    assert "1 tree dropped: no longer standing" in outcome["last"].lines
     assert "field 'Zustand': living (lebend: 1, empty: 1); dead, standing (" in said.notes[-1]
     assert str(outcome["last"].outputs["snags"]) == str(tmp_path / "snags.gpkg")
 
@@ -106,5 +106,5 @@ def test_faults(imported, tmp_path):
         imported("x;y;h\n2783050;1190050;20\n", dead_values="7")
     with pytest.raises(UserError, match="--snags and --output are one file"):
         imported(MIXED, snags=str(tmp_path / "out.gpkg"))
-    with pytest.raises(UserError, match="no tree is left; .*1 trees dropped, they stand no more"):
+    with pytest.raises(UserError, match="no tree is left; .*1 tree dropped: no longer standing"):
         imported(table("40;25;gefällt"))

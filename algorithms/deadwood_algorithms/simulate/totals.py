@@ -1,0 +1,63 @@
+"""The rasters of a run put together a few rows at a time: of a large window the whole would take 24 bytes a cell more,
+and 4 for each line whose danger is counted, while most of it no log has touched."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_engine import Rasters
+from deadwood_engine.rasters import raster_arrays
+from deadwood_engine.trace import HITS
+
+STRIP_CELLS = 2**20  # put together at once
+WHOLE_CELLS = 2**22  # up to which all are, once, for that is quicker: 150 MB
+
+
+class Totals:
+    """What all workers drew, as `Rasters.totals` gives it, by rows."""
+
+    def __init__(self, rasters: Rasters) -> None:
+        self.workers = rasters.workers
+        self.shape: tuple[int, int] = self.workers[0].deposits.shape
+        self.whole = rasters.totals() if self.shape[0] * self.shape[1] <= WHOLE_CELLS else None
+
+    @cached_property
+    def untouched(self) -> dict[str, NDArray]:
+        """What a cell holds that no log has touched, by the name of the raster."""
+        return Rasters([raster_arrays((1, 1), self.workers[0].band)]).totals()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.untouched)
+
+    def rows(self, rows: slice) -> dict[str, NDArray]:
+        """These rows of all rasters; of danger the bands come first."""
+        if self.whole is not None:
+            return {name: values[..., rows, :] for name, values in self.whole.items()}
+        parts = [each.hits[rows] for each in self.workers], [each.deposits[rows] for each in self.workers]
+        columns = self.shape[1]
+        if not any(hits[:, :, HITS].any() for hits in parts[0]) and not any(each.any() for each in parts[1]):
+            shape = (parts[1][0].shape[0], columns)
+            return {name: np.broadcast_to(each, (*each.shape[:-2], *shape)) for name, each in self.untouched.items()}
+        cells = slice(rows.start * columns, rows.stop * columns)
+        return Rasters(
+            [
+                each._replace(
+                    hits=each.hits[rows],
+                    maxima=each.maxima[rows],
+                    deposits=each.deposits[rows],
+                    danger=each.danger[:, cells],
+                )
+                for each in self.workers
+            ]
+        ).totals()
+
+    def strips(self) -> Iterator[tuple[int, dict[str, NDArray]]]:
+        """All rows in turn, each strip with its first row."""
+        step = max(1, STRIP_CELLS // max(1, self.shape[1]))
+        for first in range(0, self.shape[0], step):
+            yield first, self.rows(slice(first, min(self.shape[0], first + step)))
