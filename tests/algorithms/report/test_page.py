@@ -149,7 +149,7 @@ def test_the_pages_that_are_signed_come_first_and_paths_and_flags_last(page):
     assert places == sorted(places)
     text = Reader(page[0][: places[-1]]).text
     assert "Place Date Name Signature" in text
-    assert "Not in them: the friction coefficient (" in text
+    assert "They do not include the friction coefficient (" in text
     assert "/tmp/" not in text
     assert re.findall(r" --[a-z]", text) == []
 
@@ -201,7 +201,7 @@ def test_a_run_with_next_to_nothing(case):
     page, data = page_of(bare)
     text = Reader(page).text
     assert "No roads, railways or houses were given" in text
-    assert "No trajectory was kept" in text
+    assert "No trajectory was stored" in text
     assert "Arrivals" not in text.replace("no arrivals", "")
     assert data["space"][0]["logs"] == []
     assert Words("en").say("ledgers_none") in text
