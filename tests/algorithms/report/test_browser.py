@@ -280,8 +280,8 @@ def annex_begins(browser: Browser, folder: Path) -> int:
 
 
 def half_empty(used: list[float], signed: int) -> list[int]:
-    """Pages of which two fifths or more are empty, but the last signed one and the last of all."""
-    return [k + 1 for k, each in enumerate(used[:-1]) if each < 0.6 and k != signed - 1]
+    """Pages of which 45 % or more are empty, but the last signed one and the last of all."""
+    return [k + 1 for k, each in enumerate(used[:-1]) if each < 0.55 and k != signed - 1]
 
 
 @pytest.mark.parametrize("which", ["page", "long_page"])
