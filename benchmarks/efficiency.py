@@ -155,7 +155,7 @@ def measure(fidelity: str, number: int, rounds: int, most: int) -> str:
         f"The longest of these logs took {took.max() / np.median(took):.0f} times the median. A piece cost "
         f"{1000.0 * each_piece_s:.1f} ms of its worker beside its logs, and {1000.0 * here_s:.1f} ms of the scheduler "
         f"and of what sends it and takes it in: pieces of {spread_workers.PIECE_S:g} s keep about {1.0 / here_s:.0f} "
-        f"threads busy. The network carried {carried.orders / carried.logs:.0f} bytes a log to the workers and "
+        f"threads busy. The network carried {carried.orders / carried.logs:.0f} bytes per log to the workers and "
         f"{carried.answers / carried.logs:.0f} back, without trajectories; the scene ({scene_cells() / 1e6:.2g} "
         f"million cells) is {block / 1e6:.2g} MB to each worker, once.",
         "",

@@ -73,7 +73,7 @@ def work_precision(results: dict[str, Any]) -> None:
     for axis in panels[:, 0]:
         axis.set_ylabel("reach minus reference [percentage points]")
     for axis in panels[-1]:
-        axis.set_xlabel("CPU time a log [ms], reference dotted")
+        axis.set_xlabel("CPU time per log [ms], reference dotted")
     panels.flat[0].set_ylim(*_limits(results, names, groups))
     marks = [Line2D([], [], color=COLOURS[g], marker="s" if g == "fidelity" else "o", ls="", label=g) for g in groups]
     figure.legend(handles=marks, loc="outside lower center", ncols=len(groups), frameon=False)

@@ -59,7 +59,7 @@ def provenance(results: Row) -> str:
         lines.append("- **the scenes have changed since**: the text tells of the new ones, the numbers are of the old")
     logs = [e["logs"] for e in entries]
     hours = sum(e["logs"] * e["cpu_ms_per_log"] for e in entries) / 3.6e6
-    lines.append(f"- seed {results['seed']}; {min(logs)} to {max(logs)} logs a scene and setting")
+    lines.append(f"- seed {results['seed']}; {min(logs)} to {max(logs)} logs per scene and setting")
     lines.append(f"- each log at most {results['time_limit_s']:g} s; CPU time of all runs: {hours:.1f} hours")
     return "\n".join(lines)
 
@@ -101,7 +101,7 @@ def fidelity_table(results: Row) -> str:
                 f"{100 * max(d['median'] for d in deep):.1f} / {100 * max(d['max'] for d in deep):.0f}",
             ]
         )
-    head = ["fidelity", "CPU ms a log", "cost", "reach minus `reference`, mean of scenes [points]", "worst scene"]
+    head = ["fidelity", "CPU ms per log", "cost", "reach minus `reference`, mean of scenes [points]", "worst scene"]
     head += ["as much as mu", "hit raster, distance / noise", "penetration, median / deepest [cm]"]
     return table(head, rows)
 
@@ -125,7 +125,7 @@ def factor_table(results: Row) -> str:
         if row["group"] not in ("fidelity", "impacts", "rings")
     ]
     head = ["factor", "setting", "against", "cost", "difference of reach, mean of scenes [points]", "worst scene"]
-    return table([*head, "as much as mu", "logs that disagree", "scenes", "logs a scene"], rows)
+    return table([*head, "as much as mu", "logs that disagree", "scenes", "logs per scene"], rows)
 
 
 def _share(record: Row) -> str:
@@ -141,7 +141,7 @@ def scene_table(results: Row) -> str:
         row += [f"{e['steps_per_log']:.0f}", _share(e["reach"])]
         worst = f"{tables.points(f['worst_line']['delta'])} at y {f['worst_line']['y']:g} m" if f else ""
         rows.append([*row, tables.with_interval(f["reach"]) if f else "", worst])
-    head = ["scene", "fidelity", "logs", "CPU ms a log", "µs a step", "steps a log", "reach [%]"]
+    head = ["scene", "fidelity", "logs", "CPU ms per log", "µs per step", "steps per log", "reach [%]"]
     return table([*head, "minus reference [points]", "largest of all lines"], rows)
 
 
@@ -177,7 +177,7 @@ def health_table(results: Row) -> str:
         row += [f"{100 * e['unconverged_share']:.3f} %", number(e["contacts_per_step"]), number(e["sweeps_per_step"])]
         rows.append([*row, f"{100 * e['airborne_share']:.0f} %", str(e["stop_reasons"]["failed"])])
     head = ["scene", "fidelity", "penetration: median [cm]", "99 %", "deepest", "deepest in trees and barriers [cm]"]
-    head += ["energy error: median", "99 %", "largest", "steps unconverged", "contacts a step", "sweeps a step"]
+    head += ["energy error: median", "99 %", "largest", "steps unconverged", "contacts per step", "sweeps a step"]
     return table([*head, "steps in the air", "failed logs"], rows)
 
 
@@ -202,7 +202,7 @@ def plane_table(results: Row) -> str:
         [f"`{r['fidelity']}`", r["rings"], number(r["contacts"]), _share(r)]
         for r in results.get("plane", {}).get("rows", [])
     ]
-    return table(["fidelity", "rings every", "contacts a step", "reach of the lowest line [%]"], rows)
+    return table(["fidelity", "rings every", "contacts per step", "reach of the lowest line [%]"], rows)
 
 
 def switch_table(results: Row) -> str:
@@ -215,7 +215,7 @@ def switch_table(results: Row) -> str:
         ]
         for r in results.get("switches", {}).get("rows", [])
     ]
-    head = ["what is asked for", "ms a log without", "with", "µs a step without", "with"]
+    head = ["what is asked for", "ms per log without", "with", "µs per step without", "with"]
     head += ["same bits, or reach with minus without [points]"]
     return table(head, rows)
 
@@ -233,7 +233,7 @@ def ring_table(results: Row) -> str:
         ]
         for scene, name, entry in tables.entries_of(results, "rings")
     ]
-    return table(["scene", "log", "logs", "reach [%]", "minus the first [points]", "CPU ms a log"], rows)
+    return table(["scene", "log", "logs", "reach [%]", "minus the first [points]", "CPU ms per log"], rows)
 
 
 def _log_of(setting: Setting) -> str:
@@ -257,7 +257,7 @@ def impact_table(results: Row) -> str:
         ]
         for scene, name, entry in tables.entries_of(results, "impacts")
     ]
-    head = ["scene", "restitution", "fidelity", "logs", "CPU ms a log", "reach [%]", "minus reference [points]"]
+    head = ["scene", "restitution", "fidelity", "logs", "CPU ms per log", "reach [%]", "minus reference [points]"]
     return table([*head, "at the time limit [%]"], rows)
 
 
@@ -276,7 +276,7 @@ def noise_table(results: Row) -> str:
     return table(DEPTHS, [_depths(r) for r in results.get("noise", {}).get("rows", [])])
 
 
-DEPTHS = ["fidelity", "logs", "CPU ms a log", "penetration: median [cm]", "99 %", "deepest", "deepest by sampling"]
+DEPTHS = ["fidelity", "logs", "CPU ms per log", "penetration: median [cm]", "99 %", "deepest", "deepest by sampling"]
 DEPTHS += ["energy error, largest", "failed logs"]
 
 
@@ -300,7 +300,7 @@ def sensitive_table(results: Row) -> str:
         for name, e in tables.in_plan(results, "sensitive")
         if tables.group_of(name) != "rings"
     ]
-    head = ["setting", "against", "logs", "CPU ms a log", "reach [%]", "difference [points]"]
+    head = ["setting", "against", "logs", "CPU ms per log", "reach [%]", "difference [points]"]
     return table(head, rows)
 
 
@@ -317,7 +317,13 @@ def peer_table(results: Row) -> str:
         ]
         for r in results.get("peers", {}).get("rows", [])
     ]
-    head = ["engine", "setting", "plane: distance minus exact [m]", "rough: CPU ms a log", "rough: median descent [m]"]
+    head = [
+        "engine",
+        "setting",
+        "plane: distance minus exact [m]",
+        "rough: CPU ms per log",
+        "rough: median descent [m]",
+    ]
     return table([*head, "rough: lost logs"], rows)
 
 

@@ -185,7 +185,7 @@ def compare() -> dict[str, Any]:
     what = (
         f"A log lying along the fall line of a plane of 35 degrees (mu {FRICTION:g}, {SECONDS:g} s, a height field of "
         f"4 m cells), for which the distance is known; and {ROUGH_LOGS} logs, {ROUGH_SECONDS:g} s on the rough slope "
-        "without trees: CPU time a log, median descent, and how many fell through or flew off. "
+        "without trees: CPU time per log, median descent, and how many fell through or flew off. "
         + (f"Not importable here: {', '.join(missing)}." if missing else "")
     )
     return {"what": what, "rows": rows}

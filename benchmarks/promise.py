@@ -1,7 +1,7 @@
 """Does `slide-logs --fidelity auto --error` keep its promise, and what does it save? many runs from one pool.
 
 python -m benchmarks.promise                    from what is stored of draft, standard, fine and reference
-python -m benchmarks.promise --logs 4000        slides that many logs a scene and fidelity first, where missing
+python -m benchmarks.promise --logs 4000        slides that many logs per scene and fidelity first, where missing
 
 What each stored log did (``study``) is a pool. A run draws its logs from the pool with replacement, so the pool is the
 population and its share at `reference` the truth, known exactly; the decisions are the product's own (`keep_error`).
@@ -157,7 +157,7 @@ def page(found: dict[str, Any]) -> list[str]:
         f"±{x:.1f} points of it; a pool's own distance is in the table, with the interval for the slope that it is "
         "a sample of.",
         "",
-        "| scene | logs | reach [%] | CPU ms a log, draft / standard / reference | standard - reference [points] "
+        "| scene | logs | reach [%] | CPU ms per log, draft / standard / reference | standard - reference [points] "
         "| end differently | draft - reference [points] | end differently |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]

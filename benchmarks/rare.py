@@ -42,7 +42,7 @@ MANY_FAMILIES = (1, 2, 3)  # levels whose children have enough parents to tell h
 LEAST_TOLD = 10  # repetitions from which their variance is reported
 THREADS = 2  # the same bits with any number
 MOMENT = 0.5  # [s] logs restart at whole multiples of it
-# logs a level, relative change of velocities, repetitions a round
+# logs per level, relative change of velocities, repetitions a round
 KINDS = ((400, 1e-9, 3), (400, 1e-2, 1))
 PLAIN_BLOCK, PLAIN_FIRST, SPLIT_FIRST = 8000, 1000, 200_000  # blocks of ``scenes.logs_of_block``
 PLAIN_EACH = 1  # blocks of plain logs a round
@@ -245,7 +245,7 @@ def figures(known: dict[str, Any]) -> str:
         f"{LEVELS[last]:g} m by {share(plain['reach'][last])}, {plain['reach'][last]} logs".replace(",", " ", 1),
         f"- levels: lines at y {', '.join(f'{y:g}' for y in LEVELS)} m",
         "",
-        "| logs a level | velocities shaken by | repetitions | cost of one [plain logs] | p, last line | gain | "
+        "| logs per level | velocities shaken by | repetitions | cost of one [plain logs] | p, last line | gain | "
         "gain if the engine stopped logs at lines | siblings' correlation, second to fourth level |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]

@@ -136,7 +136,7 @@ def blocks_done(name: str, setting: Setting) -> int:
 def fresh_rasters(scene: Scene, threads: int) -> Rasters:
     """Rasters that have been written to.
 
-    The system hands out memory when it is first written to (here 10 us a page, 0.2 ms a log of a block): what a run
+    The system hands out memory when it is first written to (here 10 us a page, 0.2 ms per log of a block): what a run
     pays once, and a block should not.
     """
     rasters = Rasters.allocate(scene, threads)

@@ -1,4 +1,4 @@
-"""Results into the map: every layer with the style that it carries, readable names, one group a run."""
+"""Results into the map: every layer with the style that it carries, readable names, one group per run."""
 
 from __future__ import annotations
 

@@ -94,6 +94,6 @@ slide = given("dem", "trees", "barriers", "lines", "friction", "fidelity")
 slide |= {"RELEASES": Source.fromChildOutput("sample", "OUTPUT"), "OPEN_RESULTS": True, "QGIS_PROJECT": True}
 child("slide", "slidelogs", slide, QPointF(430.0, 360.0), ("run", "Folder of the run"))
 report = {"RUNS": Source.fromChildOutput("slide", "OUTPUT")}
-child("report", "makereport", report, QPointF(680.0, 470.0), ("report", "Report"))
+child("report", "makereport", report, QPointF(680.0, 540.0), ("report", "Report"))
 assert model.toFile(PLACE)
 os._exit(0)

@@ -162,7 +162,7 @@ def test_values_that_look_like_flags_or_paths_reach_the_tool(toy, out):
         ("memory", 2, "out of memory (Unable to allocate 9 GiB)"),
         ("pipe", 2, "a program that was written to has closed its end"),
         ("cancelled", 130, "interrupted"),
-        ("fault", 1, "a fault of ours"),
+        ("fault", 1, "a bug in the toolbox"),
     ],
 )
 def test_a_failing_tool_ends_with_its_status_and_leaves_nothing(toy, out, tmp_path, fail, status, said):

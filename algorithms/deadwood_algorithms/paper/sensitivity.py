@@ -53,7 +53,7 @@ def decided_findings(
     more = replace(wanted, logs=logs, needed=frozenset(needed))
     of = evidence_of_needed(SiteRuns(site, place / ".more", more, tools, feedback))
     again = {each.id: each for each in findings_of(of) if each.id in open_}
-    text = f"{logs} logs a scenario, for {wanted.logs} left it open: "
+    text = f"{logs} logs per scenario, for {wanted.logs} left it open: "
     return [replace(again[each.id], why=text + again[each.id].why) if each.id in again else each for each in found]
 
 

@@ -67,7 +67,7 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
     parts.append(figure_of(drawings[0]))
     if compared.maps:
         title = words.say("difference_maps", reference=reference)
-        draw = partial(draw_differences, compared.maps, joint_extent(sources), sources[0], words)
+        draw = partial(draw_differences, compared.maps, joint_extent(sources), sources, words)
         drawings.append(Drawing("differences", title, draw))
         parts.append(figure_of(drawings[-1], title, card=True))
     return joined(parts), drawings

@@ -251,7 +251,7 @@ def rose_figure(source: ReportedRun, words: Words) -> Figure:
 
 
 def runout_figure(sources: list[ReportedRun], words: Words) -> Figure:
-    """Share of the logs that go farther than each distance, a curve a run."""
+    """Share of the logs that go farther than each distance, a curve per run."""
     figure, (axes,) = _panels(1, 2.7)
     for each in sources:
         far = np.sort(each.column("runout_m"))

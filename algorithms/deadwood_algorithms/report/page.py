@@ -152,7 +152,7 @@ def three_d(sources: Sequence[ReportedRun], spaces: Sequence[Space | None], word
     groups = [("", words.say("group_all"))] + [
         (each, words.say(f"group_{each}")) for each in ("fast", "far", "reach", "random")
     ]
-    paces = [(f"{each:g}", f"{each:g} ×") for each in PACES]
+    paces = [(f"{each:g}", words.signs(f"{each:g} ×")) for each in PACES]
     runs = [chooser("run", words.say("runs"), [(str(k), each.name) for k, (each, _) in enumerate(there)], "0")]
     solids = ("moving", "deposits", "trees", "barriers", "lying", "blocks", "lines", "trails")
     phrases = {
@@ -183,7 +183,7 @@ def three_d(sources: Sequence[ReportedRun], spaces: Sequence[Space | None], word
                     "div",
                     button("play", words.say("play")),
                     Markup(slider.removesuffix("</input>")),
-                    element("span", "0.0 s", data_part="clock"),
+                    element("span", words.signs("0.0 s"), data_part="clock"),
                     chooser("pace", words.say("pace"), paces, "1"),
                     chooser("group", words.say("which_logs"), groups, ""),
                     class_="controls motion",

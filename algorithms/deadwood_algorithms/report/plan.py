@@ -98,6 +98,17 @@ def draw_relief(axes: Any, source: ReportedRun) -> None:
     show_relief(axes, ground.values, ground.cell, (west, east, south, north)).set_gid("layer_relief")
 
 
+def draw_reliefs(axes: Any, sources: Sequence[ReportedRun]) -> None:
+    """The ground of a map that shows more than one run's own: under all, what the run with the widest terrain knows."""
+    for each in sorted((each for each in sources if each.ground is not None), key=lambda each: -area(each.extent)):
+        draw_relief(axes, each)
+
+
+def area(extent: Extent) -> float:
+    west, south, east, north = extent
+    return (east - west) * (north - south)
+
+
 def show_layer(axes: Any, source: ReportedRun, name: str, **more: Any) -> Any:
     """A quantity of the run in its look: where no log passed nothing is drawn, of danger 0 is a value too."""
     values, (west, south, east, north) = source.rasters[name]
@@ -219,16 +230,18 @@ def layers_drawn(source: ReportedRun) -> list[str]:
 
 
 def draw_differences(
-    maps: Mapping[str, tuple[NDArray[np.float64], Extent]], shown: Extent, reference: ReportedRun, words: Words
+    maps: Mapping[str, tuple[NDArray[np.float64], Extent]],
+    shown: Extent,
+    sources: Sequence[ReportedRun],
+    words: Words,
 ) -> Figure:
-    """Where logs pass more often (red) or less often (blue) than in the reference; of one scale and frame."""
-    names = list(maps)
+    """Where logs pass more often (red) or less often (blue) than in the first run; of one scale and frame."""
+    reference, names = sources[0], list(maps)
     figure, panels, room = map_panels(len(names), shown, words)
     image: Any = None
     handles: list[Any] = []
     for axes, name in zip(panels, names, strict=False):
-        if reference.ground is not None:
-            draw_relief(axes, reference)
+        draw_reliefs(axes, [each for each in sources if each.name in (name, reference.name)])
         band, (west, south, east, north) = maps[name]
         image = show_quantity(axes, band, "difference of shares", (west, east, south, north))
         axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
@@ -255,9 +268,9 @@ def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Fi
     figure, panels, room = map_panels(len(sources), shown, words)
     handles: dict[str, Any] = {}
     image: Any = None
+    widest = max(sources, key=lambda each: area(each.extent) if each.ground is not None else 0.0)
     for axes, source in zip(panels, sources, strict=False):
-        if source.ground is not None:
-            draw_relief(axes, source)
+        draw_reliefs(axes, [widest, source] if widest is not source else [source])
         if "hits" in source.rasters:
             image = show_layer(axes, source, "hits")
         drawn = _scene(axes, source, words, SMALL) + _logs(axes, source, words, ways_too=False, size=SMALL)
@@ -278,7 +291,8 @@ def map_panels(number: int, shown: Extent, words: Words) -> tuple[Figure, list[A
     west, south, east, north = shown
     wide = (WIDTH - 0.8) / max(columns, 2)  # one alone would fill the page
     tall = float(np.clip(wide * (north - south) / (east - west), SHORTEST / 2, HIGHEST))
-    figure = Figure(figsize=(WIDTH, rows * (tall + 0.3) + 0.7), layout="constrained")
+    width = WIDTH if columns > 1 else wide + 1.4  # with the scale beside it
+    figure = Figure(figsize=(width, rows * (tall + 0.3) + 0.7), layout="constrained")
     room = list(figure.subplots(rows, columns, squeeze=False).ravel())
     for axes in room:
         axes.set(xticks=[], yticks=[], aspect="equal", xlim=(west, east), ylim=(south, north))

@@ -53,13 +53,13 @@ def test_a_view_of_an_array_is_sent_as_it_looks():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "no JSON"),
-        ("5", "no JSON object"),
+        ("", "not JSON"),
+        ("5", "not a JSON object"),
         ('{"a": -Infinity}', "-Infinity is not a number"),
         ('{"a": -1e400}', "-1e400 is not a number"),
         ('{"a": "' + "x" * MOST_MESSAGE + '"}', "at most 1048576 are taken"),
-        ("[" * 50_000, "no JSON"),
-        (b"\xff\xfe\xff", "no JSON"),
+        ("[" * 50_000, "not JSON"),
+        (b"\xff\xfe\xff", "not JSON"),
     ],
     ids=["empty", "number", "infinite", "too large", "long", "deep", "bytes"],
 )

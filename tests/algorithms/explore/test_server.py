@@ -232,9 +232,9 @@ def test_what_is_no_question_is_refused_in_words_and_the_engine_lives(page: Page
         for text, words in (
             ('{"op": "release", "id": 1, "shape": {"circle": [NaN, 1, 1]}}', "NaN is not a number"),
             ('{"op": "release", "id": 1, "shape": {"circle": [1e999, 1, 1]}}', "1e999 is not a number"),
-            ("[1, 2]", "no JSON object"),
-            ("no json", "no JSON"),
-            ("[" * 100_000, "no JSON"),
+            ("[1, 2]", "not a JSON object"),
+            ("no json", "not JSON"),
+            ("[" * 100_000, "not JSON"),
             ('{"op": "shutdown"}', "'op' must be"),
             ('{"op": "tile", "level": 1.5}', "whole numbers"),
             ('{"op": "keep", "name": "../up"}', "give the run a name"),

@@ -277,7 +277,7 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "a value too few": (lambda f: asc(f / "a.asc", body=BODY[:-6], prj=ESRI_PRJ), ("holds 11 values", "cut off")),
     "an XYZ that is no grid": (
         lambda f: xyz(f / "d.xyz", rows=(0, 2, 1, 0)),
-        ("no raster that can be read", "Ungridded"),
+        ("not a raster that can be read", "Ungridded"),
     ),
     "cut off": (lambda f: cut_off(f / "d.tif"), ("damaged",)),
     "a VRT without its source": (lambda f: vrt(f / "d.vrt", "gone.tif"), ("damaged", "gone.tif")),

@@ -120,7 +120,7 @@ def test_only_an_earlier_result_is_replaced(tmp_path):
     (tmp_path / "home").mkdir()
     (tmp_path / "home" / "thesis.txt").write_text("years of work")
     assert "--overwrite" in refuse_entering(output_folder(tmp_path / "home"))
-    assert "no result folder" in refuse_entering(output_folder(tmp_path / "home", overwrite=True))
+    assert "not a result folder" in refuse_entering(output_folder(tmp_path / "home", overwrite=True))
     (tmp_path / "run").mkdir()
     for name in ("manifest.json", "old.tif"):
         (tmp_path / "run" / name).write_text("old")

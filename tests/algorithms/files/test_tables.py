@@ -88,7 +88,7 @@ def test_empty_lines_and_trailing_separators_do_no_harm(tmp_path):
         ("\n\n", "no row"),
         ("", "empty"),
         ("x;y;x\n1;2;3\n", "two columns of the trees table are called 'x'"),
-        (b"x;y\n1;\x00\n", "no text"),
+        (b"x;y\n1;\x00\n", "not a text"),
     ],
 )
 def test_what_cannot_be_right_is_refused_in_one_line(tmp_path, text, words):

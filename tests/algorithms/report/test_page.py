@@ -149,7 +149,7 @@ def test_the_pages_that_are_signed_come_first_and_paths_and_flags_last(page):
     assert places == sorted(places)
     text = Reader(page[0][: places[-1]]).text
     assert "Place Date Name Signature" in text
-    assert "Not in them: the friction coefficient (" in text
+    assert "They do not include the friction coefficient (" in text
     assert "/tmp/" not in text
     assert re.findall(r" --[a-z]", text) == []
 
@@ -201,7 +201,7 @@ def test_a_run_with_next_to_nothing(case):
     page, data = page_of(bare)
     text = Reader(page).text
     assert "No roads, railways or houses were given" in text
-    assert "No trajectory was kept" in text
+    assert "No trajectory was stored" in text
     assert "Arrivals" not in text.replace("no arrivals", "")
     assert data["space"][0]["logs"] == []
     assert Words("en").say("ledgers_none") in text
@@ -214,7 +214,7 @@ def test_lost_inputs_are_told_and_the_rest_goes_on(run, tmp_path):
     page, data = page_of(moved)
     text = Reader(page).text
     for name, file in (("terrain model", "dem"), ("lying logs", "lying_logs"), ("boulders", "blocks")):
-        assert f"The {name} of the run, {file}.gpkg, could not be read" in text  # where it was stands in the annex
+        assert f"The {name} of the run, {file}.gpkg, could no longer be read" in text  # its place: annex
     assert "Without the terrain model there is no 3-D view" in text
     assert data["space"] == []
     assert "Arrivals" in text  # they need the run alone

@@ -345,7 +345,7 @@ def test_no_flipped_bit_no_half_file_and_no_file_of_another_run_is_read(case, ru
         # a page of SQLite that holds no row (free space, an index) may change without any row being another
         same_rows = name.endswith(".gpkg") and content_of(mine / name) == content_of(run / name) is not None
         assert status == (0 if same_rows else 2)
-        assert "fault of ours" not in capsys.readouterr().err
+        assert "bug in the toolbox" not in capsys.readouterr().err
 
 
 def test_files_of_another_run_are_refused(case, run, tmp_path, capsys):

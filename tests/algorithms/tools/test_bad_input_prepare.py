@@ -92,7 +92,7 @@ def test_a_file_that_is_no_layer(tmp_path, bad, layer, name, content):
 
 @LAYERS
 def test_a_raster_in_the_place_of_a_layer(tmp_path, bad, layer):
-    assert "no vector layer" in bad(layer, dem(tmp_path, "dem2.tif"))
+    assert "not a vector layer" in bad(layer, dem(tmp_path, "dem2.tif"))
 
 
 @LAYERS

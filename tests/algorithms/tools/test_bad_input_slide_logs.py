@@ -80,8 +80,8 @@ MATRIX = {
     "no barriers": (lambda f: {"barriers": str(f / "none.gpkg")}, ["none.gpkg", "does not exist"]),
     "no lines": (lambda f: {"lines": str(f / "none.gpkg")}, ["none.gpkg", "does not exist"]),
     "no friction": (lambda f: {"friction": str(f / "none.tif")}, ["none.tif", "does not exist"]),
-    "DEM is text": (lambda f: {"dem": text(f)}, ["bad.gpkg", "no raster"]),
-    "releases are text": (lambda f: {"releases": text(f)}, ["bad.gpkg", "no vector layer"]),
+    "DEM is text": (lambda f: {"dem": text(f)}, ["bad.gpkg", "not a raster"]),
+    "releases are text": (lambda f: {"releases": text(f)}, ["bad.gpkg", "not a vector layer"]),
     "geographic CRS": (
         lambda f: {"dem": write_dem(f / "d.tif", crs="EPSG:4326", transform=from_origin(9.8, 46.9, 1e-5, 1e-5))},
         ["d.tif", "geographic", "rio warp"],

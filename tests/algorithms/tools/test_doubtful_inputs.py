@@ -41,7 +41,7 @@ def test_lines_of_one_name_count_as_one_and_that_is_said(grid, tmp_path, said):
     assert (items.ids, items.item.tolist()) == (["Steg", "Strasse"], [0, 0, 1])
     assert len(marks.starts) == 4
     assert "field 'name': rows 1, 2 are called 'Steg' and count as one; to count each for itself" in said.warnings[0]
-    assert "give each a line_id of its own" in said.warnings[0]
+    assert "give each its own line_id" in said.warnings[0]
 
 
 def test_rows_of_one_id_are_noted(grid, tmp_path, said):
@@ -55,7 +55,7 @@ def test_rows_of_one_id_are_noted(grid, tmp_path, said):
 def test_barriers_of_one_name_are_said_and_those_without_are_numbered_as_rows(grid, tmp_path, said):
     path = write_layer(tmp_path / "b.gpkg", ACROSS, name=["Netz", "Netz", "Netz"], height_m=[2.0, 3.0, 4.0])
     assert read_barriers(path, grid, said)[1].ids == ["Netz"]
-    assert "give each a barrier_id of its own" in said.warnings[0]
+    assert "give each its own barrier_id" in said.warnings[0]
     path = write_layer(tmp_path / "c.gpkg", ACROSS, height_m=[2.0, 3.0, 4.0])
     assert read_barriers(path, grid, said)[1].ids == [1, 2, 3]
     trees = write_layer(tmp_path / "t.gpkg", points((5, 50), (9, 50)), dbh_cm=[30.0, 30.0], height_m=[20.0, 20.0])

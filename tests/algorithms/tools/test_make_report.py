@@ -47,7 +47,7 @@ def test_runs_stand_without_a_flag(run, tmp_path, capsys):
     assert cli.run(["make-report", "--output", str(tmp_path / "q.html")]) == 2
     assert "--runs is missing" in capsys.readouterr().err
     assert cli.run(["make-report", str(tmp_path), "--output", str(tmp_path / "q.html")]) == 2
-    assert "no folder of slide-logs" in capsys.readouterr().err
+    assert "not a folder of slide-logs" in capsys.readouterr().err
     assert cli.run(["make-report", "--help"]) == 0
     assert "[RUN]..." in capsys.readouterr().out
 

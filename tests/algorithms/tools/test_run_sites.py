@@ -432,7 +432,7 @@ def test_a_cell_that_is_wrong_is_the_failure_of_its_site(case, tmp_path, cells, 
         ({"by": "release_id", "sites": "x.csv"}, "--sites and --by are given"),
         ({"by": "release_id"}, "--by release_id needs --releases"),
         ({"by": "release_id", "releases": "x.gpkg", "dem": None}, "--by release_id needs --dem"),
-        ({"configs": "nowhere"}, "--configs nowhere: this is no folder"),
+        ({"configs": "nowhere"}, "--configs nowhere: this is not a folder"),
     ],
 )
 def test_what_is_unclear_is_refused(case, values, words):

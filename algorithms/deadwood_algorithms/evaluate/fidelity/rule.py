@@ -91,7 +91,7 @@ def recommend(
             sentence = (
                 f"Recommended: {name}, the cheapest fidelity shown to have an error below the sampling noise of "
                 f"{planned} "
-                f"logs ({error_words(max(of[name], key=farthest))}); {cost[name]:.2g} ms of CPU time a log against "
+                f"logs ({error_words(max(of[name], key=farthest))}); {cost[name]:.2g} ms of CPU time per log against "
                 f"{cost[finest]:.2g} ms at {finest}."
             )
             return Recommendation(name, sentence, judged_by, verdicts, silent)

@@ -57,7 +57,7 @@ def draw(
                     textcoords="offset points", ha="center", va="bottom", fontsize=8.5, color="#555555",
                 )  # fmt: skip
         if place >= 3:
-            axes.set_xlabel("CPU time a log [ms]")
+            axes.set_xlabel("CPU time per log [ms]")
     figure.suptitle(
         f"{counted(logs['compared'], 'log')} at each fidelity, against {names[-1]}; bars: 95 % intervals; "
         f"grey: sampling noise of {logs['planned']} logs",
@@ -77,7 +77,7 @@ def differences(
     axes.axhline(0.0, color="black", linewidth=0.8)
     items = list(dict.fromkeys(row.item for row in rows if row.quantity == quantity))
     if not items:
-        say(axes, "no line that some logs reach" if quantity == "reach" else "too few logs a release")
+        say(axes, "no line that some logs reach" if quantity == "reach" else "too few logs per release")
         return
     for place, item in enumerate(items[:ITEMS_SHOWN]):
         mine = [row for row in rows if row.quantity == quantity and row.item == item]

@@ -30,6 +30,7 @@ RAMP, SHARES = colours_of(LOOKS["shares"])
 MOST_CELLS, CELLS_DRAWN = 2**28, 900  # of a raster that is read for the map; and along its longer side
 NAMED = 40  # sites, above which names would hide the map
 MARGIN = 0.08
+NEAR = 0.05  # of the layer's size: names of sites that are nearer would lie on one another
 COLOURS = {"none": PLAIN, "failed": ENDS["failed"][1]}
 SIZE_IN, LEAST_DOTS = 8.0, 9.0
 
@@ -53,9 +54,12 @@ def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], m
         edgecolor="black", linewidth=0.6, zorder=3,
     )  # fmt: skip
     if len(worst) <= NAMED:
-        for name, (x, y) in zip(worst["site"], centres, strict=True):
+        reach = NEAR * float(np.ptp(layer.total_bounds.reshape(2, 2), axis=0).max())
+        for k, (name, (x, y)) in enumerate(zip(worst["site"], centres, strict=True)):
+            before = int((np.abs(centres[:k] - centres[k]).max(axis=1) < reach).sum())  # below their names
+            place = (6, 4 - 11 * before)
             axes.annotate(
-                name, (x, y), xytext=(6, 4), textcoords="offset points", fontsize=8, path_effects=HALO, zorder=4
+                name, (x, y), xytext=place, textcoords="offset points", fontsize=8, path_effects=HALO, zorder=4
             )
     extents = [layer.total_bounds, *show_passed(axes, merged, layer.crs)]
     (west, south), (east, north) = np.min(extents, axis=0)[:2], np.max(extents, axis=0)[2:]
@@ -97,6 +101,6 @@ def show_passed(axes: Axes, merged: Sequence[Path], crs: Any) -> list[tuple[floa
             cell, west, north = source.transform.a, source.transform.c, source.transform.f
             west, north = west + cell * left, north - cell * top
         high, wide = (step * cell * size for size in seen.shape)
-        show_quantity(axes, seen[::-1], "shares", (west, west + wide, north - high, north), alpha=0.6, zorder=1)
+        show_quantity(axes, seen[::-1], "shares", (west, west + wide, north - high, north), alpha=1.0, zorder=1)
         found.append((west, north - high, west + wide, north))
     return found

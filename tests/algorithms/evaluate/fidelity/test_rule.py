@@ -79,7 +79,7 @@ def test_the_cheapest_that_is_within_is_recommended():
     assert every.fidelity == "draft"
     assert every.sentence.startswith("Recommended: draft, the cheapest")
     assert "+0.1 points (-0.9 to +1.1), noise ±2" in every.sentence
-    assert "1 ms of CPU time a log against 16 ms at fine" in every.sentence
+    assert "1 ms of CPU time per log against 16 ms at fine" in every.sentence
     second = advice(reach("draft", 0.015, 0.01), reach("standard", 0.005, 0.01), reach("fine", 0.0, 0.0))
     assert second.fidelity == "standard"
     assert second.verdicts == {"draft": UNDECIDED, "standard": WITHIN}
