@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from typing import SupportsIndex
 
-def counted(number: int, one: str, several: str = "") -> str:
+
+def counted(number: SupportsIndex, one: str, several: str = "") -> str:
     """``1 tree``, ``3 trees``; a phrase may follow: ``counted(n, "row has", "rows have")``.
 
     several : what follows any other number; without it ``one`` with an s

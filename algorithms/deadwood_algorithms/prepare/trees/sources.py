@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 # Words that say of a tree that it is dead but stands, or that it stands no more, whatever the column's coding.
 DEAD_WORDS = ("dead", "d", "standing dead", "dead, broken bole", "snag", "tot", "stehend tot", "dürr", "dürrständer")
-DEAD_WORDS += ("mort", "mort sur pied", "morto", "muerto")
+DEAD_WORDS += ("mort", "mort sur pied", "chandelle", "morto", "muerto")
 GONE_WORDS = ("gone", "lying", "missing", "downed", "fallen", "stump", "removed", "cut", "liegend", "gefällt")
 GONE_WORDS += ("no longer qualifies", "lost, burned", "lost, herbivory", "lost, presumed dead", "lost, fate unknown")
 
@@ -58,6 +58,7 @@ USUAL_DBH += ("stammdurchm", "durchmesser", "diametre", "diamètre", "diametro",
 USUAL_GIRTH = ("girth", "gbh", "cbh", "circumference", "umfang", "stammumfang", "stamm_umfang", "stammumf", "st_umfang")
 USUAL_GIRTH += ("st_umf", "brusthöhenumfang", "circonference", "circonférence", "circonfere", "circ", "c130")
 USUAL_GIRTH += ("circonferenza", "circonf", "omtrek", "stamomtrek", "perimetro", "circunferencia")
+USUAL_GIRTH += tuple(f"{name}_{unit}" for name in USUAL_GIRTH for unit in ("cm", "mm", "m"))
 
 # The tree's own height before a bare "height", which may be above the sea.
 USUAL_HEIGHT = ("height_m", "tree_height_m", "tree_heigh", "tree_height", "treeheight", "baumhoehe", "baumhöhe")

@@ -23,11 +23,12 @@ def table(head: str, *rows: str) -> str:
 
 
 @pytest.mark.parametrize(
-    "field", ["Umfang", "circonférence", "Circonferenza (cm)", "omtrek", "ST_UMFANG", "girth [mm]"]
+    "field",
+    ["Umfang", "circonférence", "Circonferenza (cm)", "omtrek", "omtrek_cm", "circ_m", "ST_UMFANG", "girth [mm]"],
 )
 def test_a_girth_is_divided_by_pi_and_said(imported, said, field):
-    times = 10 if "mm" in field else 1
-    rows = [f"{np.pi * dbh * times:.4f};{height}" for dbh, height in SIZES]
+    times = 10 if "mm" in field else 0.01 if field.endswith("_m") else 1
+    rows = [f"{np.pi * dbh * times:.6f};{height}" for dbh, height in SIZES]
     trees = imported(table(f"x;y;{field};Baumhöhe", *rows))
     assert trees["dbh_cm"].tolist() == pytest.approx([dbh for dbh, _ in SIZES], abs=1e-3)
     assert "is read as the girth in" in " ".join(said.warnings)
