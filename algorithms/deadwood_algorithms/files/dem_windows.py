@@ -34,7 +34,7 @@ from deadwood_algorithms.files.heights import (
     without_ground,
 )
 from deadwood_algorithms.files.rasters import read_values
-from deadwood_algorithms.params.tool import Cancelled, Feedback, ProgressOnly, Quiet, UserError
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserError
 
 SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, squares in each direction, of that side, show what ground it is
 BLOCK_CELLS = 2**22  # read at once: 32 MiB of float64
@@ -247,7 +247,7 @@ def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
             raise Cancelled
         wide = Part(0, rows.start - MARGIN_CELLS, dem.shape[1], rows.stop - rows.start + 2 * MARGIN_CELLS)
         wide = wide.cut_to(dem.shape)
-        values = _heights(dem, wide, ProgressOnly(feedback))
+        values = _heights(dem, wide, Quiet())  # one stage: two that take turns would begin anew, and show nothing
         inner = slice(rows.start - wide.row, rows.stop - wide.row), slice(None)
         found.empty_far(values, inner)
         zeros += int((values[inner] == 0.0).sum())

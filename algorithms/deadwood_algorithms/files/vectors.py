@@ -415,10 +415,8 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
     if collections.any():  # as tools that cut crowns write them: a crown and slivers of lines
         array = array.copy()
         array[collections] = [_parts_of(each, kinds) for each in array[collections]]
-        feedback.note(
-            f"{where}: {counted(int(collections.sum()), 'geometry collection')}, of which the {' and '.join(kinds)}s "
-            "are used"
-        )
+        parts = " and ".join(f"{kind}s" for kind in kinds)
+        feedback.note(f"{where}: {counted(int(collections.sum()), 'geometry collection')}, of which {parts} are used")
     kinds_of = shapely.get_type_id(array)
     foreign = ~np.isin(kinds_of, [code for kind in kinds for code in TYPE_CODES[kind]])
     if foreign.any():

@@ -62,7 +62,7 @@ def threads_that_fit(
         raise UserError(
             f"{what}: {cells / 1e6:.0f} million cells need {(base + each) / GIB:.1f} GB of memory, "
             f"{free / GIB:.1f} GB are free; slide the releases of each area apart "
-            f"(deadwood-tool run-sites --by FIELD), {fewer}or use a coarser DEM "
+            f"(deadwood-tool run-sites --by FIELD), {fewer}or use a part of the DEM, or a coarser one "
             f"({remedies.coarser(what, 2.0 * cell)})"
         )
     feedback.note(

@@ -662,6 +662,7 @@ SITE_COLUMNS = (
     a_number("p", "Their share", 0, 1),
     a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
     a_number("ci_high", "Upper end", 0, 1),
+    *IF_LOST,
     a_number("spread_deg", "Lateral spread; of several releases the widest", 0, FULL_CIRCLE),
     a_number("speed_max_ms", "Largest speed of any log", 0),
     a_number("energy_max_kj", "Largest kinetic energy of any log", 0),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.simulate.log_order import hash_order
@@ -55,7 +56,8 @@ def look(simulation: Simulation, layers: SceneLayers, releases: Releases, seed: 
     if left.sum() <= WORTH_TELLING * seen.sum():
         return
     more = further(layers, result, np.flatnonzero(left), energy_slope(simulation.inputs.friction))
-    feedback.warn(warning(int(left.sum()), int(seen.sum()), sides_of(result, left, layers.dem.frame), more))
+    sides = sides_of(result, left, layers.dem.frame)
+    feedback.warn(warning(int(left.sum()), int(seen.sum()), sides, more, number_of(simulation.inputs.friction)))
 
 
 def sides_of(result: Result, left: NDArray[np.bool_], dem: Grid) -> list[str]:
@@ -93,8 +95,12 @@ def further(layers: SceneLayers, result: Result, rows: NDArray[np.intp], falls: 
     return np.where(steep < falls, head / np.maximum(falls - steep, 1e-9), np.inf)
 
 
-def warning(n_left: int, n: int, sides: list[str], more: Array) -> str:
-    """The warning, with the distance that nine of ten of them need."""
+def warning(n_left: int, n: int, sides: list[str], more: Array, friction: float | None) -> str:
+    """The warning, with the distance that nine of ten of them need.
+
+    friction : where it is one number: tools that try several look at the least
+    """
+    how = "draft" if friction is None else f"draft, friction {friction:g}"
     need = float(np.quantile(more, 0.9, method="higher"))
     where = " and ".join(sides)
     if np.isfinite(need):
@@ -104,6 +110,6 @@ def warning(n_left: int, n: int, sides: list[str], more: Array) -> str:
             "how much more is needed cannot be estimated, because the ground at the edge is too steep for them to stop"
         )
     return (
-        f"a look before the run: {n_left} of {n} logs (draft) leave the terrain model to the {where}; {need_words}. "
+        f"a look before the run: {n_left} of {n} logs ({how}) leave the terrain model to the {where}; {need_words}. "
         "Reach and spread will be those of logs as far as they are seen: use a larger terrain model"
     )

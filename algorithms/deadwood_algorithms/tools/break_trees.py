@@ -64,6 +64,7 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.capacity import Capacity
     from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.results.lost import reach_phrases, reach_records, warn_of_lost
     from deadwood_algorithms.results.replay import refuse_other_ends
     from deadwood_algorithms.results.run_folder import read_run
     from deadwood_algorithms.results.scenario import lines_of_run
@@ -71,6 +72,7 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.steps import Steps
     from deadwood_algorithms.simulate.warm_up import load_kernels
+    from deadwood_algorithms.stats.endings import left_dem
 
     where = ask.where(f"{TOOL.name}-{Path(ask.output).stem}")
     capacity = Capacity(tree_capacity_kj=ask.tree_capacity_kj, tree_capacity_power=ask.tree_capacity_power)
@@ -96,6 +98,9 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
         with workers_for(where, feedback):
             slid, layers = slide_baseline(rerun, layers, feedback)
             refuse_other_ends(source, rows, slid.result.end_position)
+            left = left_dem(slid.result.stop_reason)
+            phrases = reach_phrases(reach_records(layers.lines.ids, slid.reach, left))
+            warn_of_lost(int(left.sum()), left.size, phrases, feedback, where=ask.run)
             broken = break_trees(rerun, layers, slid, capacity, steps, feedback)
         frames = frames_of(broken, slid, layers, capacity)
         write_vector(path, frames)

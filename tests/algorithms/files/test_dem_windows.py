@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pyproj
@@ -16,7 +17,7 @@ from deadwood_algorithms.files.dem_windows import WindowWriter, open_windows, re
 from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.rasters import write_raster
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.params.tool import Quiet, UserError
 
 NX, NY, CELL = 70, 50, 2.0
 NORTH_UP = from_origin(2_783_000.0, 1_190_000.0 + NY * CELL, CELL, CELL)
@@ -70,6 +71,23 @@ def test_heights_along_a_line_are_those_of_the_whole(tmp_path, said, rough, monk
     with open_windows(path, crs=None, feedback=said) as dem:
         assert np.array_equal(dem.height(x, y), read_dem(path).height(x, y), equal_nan=True)
         assert dem.height(x[:0], y[:0]).size == 0
+
+
+def test_looking_through_a_dem_is_one_stage_of_progress(tmp_path, rough, monkeypatch):
+    """Where two stages took turns, each began anew with every strip, and none ever lasted long enough to be shown."""
+
+    class Stages(Quiet):
+        names: ClassVar[list[str]] = []
+
+        def progress(self, done: float, total: float, what: str) -> None:
+            self.names.append(what)
+
+    monkeypatch.setattr(dem_windows, "BLOCK_CELLS", 10 * NX)
+    monkeypatch.setattr(dem_windows, "TILE_CELLS", 10)
+    with open_windows(write(tmp_path / "dem.tif", rough), crs=None, feedback=Stages()):
+        pass
+    assert len(Stages.names) > 3
+    assert set(Stages.names) == {"looking through the DEM"}
 
 
 def test_undeclared_nodata_is_outside_as_in_a_whole_dem(tmp_path, said):

@@ -214,7 +214,7 @@ def test_lost_inputs_are_told_and_the_rest_goes_on(run, tmp_path):
     page, data = page_of(moved)
     text = Reader(page).text
     for name, file in (("terrain model", "dem"), ("lying logs", "lying_logs"), ("boulders", "blocks")):
-        assert f"The {name} of the run, {file}.gpkg, could not be read" in text  # where it was stands in the annex
+        assert f"The {name} of the run, {file}.gpkg, could no longer be read" in text  # its place: annex
     assert "Without the terrain model there is no 3-D view" in text
     assert data["space"] == []
     assert "Arrivals" in text  # they need the run alone

@@ -12,7 +12,15 @@ from slope_case import Case, cut_above_the_road, summary, write_layer
 
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, share_if_lost
 from deadwood_algorithms.stats.statistics import wilson_interval
-from deadwood_algorithms.tools import design_values, map_intensity, map_origins, site_barriers, value_trees, vary
+from deadwood_algorithms.tools import (
+    break_trees,
+    design_values,
+    map_intensity,
+    map_origins,
+    site_barriers,
+    value_trees,
+    vary,
+)
 
 WORDS = "left the terrain model or came onto its nodata, and their further movement is not known: "
 
@@ -95,6 +103,13 @@ def test_value_trees(run, n_lost, tmp_path, said):
     holding = frame[frame["stopped"] > 0]
     assert (holding["gain_p_high_if_lost"] > 0).any()
     assert "the reach of line road may be anything from 0 to" in of_road(said)
+
+
+def test_break_trees(run, n_lost, tmp_path, said):
+    break_trees.TOOL(run=str(run), tree_capacity_kj=50.0, output=str(tmp_path / "broken.gpkg"), feedback=said)
+    told = of_road(said)
+    assert f"{n_lost} of 24 logs" in told
+    assert "the reach of line road may be anything from 0 to" in told
 
 
 def test_vary(cut, tmp_path, said):

@@ -31,7 +31,7 @@ def test_what_leaves_is_told_with_its_side_before_the_run(small, tmp_path, said)
     small.run(lines=small.lines, output=str(tmp_path / "run"), feedback=said)
     (one,) = told(said)
     assert said.warnings.index(one) < said.warnings.index(next(w for w in said.warnings if "their deposits" in w))
-    assert re.search(r"\d+ of 12 logs \(draft\) leave the terrain model to the south", one)
+    assert re.search(r"\d+ of 12 logs \(draft, friction 0.\d+\) leave the terrain model to the south", one)
 
 
 def test_the_look_changes_no_bit(small, tmp_path, monkeypatch, said):
@@ -95,11 +95,11 @@ def test_the_distance_is_that_of_the_energy_line_on_a_plane():
     Found.last_state[0, look.VY] = -10.0
     found = look.further(Layers(), Found(), np.array([0]), 0.3)  # pyright: ignore[reportArgumentType]
     assert found == pytest.approx(100.0 / (2 * look.GRAVITY) / 0.2)
-    assert "some 30 m more" in look.warning(3, 12, ["south"], found)
+    assert "some 30 m more" in look.warning(3, 12, ["south"], found, 0.3)
     Scene.steep = 0.4
     steep = look.further(Layers(), Found(), np.array([0]), 0.3)  # pyright: ignore[reportArgumentType]
     assert np.isinf(steep).all()
-    assert "cannot be estimated" in look.warning(3, 12, ["south"], steep)
+    assert "cannot be estimated" in look.warning(3, 12, ["south"], steep, None)
 
 
 def test_the_side_is_the_one_that_was_crossed_and_within_the_dem_that_of_the_motion():

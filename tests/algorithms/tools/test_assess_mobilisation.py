@@ -389,7 +389,7 @@ def test_mapped_deadwood_is_split_by_decay_and_ground(tmp_path, said):
     assert good["dbh_cm"].tolist() == [40.0] * 4
     assert found.areas["n_candidates"].tolist() == [4]
     assert any("larch" in note and "that of spruce is used" in note for note in said.notes)
-    assert any("of 1 of 10 points the decay is unknown" in note for note in said.notes)
+    assert any("the decay of 1 of 10 points is unknown" in note for note in said.notes)
     releases = str(tmp_path / "releases.gpkg")
     areas = f"{tmp_path / 'deadwood.gpkg'}|layername=candidates"
     sample_releases.TOOL(areas=areas, dem=dem, count=5, radius_m=4.0, output=releases)

@@ -138,6 +138,11 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
             f"The event does not distinguish the coefficients of the sweep ({found.words()}); most likely: "
             f"{found.best:g}."
         )
+    if found.one:
+        text += (
+            " It is the only coefficient of the sweep that does, and the ends are guessed between it and the next: "
+            "sweep finer around it."
+        )
     if found.gaps:
         text += " Some coefficients between do not."
     if not fits:

@@ -272,6 +272,7 @@ class Range:
     open_low: bool
     open_high: bool
     gaps: bool  # some between low and high do not
+    one: bool = False  # one alone does: how far the range goes between it and its neighbours is not known
 
     def words(self) -> str:
         text = f"{self.low:.3g} to {self.high:.3g}"
@@ -301,4 +302,5 @@ def range_of(friction: Array, scores: Scores) -> Range | None:
         open_low=first == 0,
         open_high=last == friction.size - 1,
         gaps=bool((~scores.within[first : last + 1]).any()),
+        one=first == last and 0 < first < friction.size - 1,
     )

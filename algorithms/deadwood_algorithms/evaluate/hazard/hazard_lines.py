@@ -11,7 +11,7 @@ from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import many, reach_phrases, warn_of_lost
 from deadwood_algorithms.results.run_folder import Run
 from deadwood_algorithms.stats.endings import left_dem
-from deadwood_algorithms.stats.statistics import Z_95, percent_with_interval
+from deadwood_algorithms.stats.statistics import Z_95, lost_words, percent_with_interval
 
 
 def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
@@ -50,10 +50,25 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
     for row in rows:
         if row["n_reach"] is not None:
             shown.append(line_words(row))
+    shown += event_lines(facts)
     empty = f"a cell that no log passed: passed by less than {100 * facts['no_hit']['p_high']:.2g} % of the logs"
     if "return_ci_low_years" in facts["no_hit"]:
         empty += f", return period over {years_words(facts['no_hit']['return_ci_low_years'])} years"
     return (*shown, f"{empty} (95 %)", facts["rule"], facts["decides"])
+
+
+def event_lines(facts: dict[str, Any]) -> list[str]:
+    """How often logs start, where that is known: it is told for each release area, and the areas add up."""
+    areas = facts.get("areas")
+    if not areas:
+        return []
+    rates = sorted({each["events_per_year"] for each in areas})
+    rate = " to ".join(f"{each:.3g}" for each in (rates[:1] + rates[-1:] if len(rates) > 1 else rates))
+    each = f"{counted(facts['logs_per_event'], 'log')} each"
+    if len(areas) == 1:
+        return [f"events: {rate} a year, {each}"]
+    total = sum(each["events_per_year"] for each in areas)
+    return [f"events: {rate} a year in each of {len(areas)} release areas, {each}; together {total:.3g} a year"]
 
 
 def years_words(years: float) -> str:
@@ -66,8 +81,8 @@ def line_words(row: dict[str, Any]) -> str:
     least = f", {row['at_least_kj']:g} kJ and more" if row["at_least_kj"] else ""
     text = f"{row['line_id']}{least}: {percent_with_interval(row)}"
     if "return_ci_low_years" not in row:
-        return text
+        return text + lost_words(row)
     if not row["n_reach"]:
         return f"{text}, return period over {years_words(row['return_ci_low_years'])} years"
     ends = f"{years_words(row['return_ci_low_years'])} to {years_words(row['return_ci_high_years'])}"
-    return f"{text}, every {years_words(row['return_period_years'])} years ({ends})"
+    return f"{text}, every {years_words(row['return_period_years'])} years ({ends}){lost_words(row)}"

@@ -17,7 +17,8 @@ from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.results.checked import WHOLE, read_summary
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, read_manifest
-from deadwood_algorithms.stats.statistics import percent_with_interval, reach_record
+from deadwood_algorithms.schemas.results import IF_LOST
+from deadwood_algorithms.stats.statistics import bounds_if_lost, lost_words, percent_with_interval, reach_record
 
 AREA_M = 5.0  # around the releases of a site, so that one alone has an area
 DONE, FAILED = "done", "failed"
@@ -36,11 +37,19 @@ class SiteRow:
     p: float | None = None
     ci_low: float | None = None
     ci_high: float | None = None
+    n_lost: int | None = None
+    p_low_if_lost: float | None = None
+    p_high_if_lost: float | None = None
+    ci_low_if_lost: float | None = None
+    ci_high_if_lost: float | None = None
     spread_deg: float | None = None
     speed_max_ms: float | None = None
     energy_max_kj: float | None = None
     penetration_max_m: float | None = None
     wall_s: float | None = None
+
+
+REACH = ("n_reach", "p", "ci_low", "ci_high", *(each.name for each in IF_LOST))
 
 
 @dataclass(frozen=True)
@@ -75,10 +84,7 @@ def found_of_run(name: str, folder: Path) -> SiteFound:
         "penetration_max_m": summary["accuracy"]["penetration_max_m"],
         "wall_s": summary["cost"]["wall_s"],
     }
-    lines = [
-        {"line_id": str(each["line_id"]), **{key: each[key] for key in ("n_reach", "p", "ci_low", "ci_high")}}
-        for each in summary["reach"]
-    ]
+    lines = [{"line_id": str(each["line_id"]), **{key: each.get(key) for key in REACH}} for each in summary["reach"]]
     rows = [SiteRow(name, DONE, **common, **line) for line in lines or [{}]]
     places = deposits[["release_x", "release_y"]].to_numpy(np.float64)
     return SiteFound(
@@ -114,19 +120,19 @@ def sites_layer(found: Sequence[SiteFound]) -> geopandas.GeoDataFrame | None:
     columns = {name: [value for frame in moved for value in frame[name]] for name in vars(found[0].rows[0])}
     numbers = [name for name in columns if name not in ("site", "status", "message", "line_id")]
     whole = geopandas.GeoDataFrame(columns, geometry=[shape for frame in moved for shape in frame.geometry], crs=crs)
-    return whole.astype({name: "Int64" if name in ("released", "n_reach") else "float64" for name in numbers})
+    return whole.astype({name: "Int64" if name in ("released", "n_reach", "n_lost") else "float64" for name in numbers})
 
 
 def reach_of_all(found: Sequence[SiteFound]) -> list[dict[str, Any]]:
     """For each line, the share of the logs of all sites that watched it."""
     totals: dict[str, list[int]] = {}
     for row in (row for each in found for row in each.rows if row.line_id is not None):
-        total = totals.setdefault(str(row.line_id), [0, 0, 0])
-        for k, more in enumerate((row.n_reach or 0, row.released or 0, 1)):
+        total = totals.setdefault(str(row.line_id), [0, 0, 0, 0])
+        for k, more in enumerate((row.n_reach or 0, row.released or 0, row.n_lost or 0, 1)):
             total[k] += more
     return [
-        {"line_id": line, "sites": sites, **reach_record(reached, logs)}
-        for line, (reached, logs, sites) in totals.items()
+        {"line_id": line, "sites": sites, **reach_record(reached, logs), **bounds_if_lost(reached, logs, lost)}
+        for line, (reached, logs, lost, sites) in totals.items()
     ]
 
 
@@ -140,6 +146,7 @@ def words_of_sites(found: Sequence[SiteFound]) -> list[str]:
             continue
         reached = "; ".join(
             f"{row.line_id}: {percent_with_interval(reach_record(row.n_reach or 0, row.released or 0))}"
+            + lost_words(vars(row)).replace("; ", ", ")
             for row in each.rows
             if row.line_id is not None
         )

@@ -15,7 +15,7 @@ from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.scenario import scenario_line
-from deadwood_algorithms.stats.statistics import percent_with_interval
+from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval
 
 TABLE, LAYER, PICTURE = "overview.csv", "overview.gpkg", "overview.png"
 SCENARIOS = 3  # that the last lines tell
@@ -52,7 +52,9 @@ def write_overview(folder: Path, found: Sequence[SiteFound], merged: Sequence[Pa
 
 def lines_of_outcome(found: Sequence[SiteFound], facts: dict[str, Any]) -> tuple[str, ...]:
     lines = [
-        f"all sites, {each['line_id']}: {percent_with_interval(each)}" for each in facts["reach"] if each["sites"] > 1
+        f"all sites, {each['line_id']}: {percent_with_interval(each)}{lost_words(each)}"
+        for each in facts["reach"]
+        if each["sites"] > 1
     ]
     scenarios = [scenario_line(each.scenario, each.name) for each in found if each.scenario]
     more = len(scenarios) - SCENARIOS

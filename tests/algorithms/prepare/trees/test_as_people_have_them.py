@@ -191,4 +191,4 @@ def test_of_collections_the_polygons_are_the_crowns(imported, said):
     trees = imported(layer, "crowns.gpkg")
     assert trees.geometry.tolist() == [Point(EAST + 2, NORTH + 1)] * 2
     assert trees["crown_diameter_m"].nunique() == 1
-    assert "1 geometry collection, of which the polygons are used" in " ".join(said.notes)
+    assert "1 geometry collection, of which points and polygons are used" in " ".join(said.notes)
