@@ -62,7 +62,7 @@ def drawings_of_answers(source: ReportedRun, words: Words, key: str) -> dict[str
         found["from_where"] = "from_where", partial(origins_figure, source, folders["map-origins"][0], words)
     if "vary" in folders:
         found["varied"] = "varied", partial(tornado_figure, folders["vary"][1], words)
-    return {name: Drawing(f"{key}_{name}", words.say(title), draw) for name, (title, draw) in found.items()}
+    return {name: Drawing(f"{key}_{name}", words.say(title), draw, words) for name, (title, draw) in found.items()}
 
 
 def _slope(source: ReportedRun, words: Words) -> tuple[Figure, Any, list[Any]]:

@@ -49,7 +49,7 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
     reference = sources[0].name
     parts: list[Any] = [element("h2", words.say("comparison_whole"), id="comparison")]
     parts += [element("p", words.say(phrase, **filled), class_="warning") for phrase, filled in compared.lacks]
-    drawings = [Drawing("comparison_runout", words.say("runout"), partial(runout_figure, list(sources), words))]
+    drawings = [Drawing("comparison_runout", words.say("runout"), partial(runout_figure, list(sources), words), words)]
     if compared.rows:
         parts.append(element("p", words.say("comparison_note", reference=reference)))
         parts.append(comparison_table(compared.rows, [each.name for each in sources], words))
@@ -68,7 +68,7 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
     if compared.maps:
         title = words.say("difference_maps", reference=reference)
         draw = partial(draw_differences, compared.maps, joint_extent(sources), sources, words)
-        drawings.append(Drawing("differences", title, draw))
+        drawings.append(Drawing("differences", title, draw, words))
         parts.append(figure_of(drawings[-1], title, card=True))
     return joined(parts), drawings
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import io
 import re
+import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -19,7 +20,7 @@ import matplotlib
 import numpy as np
 import shapely
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -56,7 +57,19 @@ STYLE: Any = {
     "image.composite_image": False,  # else layers that lie on one another become one
 }
 PERCENTILES = (5, 50, 95)
+LABEL = 40  # letters of an axis label beside which another figure stands
 PROFILE_IN = 3.6  # of the width that a profile takes
+
+
+class _Ticks(ScalarFormatter):
+    """Matplotlib's own numbers, with the language's decimal sign."""
+
+    def __init__(self, words: Words) -> None:
+        super().__init__()
+        self.words = words
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return self.words.signs(super().__call__(x, pos))
 
 
 @dataclass(frozen=True)
@@ -66,18 +79,24 @@ class Drawing:
     name: str
     title: str
     draw: Callable[[], Figure]
+    words: Words
 
     def made(self) -> Figure:
         with matplotlib.rc_context(STYLE):
-            return self.draw()
+            figure = self.draw()
+            for axes in figure.axes:
+                for axis in (axes.xaxis, axes.yaxis):
+                    if type(axis.get_major_formatter()) is ScalarFormatter:
+                        axis.set_major_formatter(_Ticks(self.words))
+            return figure
 
     def inline(self) -> Markup:
         return inline_svg(self.made(), self.name, self.title)
 
     def write(self, folder: Path) -> list[Path]:
         """PNG, SVG and PDF, on white."""
+        figure = self.made()
         with matplotlib.rc_context(STYLE):
-            figure = self.draw()
             paths = [folder / f"{self.name}.{ending}" for ending in ("png", "svg", "pdf")]
             for path in paths:
                 facts: dict[str, Any] = {"Date": None} if path.suffix == ".svg" else {}
@@ -148,7 +167,9 @@ def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Prof
     ]
     titles = {"distributions": "ways"} | {f"profile_{each.chosen}": "profile" for each in profiles}
     return {
-        kind: Drawing(f"{key}_{kind}", words.say(titles.get(kind, kind)), draw) for kind, there, draw in kinds if there
+        kind: Drawing(f"{key}_{kind}", words.say(titles.get(kind, kind)), draw, words)
+        for kind, there, draw in kinds
+        if there
     }
 
 
@@ -192,7 +213,7 @@ ARRIVAL_COLUMNS = {
 def _histogram(axes: Any, values: NDArray[np.float64], label: str, colour: str, words: Words) -> None:
     """Number of logs by class, with the percentiles as lines."""
     values = values[np.isfinite(values)]
-    axes.set(xlabel=label, ylabel=words.say("n_logs"))
+    axes.set(xlabel=textwrap.fill(label, LABEL), ylabel=words.say("n_logs"))
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
     if not values.size:
         return

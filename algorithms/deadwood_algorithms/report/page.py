@@ -52,9 +52,9 @@ def report_of(
         key = f"r{k}"
         drawings = drawings_of(source, words, key, chosen_profiles(source))
         drawings |= drawings_of_answers(source, words, key)
-        drawings["map"] = Drawing(f"{key}_map", words.say("map"), partial(draw_map, source, words))
+        drawings["map"] = Drawing(f"{key}_map", words.say("map"), partial(draw_map, source, words), words)
         shown += drawings.values()
-        screen = Drawing(f"{key}_map", words.say("map"), partial(draw_map, source, words, every_layer=True))
+        screen = Drawing(f"{key}_map", words.say("map"), partial(draw_map, source, words, every_layer=True), words)
         plans.append(map_section(source, screen, axes_place(screen), words))
         sections = sections_of(source, key, drawings, [] if alone else plans[-1], words)
         body = [joined([element("h3", name, id=place), content]) for place, name, content in sections]
@@ -66,7 +66,7 @@ def report_of(
     if alone:
         plan = plans[0]
     else:
-        side = Drawing("runs_map", words.say("map"), partial(draw_runs, sources, joint_extent(sources), words))
+        side = Drawing("runs_map", words.say("map"), partial(draw_runs, sources, joint_extent(sources), words), words)
         shown.append(side)
         plan = [figure_of(side, words.say("runs_caption"), card=True)]
     first = signed_pages(sources, compared, plan, words, author, project)

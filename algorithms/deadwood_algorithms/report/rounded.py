@@ -73,7 +73,7 @@ def with_interval(value: float, low: float, high: float, words: Words, *, signed
         return "–"
     value, low, high = (_zero_if_tiny(each) for each in (value, low, high))
     if not (math.isfinite(low) and math.isfinite(high)):
-        return in_signs(f"{value:+.3g}" if signed and value else f"{value:.3g}", words)
+        return ("+" if signed and value > 0.0 else "") + shown_number(value, words)
     places = decimals_of(low, high)
     a, b, c = (in_signs(to_decimals(each, places if each else 0, sign=signed), words) for each in (value, low, high))
     return f"{a} ({b} {words.say('to')} {c})"

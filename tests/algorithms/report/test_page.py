@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import rasterio
 import shapely
+from matplotlib.figure import Figure
 from rasterio.transform import from_origin
 from slope_case import Case, edit_manifest, points, summary, write_layer
 
@@ -501,6 +502,28 @@ def test_numbers_are_rounded_as_far_as_their_interval_allows():
     assert rounded.shown_number(float("nan"), english) == "–"
     assert rounded.shown_number(-0.5, english, 2) == "−0.50"
     assert rounded.with_interval(-79.24, -81.6, -76.9, english, signed=True) == "−79.2 (−81.6 to −76.9)"
+    nothing = float("nan"), float("nan")
+    assert rounded.with_interval(1104.6, *nothing, english) == "1100"  # not 1.1e+03
+    assert rounded.with_interval(2.999, *nothing, english, signed=True) == "+3.00"
+    assert rounded.with_interval(-25.3, *nothing, german, signed=True) == "−25,3"
+    assert rounded.with_interval(0.0, *nothing, english, signed=True) == "0"
+
+
+@pytest.mark.parametrize(("language", "sign", "other"), [("en", ".", ","), ("de", ",", "."), ("fr", ",", ".")])
+def test_axes_have_the_decimal_sign_of_the_language(language, sign, other):
+    def draw() -> Figure:
+        figure = Figure()
+        left = figure.subplots()
+        left.set(xlim=(0.0, 1.5), ylim=(0.0, 2.0))
+        left.twinx().set(ylim=(0.0, 1.5))
+        return figure
+
+    figure = Drawing("ticks", "", draw, Words(language)).made()
+    figure.draw_without_rendering()
+    for axis in (figure.axes[0].xaxis, figure.axes[0].yaxis, figure.axes[1].yaxis):
+        shown = "".join(label.get_text() for label in axis.get_ticklabels())
+        assert sign in shown
+        assert other not in shown
 
 
 def test_text_becomes_markup_in_one_place():
