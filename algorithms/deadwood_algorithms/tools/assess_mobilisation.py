@@ -191,5 +191,5 @@ TOOL = Tool(
     "Rate where a log could start to slide: raster, areas, deadwood",
     Ask,
     run,
-    then="deadwood-tool sample-releases --areas AREAS --dem {dem} --output releases.gpkg",
+    then="deadwood-tool sample-releases --areas {release_areas} --dem {dem} --output releases.gpkg",
 )
