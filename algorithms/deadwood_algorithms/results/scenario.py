@@ -130,12 +130,17 @@ def lines_of_run(source: Run, name: str = "") -> tuple[str, ...]:
     return lines_of_folder(source.path, source.manifest, name)
 
 
+def summary_if_there(folder: Path, manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """What a run's summary says; nothing where it has none, or a damaged one, of which the tool needs nothing."""
+    try:
+        return read_summary(folder, manifest)
+    except UserError:
+        return {}
+
+
 def lines_of_folder(folder: Path, manifest: Mapping[str, Any], name: str = "") -> tuple[str, ...]:
     """The same of a run's folder; ``name`` tells it from others."""
-    try:
-        scenario = read_summary(folder, manifest).get("scenario")
-    except UserError:  # no summary, or a damaged one, of which the tool needed nothing
-        return ()
+    scenario = summary_if_there(folder, manifest).get("scenario")
     try:
         return (scenario_line(scenario, name),) if scenario else ()
     except (KeyError, TypeError, ValueError, AttributeError) as error:

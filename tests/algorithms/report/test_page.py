@@ -377,19 +377,10 @@ def test_figures_and_scene_as_files(run, tmp_path):
     figures = tmp_path / "figures"
     make_report.TOOL(runs=str(run), output=str(tmp_path / "p.html"), figures=str(figures), gltf=str(tmp_path / "s.glb"))
     stems = {each.stem for each in figures.glob("*.png")}
-    assert stems == {
-        f"r0_{name}"
-        for name in (
-            "reach",
-            "arrivals",
-            "spread",
-            "runout",
-            "distributions",
-            "profile_farthest",
-            "profile_fastest",
-            "profile_median",
-            "map",
-        )
+    profiles = {each for each in stems if each.startswith("r0_profile_")}  # the farthest log may be the fastest
+    assert "r0_profile_fastest" in profiles <= {f"r0_profile_{name}" for name in ("farthest", "fastest", "median")}
+    assert stems - profiles == {
+        f"r0_{name}" for name in ("reach", "arrivals", "spread", "runout", "distributions", "map")
     }
     for stem in stems:
         assert (figures / f"{stem}.png").read_bytes()[:4] == b"\x89PNG"

@@ -297,7 +297,7 @@ def test_stands_without_room_or_trees_are_refused(tmp_path, forest, slope):
     gpd.GeoDataFrame(
         {"dbh_cm": [30.0], "height_m": [20.0]}, geometry=[shapely.Point(EAST + 50, NORTH + 50)], crs=2056
     ).to_file(tmp_path / "one.gpkg")
-    with pytest.raises(UserError, match="1 of its trees stand on the DEM and stand; a fit needs 2"):
+    with pytest.raises(UserError, match="1 of its trees is standing on the DEM; a fit needs 2"):
         forest(like=str(tmp_path / "one.gpkg"))
 
 

@@ -17,7 +17,7 @@ from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
 from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in, read_run
-from deadwood_algorithms.results.scenario import overridden_options
+from deadwood_algorithms.results.scenario import overridden_options, summary_if_there
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_lines
 from deadwood_algorithms.stats.endings import ended, left_dem
@@ -331,7 +331,7 @@ def differing(compared: Compared) -> dict[str, dict[str, Any]]:
     for each in compared.scenarios:
         if given[each.name].get("fidelity") == "auto":  # the one that was chosen
             given[each.name]["fidelity"] = each.run.fidelity
-        for name in overridden_options(each.run.manifest, each.run.summary()):
+        for name in overridden_options(each.run.manifest, summary_if_there(each.run.path, each.run.manifest)):
             given[each.name][name] = "as the releases say"
     names = dict.fromkeys(name for values in given.values() for name in values if name not in NO_MATTER)
     table = {name: {scenario: values.get(name) for scenario, values in given.items()} for name in names}

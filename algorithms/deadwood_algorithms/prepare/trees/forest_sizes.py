@@ -99,7 +99,8 @@ def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Fee
         )
     here &= ~small
     if here.sum() < 2:
-        few = counted(here.sum() + small.sum(), "of its trees stands", "of its trees stand") + " on the DEM and stand"
+        number = int(here.sum() + small.sum())
+        few = counted(number, "of its trees is", "of its trees are") + " standing on the DEM"
         if small.any():
             few += (
                 f", of which {small.sum()} have a DBH below {LEAST_DBH_CM:g} cm or a height below {LEAST_HEIGHT_M:g} m"

@@ -24,7 +24,7 @@ from deadwood_algorithms.evaluate.sites.overview import (
 from deadwood_algorithms.evaluate.sites.sites_table import folder_name
 from deadwood_algorithms.files.geotiff import TILE_CELLS
 from deadwood_algorithms.files.grid import Part
-from deadwood_algorithms.stats.statistics import reach_record, wilson_interval
+from deadwood_algorithms.stats.statistics import bounds_if_lost, reach_record, wilson_interval
 
 
 def cells(part: Part) -> set[tuple[int, int]]:
@@ -132,7 +132,7 @@ def site(name: str, *lines: tuple[str, int, int], status: str = DONE) -> SiteFou
 def test_the_reach_of_all_is_over_the_logs_of_the_sites_that_watched_the_line():
     found = [site("a", ("road", 3, 40), ("rail", 0, 40)), site("b", ("road", 5, 10)), site("c", status=FAILED)]
     told = {each["line_id"]: each for each in reach_of_all(found)}
-    assert told["road"] == {"line_id": "road", "sites": 2, **reach_record(8, 50)}
+    assert told["road"] == {"line_id": "road", "sites": 2, **reach_record(8, 50), **bounds_if_lost(8, 50, 0)}
     assert (told["rail"]["sites"], told["rail"]["n_total"]) == (1, 40)
     assert (told["road"]["ci_low"], told["road"]["ci_high"]) == wilson_interval(8, 50)
     words = words_of_sites(found)
