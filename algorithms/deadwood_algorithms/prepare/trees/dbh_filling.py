@@ -86,8 +86,9 @@ def fitted_law(
     """The law of the trees of a sample that have both sizes."""
     both = np.isfinite(dbh) & np.isfinite(height)
     if both.sum() < FEWEST_TO_FIT:
+        complete = counted(int(both.sum()), "has", "have")
         raise UserError(
-            f"{path}: {both.sum()} of {counted(both.size, 'tree')} of the sample with a DBH and a height; a fit needs "
+            f"{path}: of the sample's {counted(both.size, 'tree')}, {complete} a DBH and a height; a fit needs "
             f"{FEWEST_TO_FIT}, and better {FEW_TO_FIT}"
         )
     if np.ptp(height[both]) == 0 or np.ptp(dbh[both]) == 0:
