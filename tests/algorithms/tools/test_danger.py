@@ -163,9 +163,9 @@ def test_many_lines_and_lines_that_share_an_id(case, tmp_path):
 
 
 def test_memory_is_told_with_the_lines(monkeypatch, said):
-    """24 bytes per cell and thread and 4 more for each line, the list, and any; 12 to write each and any, once."""
+    """28 bytes per cell and thread and 4 more for each line, the list, and any; 24 for the scene and the writing."""
     cells, lines = 10_000_000, 3
-    need = 40 + 12 * (lines + 1) + 2 * (24 + 4 * (lines + 2))
+    need = 24 + 2 * (28 + 4 * (lines + 2))
     monkeypatch.setattr(memory, "free_bytes", lambda: int(cells * need / 0.9) + 10)
     facts = {"friction_by_cell": False, "what": "dem.tif", "feedback": said}
     assert threads_that_fit(8, cells, danger_lines=lines, **facts) == 2
