@@ -169,7 +169,7 @@ def test_memory_is_told_with_the_lines(monkeypatch, said):
     monkeypatch.setattr(memory, "free_bytes", lambda: int(cells * need / 0.9) + 10)
     facts = {"friction_by_cell": False, "what": "dem.tif", "feedback": said}
     assert threads_that_fit(8, cells, danger_lines=lines, **facts) == 2
-    with pytest.raises(UserError, match="10 million cells need .* watch fewer than 60 lines, or take"):
+    with pytest.raises(UserError, match="10 million cells need .* watch fewer than 60 lines, or use"):
         threads_that_fit(8, cells, danger_lines=60, **facts)
 
 
