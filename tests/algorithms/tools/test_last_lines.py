@@ -97,4 +97,4 @@ def test_the_first_sites_say_theirs_and_the_others_are_counted(case, tmp_path):
         dem=case.dem, releases=str(tmp_path / "sites.gpkg"), by="site", friction="0.4", output=str(tmp_path / "sites")
     ).lines
     assert [line.partition(":")[0] for line in said[-4:-1]] == [f"scenario of s{k}" for k in range(3)]
-    assert said[-1] == "the scenarios of 2 more sites are in the summary.json of each"
+    assert said[-1] == "2 more sites have their scenario in summary.json"

@@ -59,6 +59,6 @@ def lines_of_outcome(found: Sequence[SiteFound], facts: dict[str, Any]) -> tuple
     scenarios = [scenario_line(each.scenario, each.name) for each in found if each.scenario]
     more = len(scenarios) - SCENARIOS
     others = (
-        [f"the summary.json of {counted(more, 'more site has', 'more sites have')} its scenario"] if more > 0 else []
+        [f"{counted(more, 'more site has its', 'more sites have their')} scenario in summary.json"] if more > 0 else []
     )
     return (*words_of_sites(found), *lines, *scenarios[:SCENARIOS], *others)
