@@ -128,7 +128,7 @@ class Ensemble:
 def open_ensemble(
     inputs: SceneInputs, fidelity: Fidelity, where: Where, most: int, seed: int, feedback: Feedback
 ) -> Iterator[Ensemble]:
-    """Read the scene and the logs, and draw at most a given number of these; the terrain model stays open."""
+    """Read the scene and the logs, and draw at most ``most`` of these; the terrain model stays open."""
     with open_simulation(inputs, fidelity, where, feedback) as simulation:
         layers, released = read_released_scene(simulation, feedback)
         logs = released.take(hash_order(released.logs.log_id, seed)[:most])

@@ -262,7 +262,7 @@ def trees_that_hold(layers: SceneLayers, result: Result) -> Counter[int]:
 
 
 def parts_of(number: int) -> list[slice]:
-    """The batches of a number of logs."""
+    """How many logs are in each batch, of all of them."""
     found, first = [], 0
     while first < number:
         last = min(number, first + FIRST[min(len(found), len(FIRST) - 1)])

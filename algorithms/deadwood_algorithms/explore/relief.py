@@ -41,7 +41,7 @@ class Relief:
         return self._heights[level]
 
     def coarse(self, most: int) -> tuple[float, Array]:
-        """The finest level with at most a number of cells along a side: the size of its cells [m], its heights."""
+        """The finest level with at most ``most`` cells along a side: the size of its cells [m], its heights."""
         level = 0
         while max(self.at(level).shape) > most:
             level += 1

@@ -113,7 +113,7 @@ class Statistics:
 
 
 def is_laid_out(cells: int, *, sparse: bool, of_region: bool = False) -> bool:
-    """Whether `lay_out` copies a raster of a number of cells."""
+    """Whether `lay_out` copies a raster of this size."""
     return COG_FROM_CELLS < cells <= (SPARSE_UP_TO_CELLS if sparse and not of_region else COG_UP_TO_CELLS)
 
 

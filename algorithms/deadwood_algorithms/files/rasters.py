@@ -179,7 +179,7 @@ def write_classes(
 
 def write_bands(
     path: str | Path,
-    bands: Mapping[str, np.ndarray] | Mapping[str, ByRows] | Mapping[str, Band],
+    bands: Mapping[str, Band],
     grid: Grid,
     *,
     nodata: float | None = None,

@@ -109,7 +109,7 @@ class Wood:
     law: str = ""
 
     def kept(self, years: float) -> float:
-        """The share of its mass that is left a number of years after death."""
+        """The share of its mass that is left, by the years after death."""
         return math.exp(-self.rate * years)
 
 

@@ -111,7 +111,7 @@ def values_of(name: str, piece: dict[str, NDArray], bodies: NDArray[np.float64])
 
 
 def row_bands(hits: NDArray[np.int64], most: int) -> Iterator[slice]:
-    """Successive rows with at most a number of hits together; a row that alone has more is a band of its own."""
+    """Successive rows with at most ``most`` hits together; a row that alone has more is a band of its own."""
     start, held = 0, 0
     for row, count in enumerate(hits.tolist()):
         if held + count > most and row > start:

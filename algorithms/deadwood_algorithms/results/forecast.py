@@ -82,7 +82,7 @@ class Forecast:
 
 
 def forecast(pilot: Pilot, logs: int, kept: int, *, threads: int, workers: int) -> Forecast:
-    """What a number of logs will take, some of which keep their trajectory."""
+    """What the logs will take, of which ``kept`` keep their trajectory."""
     times, more = logs / pilot.logs, max(0, logs - pilot.logs)
     more_kept = max(0, kept - pilot.kept)
     a_trajectory = pilot.vertices / max(pilot.kept, 1)
@@ -149,8 +149,7 @@ def refuse_too_large(found: Forecast, output: str) -> None:
     if found.disk > room:
         raise UserError(
             f"{output}: {counted(found.logs, 'log')} would take {_size(found.disk)} of disk, {_size(room)} are free "
-            "there; keep "
-            "fewer --trajectories, or name an output on another disk"
+            "there; keep fewer --trajectories, or name an output on another disk"
         )
 
 
@@ -160,8 +159,7 @@ def refuse_full_disk(output: str, logs: int, kept: int) -> None:
     if least > room:
         raise UserError(
             f"{output}: {counted(logs, 'log')}, of which {kept} keep their trajectory, take at least {_size(least)} "
-            "of disk, "
-            f"{_size(room)} are free there; keep fewer --trajectories, or name an output on another disk"
+            f"of disk, {_size(room)} are free there; keep fewer --trajectories, or name an output on another disk"
         )
 
 

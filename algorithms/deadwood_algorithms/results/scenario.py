@@ -107,7 +107,7 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     if breaking := scenario.get("breaking"):
         laws.append(f"trees break ({breaking['capacity_kj']:g} kJ at 40 cm DBH)")
     met = [
-        f"{counted(scenario[name]['n'], what)}"
+        counted(scenario[name]["n"], what)
         for name, what in (
             ("trees", "tree"),
             ("barriers", "barrier"),
@@ -119,8 +119,8 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     dem = scenario["dem"]
     whose = f"scenario of {name}" if name else "scenario"
     return (
-        f"{whose}: {counted(logs['n'], 'log')}, {posture}, {sizes}; {', '.join(laws)}; "
-        f"{', '.join(met) or 'no obstacle'}; "
+        f"{whose}: {counted(logs['n'], 'log')}, {posture}, {sizes}; "
+        f"{', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
         f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
     )
 

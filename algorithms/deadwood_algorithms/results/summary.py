@@ -285,7 +285,7 @@ def promised_words(record: dict[str, Any]) -> str:
     asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"
     return (
-        f"{counted(record['logs'], 'log')} at {record['chosen']}: reach of lines within ±{together:.2g} points at 95 "
-        f"%{asked} "
+        f"{counted(record['logs'], 'log')} at {record['chosen']}: reach of lines within ±{together:.2g} points "
+        f"at 95 %{asked} "
         f"(line {record['line_id']}: sampling ±{sampling:.2g}, calculation ±{calculation:.2g} {source}){missed}"
     )

@@ -7,7 +7,7 @@ barriers and lines. `slide_logs` calls `write_results` once, when the last chunk
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -23,14 +23,11 @@ import pyproj
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import Band, ByRows, rows_of, write_bands
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Capacity, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
-from deadwood_algorithms.results.danger import ANY, bands_by_rows, bands_of_lines, units_of
 from deadwood_algorithms.results.hits import (
     barrier_hits_frame,
     block_hits_frame,
@@ -40,6 +37,7 @@ from deadwood_algorithms.results.hits import (
 )
 from deadwood_algorithms.results.identity import Making, write_manifest
 from deadwood_algorithms.results.lost import many, reach_records
+from deadwood_algorithms.results.maps import write_run_rasters
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.summary import (
@@ -50,14 +48,12 @@ from deadwood_algorithms.results.summary import (
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached
-from deadwood_algorithms.schemas.files import DANGER, DANGER_COUNT, RUN_RASTERS
 from deadwood_algorithms.simulate.checkpoints import WorkFolder
 from deadwood_algorithms.simulate.chunks import ChunkedRun, Keeper
 from deadwood_algorithms.simulate.columns import Columns
-from deadwood_algorithms.simulate.totals import Totals
 from deadwood_algorithms.stats.directions import azimuth
 from deadwood_algorithms.stats.endings import ended, left_dem, reasons_in_words
-from deadwood_engine import STOP_REASONS, Rasters
+from deadwood_engine import STOP_REASONS
 
 # A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
 VERTEX_SPACING_M = 1.0
@@ -66,9 +62,6 @@ PIECE, PATHS_PIECE = 2**14, 2**11  # rows of a layer that are made at once, and 
 COST = "cost_"  # how the columns begin that have one row for each chunk
 FAILED = "failed_"  # and those of logs that failed
 FAILED_STATES = "failed.json"
-# Name, type, unit and style of the rasters that every run has.
-MAPS = tuple((each.name, each.bands[0].number, each.bands[0].unit, each.look) for each in RUN_RASTERS)
-SECOND = {"jump_max": "height_max"}  # and of those of two bands the second; its unit is the first's
 BY_LOG = (
     "stop_reason",
     "stop_item",
@@ -244,7 +237,7 @@ def in_pieces(
     geometry: str,
     frame_of: Callable[[geopandas.GeoDataFrame, Mapping[str, NDArray]], geopandas.GeoDataFrame],
 ) -> Stream:
-    """A layer of one row for each log, made from a number of deposits at once."""
+    """A layer of one row for each log, made from `PIECE` deposits at a time."""
 
     def pieces() -> Iterator[geopandas.GeoDataFrame]:
         for start in range(0, len(releases), PIECE):
@@ -439,103 +432,6 @@ def reached_by(
         }
         points = shapely.points(part["release_position"][log])
         yield geopandas.GeoDataFrame(columns, geometry=points, crs=layers.dem.plan_crs)
-
-
-def write_run_rasters(
-    folder: Path, rasters: Rasters, layers: SceneLayers, n_logs: int, danger_least: int, *, danger_counts: bool = False
-) -> dict[str, str]:
-    """Write the six GeoTIFFs, with lines a seventh; counts are 0 where no log was, the others NaN.
-
-    With ``danger_counts`` and lines, the counts behind the seventh are an eighth.
-    """
-    totals = Totals(rasters)
-
-    def band(name: str, number: int | None = None) -> ByRows:
-        def of(rows: slice) -> NDArray:
-            values = totals.rows(rows)[name]
-            if name == "energy_max":
-                return values / np.float32(1000.0)
-            return values if number is None else values[number]
-
-        return ByRows(totals.shape, of)
-
-    written = write_maps(folder, {name: band(name) for name in totals.names}, layers.dem, n_logs)
-    if "danger" in totals.names:
-        danger = [band("danger", number) for number in range(len(totals.untouched["danger"]))]
-        hits, ids = band("hit_count"), layers.lines.ids
-        written["danger"] = write_danger(folder, hits, danger, layers.dem, ids, danger_least)
-        if danger_counts:
-            written["danger_count"] = write_danger_counts(folder, danger, layers.dem, ids)
-    rasters.workers.clear()  # what they drew is written, and is the most that a run on a large DEM holds
-    return written
-
-
-def write_maps(folder: Path, total: Mapping[str, Band], grid: Grid, n_logs: int) -> dict[str, str]:
-    """The six GeoTIFFs of what the logs drew on the cells, energies in kJ; what the grid has no height for is NaN
-    in the shares."""
-    hits = total["hit_count"]
-
-    def shares(rows: slice) -> NDArray[np.float32]:
-        return shares_of(rows_of(hits, rows), n_logs, np.isnan(grid.values[rows]))
-
-    values = {**total, "reach_probability": ByRows(grid.shape, shares)}
-    for name, kind, units, style in MAPS:
-        bands = {each: values[each] for each in bands_of(name)}
-        write_bands(
-            folder / f"{name}.tif",
-            bands,
-            grid,
-            nodata=nodata_of(name, kind, windowed=grid.whole is not None),
-            dtype=kind,
-            units=[units] * len(bands),
-            style=style,
-            raster=name,
-        )
-    return {row[0]: f"{row[0]}.tif" for row in MAPS}
-
-
-def bands_of(name: str) -> list[str]:
-    """The bands of a map, by their names among the totals."""
-    return [name, *([SECOND[name]] if name in SECOND else [])]
-
-
-def shares_of(hits: NDArray[np.uint32], n_logs: int, outside: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """The share of the logs that passed each cell; NaN where there is no ground."""
-    share = np.empty(hits.shape, np.float32)
-    for row, counts in zip(share, hits, strict=True):  # in double precision, a row at a time
-        row[:] = counts / np.float32(n_logs)
-    share[outside] = np.nan
-    return share
-
-
-def nodata_of(name: str, kind: str, *, windowed: bool) -> float | None:
-    """Beyond the window of a large DEM nothing is stored. No log went there, so a share must read as 0 there, as it
-    does within, where no log was; the others mean nothing there and within."""
-    return np.nan if kind == "float32" and not (windowed and name == "reach_probability") else None
-
-
-def write_danger(
-    folder: Path,
-    hits: Band,
-    danger: Sequence[Band] | NDArray[np.uint32],
-    grid: Grid,
-    line_ids: Sequence[Any],
-    danger_least: int,
-) -> str:
-    bands = bands_by_rows(hits, danger, line_ids, danger_least)
-    place = folder / "danger.tif"
-    units = units_of(list(bands))
-    write_bands(place, bands, grid, nodata=np.nan, dtype="float32", units=units, style=DANGER.look, raster=DANGER.name)
-    return place.name
-
-
-def write_danger_counts(folder: Path, danger: Sequence[Band], grid: Grid, line_ids: Sequence[Any]) -> str:
-    """Of any line, then of each: the counts from which those of several runs add up."""
-    bands = dict(zip((ANY, *bands_of_lines(line_ids)), danger, strict=True))
-    place = folder / "danger_count.tif"
-    options = {"units": ["logs"] * len(bands), "style": DANGER_COUNT.look, "raster": DANGER_COUNT.name}
-    write_bands(place, bands, grid, dtype="uint32", **options)
-    return place.name
 
 
 def _facts(layers: SceneLayers, releases: Releases) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""How much memory sliding takes on a number of cells, and how much is free: reported before the work starts."""
+"""How much memory sliding takes, by the number of cells, and how much is free: reported before the work starts."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def refuse_too_many_workers(
 
 
 def refuse_too_many(count: int, things: str, what: str, *, each: int, fix: str) -> None:
-    """Raise ``UserError`` where a number of things of a size [bytes] do not fit into the free memory."""
+    """Raise ``UserError`` where things of a given number and size [bytes] do not fit into the free memory."""
     free = free_bytes()
     if free is not None and count * each > SHARE * free:
         raise UserError(

@@ -33,7 +33,7 @@ WITHIN_BUDGET, WRITING_S = 0.95, 1.0
 
 @dataclass(frozen=True)
 class Promise:
-    """What is required: an error of every line's reach, or the smallest error possible in a number of seconds.
+    """What is required: an error of every line's reach, or the smallest error possible within a budget [s].
 
     assume : up to which fidelity the page's errors of calculation are taken for granted
     """

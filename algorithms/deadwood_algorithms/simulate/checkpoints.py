@@ -1,7 +1,7 @@
 """The hidden working folder ``.NAME.part`` beside a run's folder, in which a run keeps its finished chunks of logs.
 
-An interrupted run continues from it with ``--resume``. A checkpoint holds the rasters after a number of chunks; later
-chunks are slid again, so what is resumed is the run that was interrupted, bit for bit.
+An interrupted run continues from it with ``--resume``. A checkpoint holds the rasters after the chunks finished by
+then; later chunks are slid again, so what is resumed is the run that was interrupted, bit for bit.
 
 Nothing in it is believed without its seal: a digest, at the end of each file, of its content, of its name and of the
 run's identity. So a flipped bit, a cut file, a chunk copied over another or brought from another run is found out; what
@@ -123,7 +123,7 @@ class WorkFolder:
         self._write(_poses_name(chunk), table.getvalue())
 
     def checkpoint(self, finished: int, rasters: Totals, grid: Grid) -> None:
-        """Keep the rasters as they are after a number of finished chunks: the cells that any log has passed over.
+        """Keep the rasters as they are after ``finished`` chunks: the cells that any log has passed over.
 
         The cells are numbered in the whole DEM, of which ``grid`` may be a window.
         """

@@ -142,7 +142,7 @@ def looks_of(total: int) -> tuple[int, ...]:
 
 
 def parts_of(total: int, chunk: int, borders: tuple[int, ...] = ()) -> list[slice]:
-    """Chunks of at most a number of logs, with borders after given numbers of logs."""
+    """Chunks of bounded size, with borders after given numbers of logs."""
     ends = sorted({*borders, total})
     spans = zip([0, *ends], ends, strict=False)
     return [slice(start, min(start + chunk, end)) for begin, end in spans for start in range(begin, end, chunk)]
@@ -155,7 +155,7 @@ def half_width(n_hit: int, n_total: int, z: float) -> float:
 
 @cache
 def z_of_looks(looks: int, coverage: float = COVERAGE) -> float:
-    """The number of standard errors for a number of looks, each at twice the logs of the one before, at 95 %."""
+    """The number of standard errors that keeps to 95 % over several looks, each at twice the logs of the one before."""
     low, high = 1.0, 5.0
     while high - low > 1e-10:
         middle = (low + high) / 2.0

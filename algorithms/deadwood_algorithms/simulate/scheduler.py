@@ -102,7 +102,7 @@ def _connected(scheduler: str, number: int, feedback: Feedback) -> Iterator[Work
 
 @contextmanager
 def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
-    """The address of a number of processes of one thread each, and the certificate that they require.
+    """The address of ``number`` processes of one thread each, and the certificate that they require.
 
     Processes, for the kernels let go of Python's lock, but what lies around them does not.
     """

@@ -50,6 +50,6 @@ class Sinking:
         return (
             f"{self.deep} of {counted(self.slid, 'log')} that slid sank deeper than {TOO_DEEP:g} of their diameter "
             f"into the ground or an obstacle, the deepest {metres:.2g} m ({part:.2g} diameters), on cells of "
-            f"{cell:g} m: "
-            "their paths are not reliable; take a finer fidelity, and look at the terrain model where they went"
+            f"{cell:g} m: their paths are not reliable; take a finer fidelity, and look at the terrain model where "
+            "they went"
         )

@@ -21,7 +21,7 @@ class Steps:
         self._number = self._logs = 0
 
     def take(self, logs: int, slide: Callable[[], Mapping[str, NDArray]]) -> dict[str, NDArray]:
-        """The arrays of the next step, which slides a number of logs, unless that was done before."""
+        """The arrays of the next step, which slides ``logs`` logs, unless that was done before."""
         if self._number >= self._work.finished:
             try:
                 self._work.save(self._number, slide())

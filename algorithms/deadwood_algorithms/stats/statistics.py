@@ -145,7 +145,7 @@ def percent(share: float, low: float, high: float, *, sign: bool = False) -> str
 
 
 def to_decimals(value: float, decimals: int, *, sign: bool = False) -> str:
-    """``+1.20``, ``0.00``: with a number of decimals; what rounds to zero has no sign."""
+    """``+1.20``, ``0.00``: with the given decimals; what rounds to zero has no sign."""
     text = f"{value:{'+' if sign else ''}.{decimals}f}"
     return text.lstrip("-+") if float(text) == 0.0 else text
 
@@ -180,8 +180,8 @@ def points_with_interval(difference: float, low: float, high: float) -> str:
     return f"{points} ({bottom} to {top})" if math.isfinite(low) else points
 
 
-def lost_words(record: Mapping[str, Any]) -> str:
-    """``; 12 others left the terrain model before it: 51 % if all of them reach it; ...``
+def lost_words(record: Mapping[str, Any], joint: str = "; ") -> str:
+    """``; 12 others left the terrain model before it: 51 % if all of them reach it; ...``, with ``joint`` before each.
 
     Empty where none was lost. The interval beside the share is of chance alone, the share if all reach it of the lost
     logs alone: so both together are reported.
@@ -191,7 +191,6 @@ def lost_words(record: Mapping[str, Any]) -> str:
     low, high = record["ci_low_if_lost"], record["ci_high_if_lost"]
     up_to, low, high = (percent(each, low, high) for each in (record["p_high_if_lost"], low, high))
     return (
-        f"; {counted(record['n_lost'], 'other')} left the terrain model before it: {up_to} % if all of them reach "
-        "it; chance and "
-        f"these together: {low} to {high} %"
+        f"{joint}{counted(record['n_lost'], 'other')} left the terrain model before it: {up_to} % if all of them "
+        f"reach it{joint}chance and these together: {low} to {high} %"
     )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deadwood_algorithms.results.danger import ANY, COUNT, danger_bands
-from deadwood_algorithms.results.writing import shares_of
+from deadwood_algorithms.results.maps import shares_of
 
 
 @pytest.mark.parametrize("n_logs", [3, 4000, 2**24 + 3])

@@ -1,4 +1,4 @@
-"""Which fidelity is fine enough for a number of logs, and whether the comparison can tell.
+"""Which fidelity is fine enough for the planned number of logs, and whether the comparison can tell.
 
 A run of N logs errs by chance: a reach probability by the half-width of its 95 % Wilson interval, the noise. A fidelity
 is *within* it when its own error is shown to be smaller: |difference to the finest| + half-width of the paired interval

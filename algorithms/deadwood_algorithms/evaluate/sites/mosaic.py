@@ -25,8 +25,7 @@ from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.rasters import describe_band
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.results.danger import ANY, COUNT, danger_bands, units_of
-from deadwood_algorithms.results.run_folder import read_manifest
-from deadwood_algorithms.results.writing import (
+from deadwood_algorithms.results.maps import (
     MAPS,
     bands_of,
     nodata_of,
@@ -34,6 +33,7 @@ from deadwood_algorithms.results.writing import (
     write_danger,
     write_maps,
 )
+from deadwood_algorithms.results.run_folder import read_manifest
 from deadwood_algorithms.schemas.files import DANGER
 
 COUNTS = ("hit_count", "deposit_count")

@@ -146,7 +146,7 @@ def words_of_sites(found: Sequence[SiteFound]) -> list[str]:
             continue
         reached = "; ".join(
             f"{row.line_id}: {percent_with_interval(reach_record(row.n_reach or 0, row.released or 0))}"
-            + lost_words(vars(row)).replace("; ", ", ")
+            + lost_words(vars(row), ", ")
             for row in each.rows
             if row.line_id is not None
         )

@@ -28,7 +28,7 @@ def plan_sites(
     """The forecast of all sites together, and the number of pilots, evenly spread, that it rests on.
 
     releases : the layer of each site
-    pilot : slides a number of logs of a site; what its ``--plan`` found
+    pilot : slides a given number of logs of a site; what its ``--plan`` found
     logs : of all pilots together
     """
     spaced = min(PILOTS, len(sites))
