@@ -21,6 +21,7 @@ from pyogrio.errors import CRSError, DataLayerError, DataSourceError, FeatureErr
 from shapely.errors import GEOSException
 
 from deadwood_algorithms.files import geopackage_words, styles
+from deadwood_algorithms.files.axes import Axes, axes_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.crs import (
     accuracy_words,
@@ -45,36 +46,6 @@ from deadwood_algorithms.schemas.written import geometry_named
 # is no single place, so it is refused.
 SHEETS = (".xlsx", ".xls", ".ods")  # spreadsheets: rows of cells
 TYPE_CODES = {"point": (0,), "line": (1, 2, 5), "polygon": (3, 6)}
-# Pairs of column names that hold coordinates, in the order in which they are looked for.
-XY_NAMES = (
-    ("x", "y"),
-    ("easting", "northing"),
-    ("east", "north"),
-    ("e", "n"),
-    ("east_m", "north_m"),
-    ("x_m", "y_m"),
-    ("x_coord", "y_coord"),
-    ("xcoord", "ycoord"),
-    ("coord_x", "coord_y"),
-    ("rechtswert", "hochwert"),
-    ("rechts", "hoch"),
-    ("ost", "nord"),
-    ("est", "nord"),
-    ("este", "norte"),
-    ("e_lv95", "n_lv95"),
-    ("x_lv95", "y_lv95"),
-    ("e_coord", "n_coord"),
-    ("coord_e", "coord_n"),
-    ("koord_e", "koord_n"),
-    ("utm_e", "utm_n"),
-    ("utm_x", "utm_y"),
-    ("point_x", "point_y"),
-    ("pos_x", "pos_y"),
-    ("tree_x", "tree_y"),
-    ("x_tree", "y_tree"),
-    ("lon", "lat"),
-    ("longitude", "latitude"),
-)
 CURVES = re.compile(
     r"\s*(CIRCULARSTRING|COMPOUNDCURVE|CURVEPOLYGON|MULTICURVE|MULTISURFACE|CURVE|SURFACE)\b|.*\b"
     r"(CIRCULARSTRING|COMPOUNDCURVE|CURVEPOLYGON)\b",
@@ -84,7 +55,6 @@ WKT_NAMES = ("wkt", "wkt_geom", "geometry", "geom", "the_geom")  # columns that 
 # Memory of a layer as it is read, measured on a million releases of 13 fields (620 a row).
 ROW_BYTES, FIELD_BYTES = 150, 60
 FARTHEST = 1e9  # a coordinate beyond this is in no CRS on Earth, in whatever unit
-DEGREE_NAMES = ("lon", "longitude", "lat", "latitude")
 
 
 def read_vector(
@@ -366,20 +336,23 @@ def _shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, s
     """Points from two columns of coordinates, else the shapes of a column of well-known text."""
     where = where_of(frame)
     names = {str(column).strip().lower(): column for column in frame.columns}
-    for plain in list(names):  # X [m], Y (LV95)
-        names.setdefault(re.sub(r"\s*[\[(].*[\])]$", "", plain), names[plain])
-    pairs = [(str(fields[0]).lower(), str(fields[1]).lower())] if fields else XY_NAMES
-    x, y = next(((names[x], names[y]) for x, y in pairs if x in names and y in names), (None, None))
+    axes = axes_of(frame.columns)
+    if fields:
+        x, y = (names.get(str(each).lower()) for each in fields)
+        asked = None if x is None or y is None else axes_of([x, y])
+        axes = asked if asked and asked.x == x else Axes(x, y, (1.0, 1.0), False)
     text = next((names[name] for name in WKT_NAMES if name in names), None)
-    if x is None and not fields and text is not None and frame[text].dtype == object:
+    if axes is None and text is not None and frame[text].dtype == object:
         return _shapes_of_text(frame, text, where)
-    if x is None or y is None:
-        asked = " and ".join(str(each) for each in fields) if fields else "x and y"
+    if axes is None or axes.x is None or axes.y is None:
+        wanted = " and ".join(str(each) for each in fields) if fields else "x and y"
+        fix = "" if fields else "; name them so, or say which they are (--x-field, --y-field of import-trees)"
         raise UserError(
-            f"{where}: the {what} table has no columns {asked} with the coordinates; it has {field_names(frame)}"
+            f"{where}: the {what} table has no columns {wanted} with the coordinates; it has {field_names(frame)}{fix}"
         )
-    degrees = str(x).strip().lower() in DEGREE_NAMES and str(y).strip().lower() in DEGREE_NAMES
-    points = gpd.points_from_xy(number_column(frame, x), number_column(frame, y))
+    x, y, factors, degrees = axes
+    places = [number_column(frame, str(name)) * times for name, times in zip((x, y), factors, strict=True)]
+    points = gpd.points_from_xy(*places)
     kept = pd.DataFrame(frame.drop(columns=[x, y, "geometry"], errors="ignore"))
     own_crs = frame.crs if isinstance(frame, gpd.GeoDataFrame) else None
     return gpd.GeoDataFrame(kept, geometry=points, crs="EPSG:4326" if degrees else own_crs)
