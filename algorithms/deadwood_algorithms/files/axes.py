@@ -72,7 +72,9 @@ def _only(names: Iterable[str], words: tuple[str, ...]) -> str | None:
     """The one name that is such an axis; before those that could be anything (N.), the one that says coordinate."""
     found = {name: said for name in names if (said := _axis(name, words)) is not None}
     if len(found) > 1:
-        found = {name: said for name, said in found.items() if said}
+        found = {name: said for name, said in found.items() if said} or {
+            name: said for name, said in found.items() if len(re.sub(r"\W", "", name)) > 1
+        }
     return next(iter(found)) if len(found) == 1 else None
 
 

@@ -13,7 +13,7 @@ from pyproj.exceptions import CRSError, ProjError
 from deadwood_algorithms.params.tool import UserError
 
 # A CRS is used beyond its area: UTM zone 32 for all of Germany, which reaches 3 degrees farther.
-AREA_MARGIN_DEG = 5.0
+AREA_MARGIN_DEG = 3.5
 EXCHANGED = (
     "x and y are exchanged (in Swiss and Austrian surveys Y is the easting): name the fields, --x-field for the "
     "easting and --y-field for the northing, or exchange them in the layer"

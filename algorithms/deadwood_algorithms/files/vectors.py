@@ -54,6 +54,7 @@ CURVES = re.compile(
 WKT_NAMES = ("wkt", "wkt_geom", "geometry", "geom", "the_geom")  # columns that may hold shapes as text
 # Memory of a layer as it is read, measured on a million releases of 13 fields (620 a row).
 ROW_BYTES, FIELD_BYTES = 150, 60
+RINGS_CLOSED = "rings that do not close were closed; check these polygons"
 FARTHEST = 1e9  # a coordinate beyond this is in no CRS on Earth, in whatever unit
 
 
@@ -95,13 +96,16 @@ def read_vector(
     xy_fields = (x_field, y_field) if x_field else None
     rows = read_table(path, what=what, geometry=geometry) if rows is None else rows
     where = where_of(rows)
-    for words in rows.attrs.get("notes", ()):
+    said = rows.attrs.get("notes", ())
+    for words in said:
         feedback.note(f"{where}: {words}")
     if rows.empty:
         full = rows.attrs.get("full_layers")
         fix = f"; the file has features in another: {', '.join(full)}" if full else ""
         raise UserError(f"{where}: the {what} layer is empty (no feature){fix}")
     frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else _shapes_of_table(rows, what, xy_fields)
+    for words in rows.attrs.get("notes", ())[len(said) :]:
+        feedback.note(f"{where}: {words}")
     frame.geometry = _welcome(frame.geometry, geometry, what, where, feedback)
     frame = _in_crs(frame, target_crs, crs, what, where, feedback)
     frame = gpd.GeoDataFrame(with_schema_names(frame, what, where, feedback))
@@ -164,7 +168,7 @@ def _read_features(name: str, layer: str, place: Path) -> pd.DataFrame:
             raise UserError(
                 f"{name}, row {int(np.argmax(lost)) + 1}: the geometry is broken and cannot be repaired; draw it again"
             ) from None
-        frame.attrs["notes"] = ("rings that do not close were closed; check these polygons",)
+        frame.attrs["notes"] = (RINGS_CLOSED,)
         return frame
 
 
@@ -367,6 +371,10 @@ def _shapes_of_text(frame: pd.DataFrame, column: Any, where: str) -> gpd.GeoData
             "give; give straight lines (in QGIS: Segmentize), or the layer as a GeoPackage"
         )
     shapes = shapely.from_wkt(texts, on_invalid="ignore")
+    if (open_rings := shapely.is_missing(shapes)).any():
+        shapes[open_rings] = shapely.from_wkt(np.array(texts, object)[open_rings], on_invalid="fix")
+        if not shapely.is_missing(shapes[open_rings]).all():
+            frame.attrs["notes"] = (*frame.attrs.get("notes", ()), RINGS_CLOSED)
     if shapely.is_missing(shapes).any():
         row = int(np.argmax(shapely.is_missing(shapes)))
         raise UserError(
