@@ -1109,6 +1109,7 @@ def slide_logs(
     releases: LayerInput,
     trees: LayerInput | None = None,
     barriers: LayerInput | None = None,
+    height_field: str | None = None,
     lying_logs: LayerInput | None = None,
     blocks: LayerInput | None = None,
     lines: LayerInput | None = None,
@@ -1205,6 +1206,8 @@ def slide_logs(
         Standing trees.
     barriers : line
         Barriers.
+    height_field : optional
+        Field of the barriers' height in m. Without it: by its usual name.
     lying_logs : line
         Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
         optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
@@ -1390,6 +1393,7 @@ def run_sites(
     releases: LayerInput | None = None,
     trees: LayerInput | None = None,
     barriers: LayerInput | None = None,
+    height_field: str | None = None,
     lying_logs: LayerInput | None = None,
     blocks: LayerInput | None = None,
     lines: LayerInput | None = None,
@@ -1494,6 +1498,8 @@ def run_sites(
         Standing trees.
     barriers : line
         Barriers.
+    height_field : optional
+        Field of the barriers' height in m. Without it: by its usual name.
     lying_logs : line
         Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
         optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
@@ -2660,6 +2666,7 @@ def calibrate_friction(
     releases: LayerInput,
     trees: LayerInput | None = None,
     barriers: LayerInput | None = None,
+    height_field: str | None = None,
     lying_logs: LayerInput | None = None,
     blocks: LayerInput | None = None,
     lines: LayerInput | None = None,
@@ -2751,6 +2758,8 @@ def calibrate_friction(
         Standing trees.
     barriers : line
         Barriers.
+    height_field : optional
+        Field of the barriers' height in m. Without it: by its usual name.
     lying_logs : line
         Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
         optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
@@ -2902,6 +2911,7 @@ def compare_fidelity(
     releases: LayerInput,
     trees: LayerInput | None = None,
     barriers: LayerInput | None = None,
+    height_field: str | None = None,
     lying_logs: LayerInput | None = None,
     blocks: LayerInput | None = None,
     lines: LayerInput | None = None,
@@ -2982,6 +2992,8 @@ def compare_fidelity(
         Standing trees.
     barriers : line
         Barriers.
+    height_field : optional
+        Field of the barriers' height in m. Without it: by its usual name.
     lying_logs : line
         Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
         optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
@@ -3129,6 +3141,7 @@ def vary(
     releases: LayerInput,
     trees: LayerInput | None = None,
     barriers: LayerInput | None = None,
+    height_field: str | None = None,
     lying_logs: LayerInput | None = None,
     blocks: LayerInput | None = None,
     lines: LayerInput | None = None,
@@ -3216,6 +3229,8 @@ def vary(
         Standing trees.
     barriers : line
         Barriers.
+    height_field : optional
+        Field of the barriers' height in m. Without it: by its usual name.
     lying_logs : line
         Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
         optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
@@ -3367,6 +3382,7 @@ def explore(
     dem: TerrainInput,
     trees: LayerInput | None = None,
     barriers: LayerInput | None = None,
+    height_field: str | None = None,
     lying_logs: LayerInput | None = None,
     blocks: LayerInput | None = None,
     lines: LayerInput | None = None,
@@ -3433,6 +3449,8 @@ def explore(
         Standing trees.
     barriers : line
         Barriers.
+    height_field : optional
+        Field of the barriers' height in m. Without it: by its usual name.
     lying_logs : line
         Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
         optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.

@@ -35,12 +35,16 @@ WORDS |= {"centimeter": "cm", "centimetre": "cm", "zentimeter": "cm", "centimete
 WORDS |= {"millimeter": "mm", "millimetre": "mm", "millimeters": "mm", "millimetres": "mm"}
 WORDS |= {"inch": "in", "inches": "in", "zoll": "in", '"': "in", "feet": "ft", "foot": "ft", "fuss": "ft", "fuß": "ft"}
 WORDS |= {"'": "ft", "us-ft": "ft", "ftus": "ft", "degree": "°", "degrees": "°", "grad": "°"}
+USEFUL_HEIGHT = ("nutzhöhe", "nutzhoehe", "werkshöhe", "werkshoehe", "hauteur_utile", "altezza_utile")  # of a net
 # What columns are called beside their own names, without the unit.
 ALSO = {
     "dbh": ("bhd", "dhp", "brusthöhendurchmesser"),
     "diameter": ("dbh", "bhd", "dhp", "durchmesser", "diamètre", "diametro"),
 }
-ALSO |= {"height": ("höhe", "hoehe", "hauteur", "altezza"), "length": ("länge", "laenge", "longueur", "lunghezza")}
+ALSO |= {
+    "height": ("höhe", "hoehe", "hauteur", "altezza", *USEFUL_HEIGHT),
+    "length": ("länge", "laenge", "longueur", "lunghezza"),
+}
 ALSO |= {"density": ("dichte", "rohdichte", "densité", "densità"), "speed": ("geschwindigkeit", "vitesse", "velocità")}
 ALSO |= {"azimuth": ("azimut",), "tilt": ("neigung",)}
 IN_METRES = ("barriers",)  # layers whose lengths are in metres when the name of the field tells no unit

@@ -31,6 +31,7 @@ class SceneInputs:
     friction_elsewhere: float | None
     trees: str | None
     barriers: str | None
+    height_field: str | None
     lying_logs: str | None
     lying_diameter_cm: float
     blocks: str | None

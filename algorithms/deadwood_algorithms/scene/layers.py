@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.columns import field_names, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.files.units import ALSO, named
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -144,6 +145,7 @@ def read_scene(
     blocks: str | None = None,
     friction_column: str | None = None,
     friction_elsewhere: float | None = None,
+    height_field: str | None = None,
     grid: Grid | None = None,
     breaking: Breaking | None = None,
 ) -> SceneLayers:
@@ -156,7 +158,7 @@ def read_scene(
     grid = grid or read_dem(dem, crs=crs, feedback=feedback)
     mu = read_friction(friction, grid, feedback, column=friction_column, elsewhere=friction_elsewhere)
     standing = read_trees(trees, grid, feedback)
-    engine_barriers, barrier_items = read_barriers(barriers, grid, feedback)
+    engine_barriers, barrier_items = read_barriers(barriers, grid, feedback, height_field)
     drawn = lines_layer(lines, grid.crs, feedback) if isinstance(lines, str) else lines
     engine_lines, line_items = lines_of(drawn, grid, feedback)
     lying, lying_items = read_lying_logs(lying_logs, grid, lying_diameter_cm, feedback)
@@ -272,11 +274,29 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> StandingTree
     return StandingTrees(trees, [str(each) for each in ids[on]], why_left_out(grid, x[~on], y[~on]), dbh_cm[on])
 
 
-def read_barriers(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Barriers, Items]:
-    """Barriers with their heights; rows of one barrier_id (without it: of one name) count as one, with a note."""
+def read_barriers(
+    path: str | None, grid: Grid, feedback: Feedback, height_field: str | None = None
+) -> tuple[Barriers, Items]:
+    """Barriers with their heights; rows of one barrier_id (without it: of one name) count as one, with a note.
+
+    ``height_field`` names the field of the heights [m] where none of the usual names does.
+    """
     if path is None:
         return Barriers.none(), Items([], np.array([], object), np.array([], np.int64))
     frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="barriers", feedback=feedback)
+    where, renamed = where_of(frame), height_field and named(height_field).plain in ALSO["height"]
+    if height_field in frame:
+        frame = frame.assign(height_m=frame[height_field])
+        frame.attrs["where"] = where
+    elif "height_m" not in frame or (height_field and not renamed):
+        fix = (
+            f"there is no field '{height_field}' (--height-field)"
+            if height_field
+            else "the field 'height_m' is missing"
+        )
+        raise UserError(
+            f"{where}: {fix}; it has {field_names(frame)}; --height-field names the one with the barriers' heights in m"
+        )
     height = schema_column(frame, BARRIERS.column("height_m"))
     warn_implausible(height, BARRIERS.column("height_m"), where_of(frame), feedback)
     paths = paths_of(frame, grid, "barrier", feedback)

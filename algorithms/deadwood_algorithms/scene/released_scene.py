@@ -33,6 +33,13 @@ class _Released(_Terrain):
 class _LayersAndLaws:
     trees: str | None = tool.vector("Standing trees", "point", default=None)
     barriers: str | None = tool.vector("Barriers", "line", default=None)
+    height_field: str | None = tool.field_of(
+        "barriers",
+        "Field of the barriers' height in m",
+        default=None,
+        advanced=True,
+        help="Without it: by its usual name.",
+    )
     lying_logs: str | None = tool.vector(
         "Lying logs that hold others back",
         "line",
@@ -206,6 +213,7 @@ class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
             friction_elsewhere=self.friction_elsewhere,
             trees=self.trees,
             barriers=self.barriers,
+            height_field=self.height_field,
             lying_logs=self.lying_logs,
             lying_diameter_cm=self.lying_diameter_cm,
             blocks=self.blocks,

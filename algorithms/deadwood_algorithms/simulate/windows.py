@@ -109,6 +109,7 @@ def scene_on(simulation: Simulation, part: Part | None, feedback: Feedback) -> S
         blocks=inputs.blocks,
         friction_column=inputs.friction_column,
         friction_elsewhere=inputs.friction_elsewhere,
+        height_field=inputs.height_field,
         grid=grid,
         breaking=inputs.breaking,
     )

@@ -62,6 +62,27 @@ def test_barriers_of_one_name_are_said_and_those_without_are_numbered_as_rows(gr
     assert read_trees(trees, grid, said)[1] == ["1", "2"]
 
 
+@pytest.mark.parametrize("field", ["Höhe", "hauteur", "Altezza", "Nutzhöhe", "Werkshoehe", "hauteur_utile"])
+def test_the_height_of_a_barrier_by_its_usual_names(grid, tmp_path, said, field):
+    path = write_layer(tmp_path / "b.gpkg", ACROSS[:1], **{field: [3.5]})
+    assert read_barriers(path, grid, said)[0].heights.tolist() == [3.5]
+
+
+def test_the_field_of_a_barrier_s_height_can_be_named(grid, tmp_path, said):
+    """The option that the message prints finds it, also beside a field of a usual name that holds another height."""
+    path = write_layer(tmp_path / "b.gpkg", ACROSS[:1], H_Netz=[3.5])
+    with pytest.raises(UserError, match="--height-field names the one"):
+        read_barriers(path, grid, said)
+    assert read_barriers(path, grid, said, "H_Netz")[0].heights.tolist() == [3.5]
+    with pytest.raises(UserError, match=r"there is no field 'H' \(--height-field\)"):
+        read_barriers(path, grid, said, "H")
+    both = write_layer(tmp_path / "c.gpkg", ACROSS[:1], H_Netz=[3.5], Höhe=[850.0])
+    assert read_barriers(both, grid, said, "H_Netz")[0].heights.tolist() == [3.5]
+    assert read_barriers(write_layer(tmp_path / "d.gpkg", ACROSS[:1], Höhe=[3.0]), grid, said, "Höhe")[0].heights == [
+        3.0
+    ]
+
+
 def test_trees_of_one_id_are_said(grid, tmp_path, said):
     facts = {"tree_id": [4, 4, 5], "dbh_cm": [30.0] * 3, "height_m": [20.0] * 3}
     read_trees(write_layer(tmp_path / "t.gpkg", points((5, 50), (9, 50), (12, 50)), **facts), grid, said)
