@@ -114,13 +114,13 @@ def _rows_of_things(cells: pd.DataFrame) -> pd.DataFrame:
     notes: list[str] = []
     unnamed = [name for name in cells.columns if re.fullmatch(r"column_\d+", str(name))]
     if len(unnamed) < cells.shape[1]:
-        cells = cells.drop(columns=[name for name in unnamed if not (cells[name] != "").any()])
+        cells = cells.drop(columns=[name for name in unnamed if all(cell == "" for cell in cells[name])])
     if len(cells) > 1 and (units := _units_of(cells.iloc[0])):
         cells = cells.iloc[1:].rename(columns=units)
         notes.append("the row below the header holds units")
     again = (cells == [str(name) for name in cells.columns]).all(axis=1)
     if again.any() and not again.all():
-        cells = cells[~again]
+        cells = cells.loc[~again]
         notes.append(
             f"{counted(int(again.sum()), 'row')} left out that {'is' if again.sum() == 1 else 'are'} the header"
         )

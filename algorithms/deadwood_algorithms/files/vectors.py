@@ -356,7 +356,7 @@ def _shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, s
         )
     x, y, factors, degrees = axes
     places = [number_column(frame, str(name)) * times for name, times in zip((x, y), factors, strict=True)]
-    points = gpd.points_from_xy(*places)
+    points = gpd.points_from_xy(places[0], places[1])
     kept = pd.DataFrame(frame.drop(columns=[x, y, "geometry"], errors="ignore"))
     own_crs = frame.crs if isinstance(frame, gpd.GeoDataFrame) else None
     return gpd.GeoDataFrame(kept, geometry=points, crs="EPSG:4326" if degrees else own_crs)

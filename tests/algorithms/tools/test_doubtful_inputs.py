@@ -65,7 +65,7 @@ def test_barriers_of_one_name_are_said_and_those_without_are_numbered_as_rows(gr
 @pytest.mark.parametrize("field", ["Höhe", "hauteur", "Altezza", "Nutzhöhe", "Werkshoehe", "hauteur_utile"])
 def test_the_height_of_a_barrier_by_its_usual_names(grid, tmp_path, said, field):
     path = write_layer(tmp_path / "b.gpkg", ACROSS[:1], **{field: [3.5]})
-    assert read_barriers(path, grid, said)[0].heights.tolist() == [3.5]
+    assert read_barriers(path, grid, said)[0].height.tolist() == [3.5]
 
 
 def test_the_field_of_a_barrier_s_height_can_be_named(grid, tmp_path, said):
@@ -73,11 +73,11 @@ def test_the_field_of_a_barrier_s_height_can_be_named(grid, tmp_path, said):
     path = write_layer(tmp_path / "b.gpkg", ACROSS[:1], H_Netz=[3.5])
     with pytest.raises(UserError, match="--height-field names the one"):
         read_barriers(path, grid, said)
-    assert read_barriers(path, grid, said, "H_Netz")[0].heights.tolist() == [3.5]
+    assert read_barriers(path, grid, said, "H_Netz")[0].height.tolist() == [3.5]
     with pytest.raises(UserError, match=r"there is no field 'H' \(--height-field\)"):
         read_barriers(path, grid, said, "H")
     both = write_layer(tmp_path / "c.gpkg", ACROSS[:1], H_Netz=[3.5], Höhe=[850.0])
-    assert read_barriers(both, grid, said, "H_Netz")[0].heights.tolist() == [3.5]
+    assert read_barriers(both, grid, said, "H_Netz")[0].height.tolist() == [3.5]
     assert read_barriers(write_layer(tmp_path / "d.gpkg", ACROSS[:1], Höhe=[3.0]), grid, said, "Höhe")[0].heights == [
         3.0
     ]

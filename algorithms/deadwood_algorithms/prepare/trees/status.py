@@ -49,7 +49,7 @@ LIVE_PATTERN = re.compile(
     r"|\b(a?live|living|lebend\w*|lebt|vivante?s?|viv[oaie])\b"
 )
 # Fields that ask by their name whether a tree is dead, or lives, and answers to that.
-FLAGS = dict.fromkeys(
+FLAGS: dict[str, str] = dict.fromkeys(
     ("dead", "is_dead", "isdead", "tot", "abgestorben", "dürr", "mort", "morto", "secco", "snag"), "dead"
 )
 FLAGS |= dict.fromkeys(("alive", "is_alive", "live", "living", "lebend", "lebt", "vivant", "vivo"), "live")
