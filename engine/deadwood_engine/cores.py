@@ -127,7 +127,7 @@ def _beside(x, y, ax, ay, bx, by):
 
 @kernel
 def _apart_in_plan(ax, ay, bx, by, cx, cy, dx, dy):
-    """Distance [m] in plan of two segments, a to b and c to d: 0 where they cross, otherwise that of one of their ends."""
+    """Distance [m] in plan of two segments, a to b and c to d: 0 where they cross, else that of one of their ends."""
     ex, ey, fx, fy = bx - ax, by - ay, dx - cx, dy - cy
     one, two = ex * (cy - ay) - ey * (cx - ax), ex * (dy - ay) - ey * (dx - ax)
     three, four = fx * (ay - cy) - fy * (ax - cx), fx * (by - cy) - fy * (bx - cx)
@@ -174,7 +174,7 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
 
 @kernel
 def still_there(listed, table, count, gone, number):
-    """Remove from a list the cores that the log has broken, the first ``number`` rows of ``gone``; returns the count."""
+    """Remove from a list the cores broken by the log, the first ``number`` rows of ``gone``; returns the count."""
     left = 0
     for m in range(count):
         stands = True

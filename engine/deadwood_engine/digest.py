@@ -30,7 +30,7 @@ _MOST = 50  # file in the cache folder, a line per engine: hash, digest, checksu
 
 
 def _is_ours(folder: Path) -> bool:
-    """Whether it is a folder of this user, not a link, to which nobody else can write. Windows keeps profiles separate."""
+    """Whether it is a folder of this user, not a link, and private to it. Windows keeps profiles separate."""
     seen = folder.lstat()
     if not stat.S_ISDIR(seen.st_mode):
         return False

@@ -39,7 +39,7 @@ def _until_unloaded(load, change, times):
 
 @kernel
 def before_unloading(contacts, count, times):
-    """The largest multiple of the last changes before a contact or an end of a line opens, where another mode begins."""
+    """The largest multiple of the last changes before a contact or the end of a line opens and another mode begins."""
     start = 0
     while start < count:
         number = max(contacts[start].line, 1)

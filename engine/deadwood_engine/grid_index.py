@@ -11,7 +11,7 @@ from .compiled import kernel
 
 
 class GridIndex(NamedTuple):
-    """Items by grid cell, in compressed rows: cell c holds items[start[c]:start[c + 1]]; without items, one empty cell."""
+    """Items by grid cell, in compressed rows: cell c holds items[start[c]:start[c + 1]]; without items, one cell."""
 
     start: np.ndarray
     items: np.ndarray
@@ -76,7 +76,7 @@ def grid_window(index, x_low, y_low, x_high, y_high):
 
 @kernel
 def insert_sorted(listed, count, item):
-    """Insert an item into an ascending list once; returns the new count. The order of a list is then that of the table."""
+    """Insert an item into an ascending list once; returns the new count. A list so has the order of the table."""
     at = count
     while at > 0 and listed[at - 1] > item:
         at -= 1

@@ -35,15 +35,15 @@ FIRST_TOUCH = 0.1  # [-] of both radii: distance between two poses at which the 
 TOUCH_DEPTH = 0.05  # [-] of both radii: greatest depth of the pose of a first touch
 MOST_LOOKS = 40  # greatest number of poses within a step at which the first touch of one stem is sought
 # [m] gap at the end of a step below which an obstacle is a contact although the predicted path does not touch it: a
-# base
-# that strikes the ground whips its tip against what it would have passed (6 cm into a boulder at 8 m/s)
+# base that strikes the ground whips its tip against what it would have passed (6 cm into a boulder at 8 m/s)
 UNFORESEEN = 0.05
 OBSTACLE_ALONG = 0.3  # [-] of both radii: travel of a thin log along its own axis in a step beside a thicker stem
 THICK = 0.35  # [m] radius of log and stem together above which the sideways speed limits a step, not the fastest point
 SAFE = 1.0 - 1e-6  # [-] of a distance: more than the rounding error of a path summed over many steps
 NEAR_MARGIN = 2.0  # [m] obstacles this close to the log are listed; listed again when its ends have moved by half of it
-MADE_ANEW = 0.7  # [-] of a step: an earlier rebound takes place at the start of the step; otherwise the step ends there
-MET_AT_ONCE = 0.01  # [-] of a step: what touches so early, and rebounds, does so at its start; else the step ends there
+MADE_ANEW = 0.7  # [-] of a step: if a contact's impulse leaves less than that beside a stem, the step is repeated
+# [-] of a step: an earlier rebound takes place at the start of the step; otherwise the step ends there
+MET_AT_ONCE = 0.01
 SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
 
 # Scarring drag (``scarring``)
@@ -52,8 +52,8 @@ SCAR_STEP = 1e-4  # [s] least step when the depth of a scar bounds it: a scar of
 
 # Contact detection
 AT_ONCE = 1e-9  # [s] a step so short that the predicted pose is the present one: contacts at the release
-IMPACT = 2.0  # [-] of g dt^2: smaller gaps count as closed (0.5 mm at 10 ms); otherwise the contacts of a log at rest
-HOVER = 0.5  # [-] of g dt^2: gaps so small count as closed (0.5 mm at 10 ms); without it the contacts of a log at rest
+IMPACT = 2.0  # [-] of g dt: a slower approach is what gravity adds in two steps, not an impact
+HOVER = 0.5  # [-] of g dt^2: smaller gaps count as closed (0.5 mm at 10 ms); otherwise the contacts of a log at rest
 # differ by the rounding of the DEM, and the solver spends its sweeps on that
 
 HOVER_MOST = 5e-4  # [m] upper bound of that: long steps would let logs rest on air
@@ -63,9 +63,7 @@ LEAST_TURN = 1e-2  # [-] of g dt: a contact plane that turns by less counts as u
 MERGED = 0.1  # [-] of the radius: candidates of one ring that are closer than this are one contact (with 0.3 a
 # rim on two cells touched only one of them)
 ANY_POINT = 1e-6  # [-] sine of axis and ground's normal below which no point of a ring is deeper than another
-REFINED = (
-    0.3  # [-] of the radius: candidates nearer to the ground than this are sought once more, square to what is there
-)
+REFINED = 0.3  # [-] of the radius: candidates nearer to the ground are sought again, perpendicular to it
 
 CREST = 2e-3  # [-] of the radius: a crest that rises by less is flat ground, which the rings touch
 ALONG_GRID = 0.05  # [-] sine of the angle to a grid line below which a log lies along it
@@ -91,13 +89,12 @@ SKEW_LINES = 1e-9  # [-] squared sine below which two segments are parallel: any
 FLAT_TOLERANCE = 1e-9  # [-] sine below which two directions count as parallel
 LEAST_STATIONS = 8  # least number of rings along a log, however short
 
-# greatest number of evaluations for the least gap along a core; beside a log's side one suffices
-DEEPEST_STEPS = 40  # looks at most for the least gap along a core; it needs one beside a log's side, else about eight
+# The narrow phase of log and obstacle (``narrow_phase``)
+DEEPEST_STEPS = 40  # greatest number of evaluations for the least gap along a core; beside a log's side one suffices
 # [m] to which that gap is found; the normal is then accurate to its square root over the radius, 1e-6 rad. With 1e-6 m
-# it
-# was 1e-3 rad off an edge's, and was taken for the separation from a plate that the log's end was 7 cm in
+# it was 1e-3 rad off an edge's, and was taken for the separation from a plate that the log's end was 7 cm in
 DEEPEST_WITHIN = 1e-12
-THROUGH_AXIS = 1e-6  # [-] length of the gap's gradient below which a core goes right through the log's axis: no side
+THROUGH_AXIS = 1e-6  # [-] length of the gap's gradient below which a core passes through the log's axis: no side
 LINE_ANGLE = 0.1  # [-] squared sine to the log's side (or face) below which a core lies along it: two contacts
 LINE_APART = 0.5  # [-] of the log's base radius: least distance of contacts on one line
 LINE_INSET = 0.01  # [-] of that line, by which they are inset from its ends, where side and face meet
@@ -114,38 +111,38 @@ ALIKE = 1e-6  # [-] moments of inertia that differ by less are equal
 FLAT = 1e-9  # [-] of the cloud's size: points closer to a face's plane than this are on it
 SAME_FACE = 1e-6  # [-] of the cloud's size: triangles that deviate from a face's plane by less belong to that face
 LEAST_THICKNESS = 1e-6  # [-] of the cloud's size: a thinner cloud has no volume
-BEHIND = 1e-7  # [rad] in a step at most: half its sine is a spurious rolling resistance of bodies with many vertices
+BEHIND = 1e-7  # [-] of the distance between cloud and core plus a metre: vertices are behind a plane to this accuracy
 CORE_APART = 0.1  # [-] of the cloud's thickness: longer stretches of a core inside have two contacts
-CLOUD_TURN = 0.05  # [rad] in a step at most: half its sine is a false resistance to rolling of a body of many corners
+# [rad] in a step at most: half its sine is a spurious rolling resistance of bodies with many vertices
+CLOUD_TURN = 0.05
 TURN = 0.2  # [rad] greatest rotation of an asymmetric body in one composed step of its free rotation
 MIDPOINT_ITERATIONS = 50  # of the fixed-point iteration of the implicit midpoint rule; it contracts by about 0.05
-MIDPOINT_ACCURACY = 1e-16  # [-] cosine of 3 degrees: a face or edge this close to a core's direction lies along it
+MIDPOINT_ACCURACY = 1e-16  # [-]
 ASKEW = 1e-3  # [m] by which an edge is deeper in a core where they cross than at the ends of the shared stretch
-FACE_ALIGNED = 0.9986  # [m] height up to which a tree is a cut or broken stump: as wide as its DBH up to its flat top
+FACE_ALIGNED = 0.9986  # [-] cosine of 3 degrees: a face or edge this close to a core's direction lies along it
 CORE_BELOW = 3.0  # [m] a stem continues below the ground, for bodies that arrive from the side of a steep slope
-STUMP = 3.0  # greatest number of chords of a flat top evaluated for its least gap; by bisection to 1e-12
+STUMP = 3.0  # [m] height up to which a tree is a cut or broken stump: as wide as its DBH up to its flat top
 STUMP_RIM = 0.25  # [-] of its radius: the rounding of the rim, at most half of its height
-TOP_LOOKS = 40  # chords of a flat top looked at for its least gap, at most; halving its width, 1e-12 of it
+TOP_LOOKS = 40  # greatest number of chords of a flat top evaluated for its least gap; by bisection to 1e-12
 TOP_LEVEL = 1e-9  # [-] change of the gap across the chord below which it is the least
 
 # The terrain's border
 BURIED = 0.5  # [-] of the log's base radius: a part deeper in the ground, of a log of which a part was beyond
-# the border, has come in below the surface there, where nothing supported it: it has left. Beyond the border a log
-# hangs free
+# the border, came in below the surface there, where nothing supported it: it has left. Beyond it a log hangs free
 
 # Excessive depth
 BELOW_GROUND = 0.5  # [s] that a log may be deeper in the ground than its radius and a step's travel: at speed a sharp
 # edge lets it in for some tenths of a second, before it is out again; a log that stays is lost
 
-# [-] of g: the stopped log, released, must not accelerate faster (static equilibrium)
+# Rest
 REST_WINDOW = 0.25  # [s] between two tests of a slow log
-REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (1.3 mm at the default): a log at rest moves less between looks
-REST_ACCELERATION = 1e-5  # [-] of g: the frozen log, let go, must not start faster than this (certificate)
+REST_TRAVEL = 0.05  # [-] of rest_speed * REST_WINDOW (1.3 mm at the default): a log at rest moves less between tests
+REST_ACCELERATION = 1e-5  # [-] of g: the stopped log, released, must not accelerate faster (static equilibrium)
 REST_SOLVED = 0.01  # [-] of that, to which the solve of the test is brought
-REST_STEP = 0.01  # [s] of the windows in which an oscillating log is observed; a period may take three seconds
+REST_STEP = 0.01  # [s] longest step of the test
 REST_SWEEPS = 1000  # greatest number of sweeps in the test's solve
 REST_LOOK = 20  # of these, between two checks of whether the log can come to rest within the remaining ones
-ROCKING_WINDOW = 2.5  # [s] of the windows in which a log that rocks in place is watched; it may take three to swing
+ROCKING_WINDOW = 2.5  # [s] of the windows in which an oscillating log is observed; a period may take three seconds
 ROCKING_SPEED = 10.0  # [-] of rest_speed, squared the greatest energy per mass of a log that is observed
 ROCKING_RANGE = 1.0  # [m] along x, y and z within which its ends stay
 ROCKING_CREEP = 0.01  # [-] of rest_speed: permitted creep (1 mm/s at the default). With a quarter of that, 302 of
@@ -153,10 +150,10 @@ ROCKING_CREEP = 0.01  # [-] of rest_speed: permitted creep (1 mm/s at the defaul
 ROCKING_GROWTH = 1.02  # [-] permitted growth of its peak energy (a log that starts to slide quadruples it)
 
 # Energy balance
-LEAST_SPENT = GRAVITY  # greatest number of shares of a tree's impulse tried; a log in a jam needs twenty
+LEAST_SPENT = GRAVITY  # [J/kg] least reference for an error: a fall of one metre
 
 # Trees that break (``breaking``)
-BREAKING_LOOKS = 60  # shares of a tree's push tried at most, beside others that push; a log in a jam needs twenty
+BREAKING_LOOKS = 60  # greatest number of shares of a tree's impulse tried; a log in a jam needs twenty
 BROKEN_WITHIN = 1e-9  # [-] of its capacity: a share this accurate is accepted, and the remainder is corrected exactly
 
 # Ledger of hits
@@ -165,8 +162,7 @@ BLOW = 2.0  # [-] of g dt: an obstacle approached faster is struck; slower, it i
 LEAST_PUSH = 1e-6  # [m/s] per mass: a smaller first impulse is rounding, not a hit
 
 # Least and greatest body that can slide; the greatest is well above what exists, so a larger value is another unit or a
-# typing
-# error. Beyond it a log is wider than the DEM: no point of it is over terrain on which it could be placed
+# slip. Beyond it a log is wider than the DEM: no point of it is over terrain on which it could be placed
 DIAMETER = (1e-3, 15.0)  # [m] the thickest stem known, Mexico's Tule cypress, has 14 m
 LENGTH = (1e-2, 150.0)  # [m] the tallest tree known, a redwood, has 116 m
 DENSITY = (1.0, 25_000.0)  # [kg/m3] balsa has 40, osmium 22 600; less than 1 is t/m3 by mistake
