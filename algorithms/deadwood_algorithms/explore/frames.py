@@ -61,7 +61,7 @@ def message_of(text: str | bytes) -> dict[str, Any]:
     """A message that came in; what is no JSON object, or holds a number that is none, is refused in words."""
     if len(text) > MOST_MESSAGE:
         raise UserError(
-            f"the message has {len(text)} bytes, but at most {MOST_MESSAGE} are taken; ask for less at once"
+            f"the message has {len(text)} bytes, but at most {MOST_MESSAGE} are allowed; request less at once"
         )
 
     def refused(word: str) -> Any:

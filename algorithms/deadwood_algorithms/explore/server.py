@@ -39,7 +39,7 @@ TILE_S = 30.0
 END_S = 0.3  # the command itself has little more than half a second to end in its own order
 MOST_LOST, LOST_S = 3, 60.0  # engine processes lost within such a time: no further one is started
 ENGINE_LOST = "the engine process was lost and has been started again; the last request is being repeated"
-ENGINE_GONE = "the engine process is lost again and again and is not started again; the terminal says more"
+ENGINE_GONE = "the engine process keeps failing and is not started again; see the terminal"
 
 
 class EngineProcess:
@@ -291,7 +291,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
     def open(self, *_: str, **__: str) -> None:
         before, self.desk.page = self.desk.page, self
         if before:
-            before.show({"op": "refused"}, refusal("the page was opened anew elsewhere, and continues there").packed())
+            before.show({"op": "refused"}, refusal("the page was opened again elsewhere and continues there").packed())
             before.close(OPENED_ELSEWHERE)
 
     def on_message(self, message: str | bytes) -> None:

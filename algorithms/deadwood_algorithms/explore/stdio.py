@@ -91,7 +91,7 @@ class Front:
                 try:
                     self.waiting.put_nowait(message)
                 except queue.Full:
-                    self.out.send(refusal("too much is asked at once; wait for the answers", message))
+                    self.out.send(refusal("too many requests at once; wait for the answers", message))
             self.ended.set()
             tiles.shutdown(wait=False, cancel_futures=True)
             self.waiting.put(None)
@@ -108,7 +108,7 @@ class Front:
             self.out.send(refusal(str(error), message))
         except Exception as error:
             traceback.print_exc(file=sys.stderr)
-            self.out.send(refusal(f"a bug in the toolbox: {type(error).__name__}; the terminal says more", message))
+            self.out.send(refusal(f"a bug in the toolbox: {type(error).__name__}; see the terminal", message))
 
     def _do(self, message: dict[str, Any]) -> None:
         name, turn = message.get("op"), message.get("turn", {})

@@ -136,7 +136,7 @@ def _compared(
     if stands == identity.CHANGED and changed is not None:
         changed(f"{file} has changed since {path} was made; the result is that of the changed file")
     if place != value and stands != identity.GONE:
-        note(f"{value} is not there; {place}, which lies as it did to the manifest, is read in its place")
+        note(f"{value} is not there; {place}, at the same place relative to the manifest, is read instead")
     return place
 
 
@@ -149,7 +149,7 @@ def _found(named: str, now: Path, then: str | None, note: Callable[[str], None])
     if not os.path.exists(file):
         for other in moved_paths(file, now, then):
             if other.exists():
-                note(f"{file} is not there; {other}, which lies as it did to the manifest, is read in its place")
+                note(f"{file} is not there; {other}, at the same place relative to the manifest, is read instead")
                 return f"{other}{bar}{layer}"
     return named
 

@@ -327,4 +327,4 @@ class WindowWriter:
         with rasterio.open(self.path) as made:
             for window, checksum in self.written:
                 if zlib.crc32(np.ascontiguousarray(made.read(window=window)).data) != checksum:
-                    raise OSError(f"{self.path}: what was written does not read back")
+                    raise OSError(f"{self.path}: the written file cannot be read back")

@@ -284,8 +284,8 @@ def steep_words(path: str, slope_deg: float, where: str) -> str:
     """The warning of a slope that heights in feet would explain."""
     true = np.degrees(np.arctan(np.tan(np.radians(slope_deg)) * FOOT_M))
     return (
-        f"{path}: the median slope {where} is {slope_deg:.0f} degrees, as hardly any ground has; are its heights in "
-        f"feet (then it is {true:.0f} degrees), or in another unit than metres? Fix: {remedies.times(path, FOOT_M)}"
+        f"{path}: the median slope {where} is {slope_deg:.0f} degrees, steeper than almost any ground; are its heights "
+        f"in feet (then it is {true:.0f} degrees), or in another unit than metres? Fix: {remedies.times(path, FOOT_M)}"
     )
 
 

@@ -39,7 +39,9 @@ def tiles_of(path: str | Path) -> list[str]:
             return [named]
         if os.path.isdir(named):
             if tool := made_from(Path(named)).get("tool"):
-                raise UserError(f"{named}: this is the folder of a result of {tool}, no terrain model; name the file")
+                raise UserError(
+                    f"{named}: this is the folder of a result of {tool}, not a terrain model; name the file"
+                )
             inside = sorted(
                 each.name
                 for each in Path(named).iterdir()

@@ -34,8 +34,7 @@ def refuse_elsewhere(path: str | Path, what: str) -> None:
     """Raise ``UserError`` for a path that is an address of the network."""
     if ELSEWHERE.search(str(path)) and not Path(path).exists():
         raise UserError(
-            f"{path}: the {what} must be a file on this computer, no address of the network; download it, and give "
-            "the file"
+            f"{path}: the {what} must be a file on this computer, not a network address; download it, and give the file"
         )
 
 
@@ -74,7 +73,7 @@ def _look_into(file: Path, named: str, what: str, seen: set[Path], allowed: bool
         relative = element.get("relativeToVRT") == "1" or element.get("relativetoVRT") == "1"
         source = file.parent / text if relative else Path(text)
         if is_special(source):
-            raise UserError(f"{named}: the {what} file points to {text}, which is a pipe or a device and no file")
+            raise UserError(f"{named}: the {what} file points to {text}, which is a pipe or a device, not a file")
         if source.is_file():
             _look_into(source, named, what, seen, allowed)
 
@@ -117,6 +116,6 @@ def _root_of(file: Path, named: str, what: str) -> ElementTree.Element | None:
 
 def _refusal(named: str, what: str, address: str) -> str:
     return (
-        f"{named}: the {what} file points to the network ({address}), and that is not followed; download what it "
+        f"{named}: the {what} file points to the network ({address}), which is not followed; download what it "
         f"points to, or set {ALLOWED}=1 to allow it"
     )

@@ -72,7 +72,7 @@ def output_path(
     with _staged(final, path, check) as folder:
         if (left := beside(final)) and not overwrite:
             raise UserError(
-                f"{left[0]}: this was left beside an earlier {final.name} and would be read into the new one; "
+                f"{left[0]}: this was left beside an earlier {final.name} and would be read as part of the new one; "
                 "--overwrite removes it"
             )
         temporary = folder / final.name

@@ -243,7 +243,7 @@ def write_bands(
             for rows in strips:
                 there = written.read(number, window=place(rows))
                 if not np.array_equal(there, _north_up(values, dtype, rows), equal_nan=dtype[0] == "f"):
-                    raise OSError(f"{path}: what was written does not read back")
+                    raise OSError(f"{path}: the written file cannot be read back")
     if style:
         styles.store_beside(Path(path), styles.of_raster(style, np.array([largest])))
 

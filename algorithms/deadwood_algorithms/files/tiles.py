@@ -249,8 +249,8 @@ def _refuse_foreign(tile: Tile, first: Tile) -> None:
         )
     if (a.e < 0) != (b.e < 0):
         raise UserError(
-            f"{tile.path}: the tile's rows run the other way than those of {first.path} (north-up, south-up), but all "
-            f"must run alike; {fix}"
+            f"{tile.path}: the tile's rows run in the opposite direction to those of {first.path} (north-up, "
+            f"south-up), but all must have the same direction; {fix}"
         )
     one, other = (pyproj.CRS.from_wkt(each.crs.to_wkt()) if each.crs else None for each in (tile, first))
     if (one is None) != (other is None) or (one is not None and other is not None and not same_crs(one, other)):

@@ -152,5 +152,5 @@ def say_defaults(frame: pandas.DataFrame, what: str, defaults: dict[str, Any], w
     if lacking and idle:
         values = ", ".join(f"{name} {defaults[name]:g}" for name in lacking)
         feedback.note(
-            f"{where}: of the fields, {', '.join(idle)} are not used; for what is lacking the options count: {values}"
+            f"{where}: the fields {', '.join(idle)} are not used; the options supply what is missing: {values}"
         )

@@ -171,9 +171,9 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
         frame = sheet_table(frame)
     _refuse_twins(frame, name)
     if left:
-        state = "holds changes that are not merged yet, which count"
+        state = "holds changes that are not merged yet; they are included"
         if left[0].name.endswith(JOURNAL):
-            state = "shows that its writer died, or is, within a change, which does not count"
+            state = "shows that its writer stopped or still is within a change; that change is not included"
         said = f"{left[0].name} beside it {state}"
         frame.attrs["notes"] = (said, *frame.attrs.get("notes", ()))
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
@@ -254,9 +254,9 @@ def _reason(name: str, error: Exception) -> str:
     """Why GDAL could not read it, short; where another word helps more, that one."""
     suffix = Path(name).suffix.lower()
     if suffix in SHEETS:
-        return "a spreadsheet is best saved as CSV, and that given"
+        return "save a spreadsheet as CSV and use that"
     if suffix == "" and not Path(name).is_dir():
-        return "its name has no ending; give a text table the ending .csv"
+        return "its name has no extension; give a text table the extension .csv"
     return str(error).split(";")[0].splitlines()[0].rstrip(".")[:200]
 
 

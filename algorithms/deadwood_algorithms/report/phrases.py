@@ -280,7 +280,7 @@ PHRASES = {
     "energy_taken": "energy taken [kJ]",
     "top_trees": "The trees that hold the most logs",
     "tree": "tree",
-    "above_capacity": "Logs with a hit above what stems can take",
+    "above_capacity": "Logs with a hit above the capacity of stems",
     "above_of_trees": "of the tree",
     "above_of_logs": "of the log itself",
     "all_logs": "all",

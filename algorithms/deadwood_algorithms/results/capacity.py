@@ -134,5 +134,5 @@ def overload_lines(record: dict[str, Any] | None) -> list[str]:
                 f"{words or 'none'}"
             )
         else:
-            shown.append(f"a hit above what {whose} can take had {words or 'none'}")
+            shown.append(f"logs with a hit above the capacity of {whose}: {words or 'none'}")
     return shown

@@ -96,10 +96,10 @@ def peaks_by_rows(
             peaks.add(piece["log_row"], base, tip, *source.radii(), values, **place)
             done += np.unique(piece["log_id"]).size
             feedback.progress(
-                number + done / max(1, wanted.size), len(bands), "gathering what each log had in each cell"
+                number + done / max(1, wanted.size), len(bands), "collecting the values of each log in each cell"
             )
         yield rows, peaks
-    feedback.progress(1, 1, "gathering what each log had in each cell")
+    feedback.progress(1, 1, "collecting the values of each log in each cell")
 
 
 def values_of(name: str, piece: dict[str, NDArray], bodies: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -59,7 +59,7 @@ def read_json(place: Path, wanted: Wanted) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError) as error:
         raise UserError(f"{place}: the file cannot be read, or is not JSON ({error}); run slide-logs again") from error
     if fault := fault_of(content, wanted, ""):
-        raise UserError(f"{place}: not as slide-logs writes it: {fault}; run slide-logs again")
+        raise UserError(f"{place}: not as written by slide-logs: {fault}; run slide-logs again")
     return content
 
 

@@ -244,7 +244,7 @@ def loss_of_run(summary: dict[str, Any]) -> str | None:
     for record in summary["spread"]:
         moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
         if moved or many(record["n_left_dem"], record["n"]):
-            phrases.append(f"the spread of release {record['release_id']} is as far as they were seen")
+            phrases.append(f"the spread of release {record['release_id']} is that of the places where they left")
     if many(lost, released):
         phrases.append("their deposits and run-outs are where they left")
     return lost_warning(lost, released, phrases)
@@ -282,7 +282,7 @@ def promised_words(record: dict[str, Any]) -> str:
     source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
     if record.get("measured_against"):  # by pairs of logs, up to version 0.2
         source = f"measured on this slope against {record['measured_against']}"
-    asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
+    asked = f", ±{100 * record['error']:.2g} requested" if record.get("error") else ""
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"
     return (
         f"{counted(record['logs'], 'log')} at {record['chosen']}: reach of lines within ±{together:.2g} points "

@@ -416,7 +416,7 @@ def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_
 def reached_by(
     layers: SceneLayers, touched: NDArray[np.bool_], by_log: Columns, releases: Releases
 ) -> Iterator[geopandas.GeoDataFrame]:
-    """One row for each log and line that it reached, drawn at the log's release point: from where is the road hit?"""
+    """One row for each log and line that it reached, drawn at the log's release point: where do arrivals come from?"""
     lines = layers.lines
     for start in range(0, len(releases), PIECE):
         rows = slice(start, start + PIECE)

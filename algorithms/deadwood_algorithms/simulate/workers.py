@@ -240,7 +240,7 @@ class Workers:
         there = self._addresses()
         for address in set(self._good) - set(there):
             del self._good[address]
-            self.feedback.note(f"--scheduler: the worker {address} is gone; what it had goes out again")
+            self.feedback.note(f"--scheduler: the worker {address} is gone; its work is sent out again")
             for each in self._lying.values():
                 each.at.discard(address)
         for address in set(there) - {*self._good, *self._refused, *self._looking}:

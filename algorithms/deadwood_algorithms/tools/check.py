@@ -69,7 +69,7 @@ def record_of(place: Path) -> tuple[dict[str, Any], Path]:
     if not os.path.exists(place):  # nor may a name be too long, or hold a NUL
         raise UserError(f"{place}: there is no such file or folder")
     if is_special(place):
-        raise UserError(f"{place}: this is a pipe or a device and no file")
+        raise UserError(f"{place}: this is a pipe or a device, not a file")
     folder = place if place.is_dir() else place.parent
     record = None if place.is_dir() else record_in(place)
     whole = place.is_dir() or place.name == MANIFEST or place.name in made_from(folder).get("files", {})

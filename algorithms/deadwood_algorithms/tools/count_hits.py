@@ -127,9 +127,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if end and reach_of:
             write_danger(end, source, stored, grid, *reach_of, ask.danger_least, feedback)
     facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
-    line = (
-        f"{counted(stored.size, 'log')} counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
-    )
+    line = f"{counted(stored.size, 'log')} counted; the most in one cell of {grid.cell:g} m: {counts.max()}"
     outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}
     outputs |= {"danger": Path(ask.danger)} if ask.danger else {}
     return Outcome(outputs, facts, (line, *lines_of_run(source)))

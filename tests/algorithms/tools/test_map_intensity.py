@@ -307,7 +307,7 @@ REFUSED = {
     "--probability-classes is 200 %, but must be less than 100 %": {"probability_classes": "1,200"},
     "--return-periods-years is 'x'": {"return_periods_years": "x"},
     "leave out --releases and --events-field": {"events_per_year": 1.0, "events_field": "rate"},
-    "the run's releases are not where they were; --releases names them": {"events_field": "rate"},
+    "the run's releases were moved or deleted; name them with --releases": {"events_field": "rate"},
     "--events-per-year is 0, but must be greater than 0": {"events_per_year": 0.0},
 }
 

@@ -98,7 +98,7 @@ def _shares_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], 
                       textcoords="offset points", va="bottom", fontsize=8.5, color=SEEN)  # fmt: skip
     axes.set_ylim(0.0, max(1.12 * high.max(), 1.08 * (seen or 0.0), 1e-3))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
-    axes.set_title("simulated logs that do what was observed", fontsize=10, loc="left")
+    axes.set_title("simulated logs that behave as observed", fontsize=10, loc="left")
 
 
 def _runouts_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], seen: np.ndarray) -> None:

@@ -127,11 +127,11 @@ def too_thin(
     row = max(open_rows[easiest], key=farthest)
     more = "more logs" if logs is None else f"about {logs} logs"
     if n_logs >= available or (logs or 0) > available:
-        more += f" (the layer has {available}: release more, and keep the yardstick with --planned-logs {planned})"
+        more += f" (the layer has {available}: release more, and keep the reference with --planned-logs {planned})"
     sentence = (
         f"Too few logs to recommend a fidelity: {counted(n_logs, 'log does', 'logs do')} not decide whether "
         f"{easiest} has an error below the sampling noise of {planned} logs ({error_words(row)}). Compare {more}; "
-        f"until then {finest} is the safe one."
+        f"until then {finest} is the safe choice."
     )
     return sentence, logs
 

@@ -76,7 +76,7 @@ def read_flights(
             feedback.warn(f"{where_of(frame)}: the median {name} is {np.median(numbers[name]):g}; check the unit")
     kinds = set(shapely.get_dimensions(np.asarray(frame.geometry)))
     if len(kinds) > 1:
-        raise UserError(f"{where_of(frame)}: lines and points are mixed; give the one or the other")
+        raise UserError(f"{where_of(frame)}: lines and points are mixed; give only lines or only points")
     pairs = _of_lines(frame, feedback) if kinds == {1} else _of_points(frame)
     flights = []
     for flight_id, row, takeoff, landing in pairs:

@@ -117,7 +117,7 @@ class Followed:
         of = self.record()
         head = f"{of['flight_id']}: {of['verdict']}"
         if self.flight.bend <= 0.0:
-            where = f"{of['distance_m']:.1f} m on and {of['fall_m']:.1f} m down"
+            where = f"{of['distance_m']:.1f} m away and {of['fall_m']:.1f} m down"
             return [f"{head}; a log that takes off at {of['takeoff_deg']:.1f}° does not reach any point {where}"]
         lines = [
             f"{head}; take-off at {of['takeoff_speed_ms']:.1f} m/s and {of['takeoff_deg']:.1f}° ({of['angle_from']}), "
@@ -127,7 +127,7 @@ class Followed:
         for each in self.crossings:
             word = "over" if each.clearance > 0.0 else "into"
             lines.append(
-                f"  {word} barrier {each.barrier_id} ({each.height:g} m) {each.distance:.1f} m on, "
+                f"  {word} barrier {each.barrier_id} ({each.height:g} m) after {each.distance:.1f} m, "
                 f"clearance {each.clearance:.2f} m" + ("" if each.free else ", with one end still on the ground")
             )
         return lines

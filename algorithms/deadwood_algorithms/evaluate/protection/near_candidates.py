@@ -58,7 +58,7 @@ def logs_near(
         some = rerun.releases.take(np.arange(first, min(first + chunk, n)))
 
         def slide_on(on: SceneLayers) -> tuple[Result, list[str]]:
-            report = reporter(feedback, n, "finding who comes near a candidate", before=first)
+            report = reporter(feedback, n, "finding the logs that come near a candidate", before=first)
             keep = np.ones(len(some), bool)
             return slide_once(on, some.logs, rerun.simulation, report, keep_poses=keep)
 

@@ -360,11 +360,11 @@ def why_none(best: Trial, among: int) -> str:
     """In words, why the best of the candidates left is not built."""
     if best.gain > 0:
         kept = counted(best.gain, "more log")
-        return f"the best of {counted(among, 'candidate')} left would keep {kept} away, which is not beyond chance"
+        return f"the best of the {counted(among, 'candidate')} left would keep {kept} away, which chance can explain"
     if best.gain == 0:
-        return f"none of {counted(among, 'candidate')} left would keep away more logs than it additionally lets through"
+        return f"none of the {counted(among, 'candidate')} left would keep away more logs than it lets through anew"
     return (
-        f"with each of {counted(among, 'candidate')} left more logs would reach a line, with the best {-best.gain} more"
+        f"each of the {counted(among, 'candidate')} left would let more logs reach a line, the best {-best.gain} more"
     )
 
 

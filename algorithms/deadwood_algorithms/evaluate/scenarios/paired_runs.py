@@ -113,7 +113,7 @@ def folders_of(runs: str, names: str | None) -> tuple[list[str], list[str]]:
                 f"--names: '{name}' does not distinguish the runs; give each a different name, separated by commas"
             )
         if any(sign in name for sign in '/\\:*?"<>|'):
-            raise UserError(f"--names: '{name}' cannot be part of a file's name; leave out {name!r}'s special signs")
+            raise UserError(f"--names: '{name}' cannot be part of a file's name; leave out its special characters")
     return folders, called
 
 

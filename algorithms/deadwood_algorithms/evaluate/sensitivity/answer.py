@@ -144,6 +144,6 @@ def order_of_strength(found: list[int], draws: NDArray[np.float64]) -> list[int]
 def _undecided(measured: Measured, bar: Bar, logs: int, *, design: bool) -> str:
     runs = "and rows of the design " if design else ""
     return (
-        f"Which input influences {measured.words} most is not decided by this many logs {runs}({logs}): no factor "
-        f"changes it beyond chance. The largest change is that of {bar.factor.words}, {measured.change(bar)}."
+        f"The number of logs {runs}({logs}) is too small to decide which input influences {measured.words} most: no "
+        f"factor changes it beyond chance. The largest change is that of {bar.factor.words}, {measured.change(bar)}."
     )

@@ -161,7 +161,7 @@ def draw_sizes(sizes: Sizes, items: np.ndarray, seed: int) -> tuple[np.ndarray, 
         items,
         draws.TREE_SIZE,
         f"DBH {sizes.dbh_mean:g} +- {sizes.dbh_sd:g} cm and height {sizes.height_mean:g} +- {sizes.height_sd:g} m "
-        "give hardly a tree; check the numbers and their units",
+        "hardly ever give a possible tree; check the numbers and their units",
     )
 
 

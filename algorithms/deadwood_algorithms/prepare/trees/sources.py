@@ -320,9 +320,8 @@ def _by_file(frame: pandas.DataFrame, path: str) -> Layout:
     may_be = sorted({each.source for each in LAYOUTS if count in each.columns})
     sources = f"--source {' or '.join(may_be)}, or " if may_be else ""
     raise UserError(
-        f"{path}: the table has no header and {counted(count, 'column')}; say what wrote it ({sources}--x-field "
-        "column_1 "
-        "--y-field column_2 --dbh-field column_3 or as they are)"
+        f"{path}: the table has no header and {counted(count, 'column')}; name the program that wrote it "
+        f"({sources}--x-field column_1 --y-field column_2 --dbh-field column_3 or as they are)"
     )
 
 

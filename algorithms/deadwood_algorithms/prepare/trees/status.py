@@ -78,8 +78,8 @@ def status_of(
     if unknown and not (dead or gone or layout.sign or layout.columns):
         shown = ", ".join(f"{word}: {count}" for word, count in unknown.most_common(WORDS_SHOWN))
         feedback.warn(
-            f"{where}, field '{name}': not known and taken as living are {shown}; --dead-values and --gone-values say "
-            f"which of them are dead standing trees and which were removed"
+            f"{where}, field '{name}': unknown values are taken as living trees ({shown}); name those of dead standing "
+            f"trees with --dead-values, those of removed ones with --gone-values"
         )
     if asked or (status != LIVE).any():
         seen = Counter(zip(status.tolist(), words, strict=True))
