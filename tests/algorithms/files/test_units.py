@@ -130,7 +130,7 @@ def test_a_default_that_stands_for_a_field_not_understood_is_said(tmp_path, said
     path = write_layer(tmp_path / "r.gpkg", PLACES, bhd=[40.0, 50.0], umfang=[126.0, 157.0])
     read_releases(path, grid, DEFAULTS, feedback=said)
     assert "the field 'bhd' is not used; rename it to dbh_cm if it is meant" in said.warnings[0]
-    assert "bhd, umfang are not used; for what is lacking the options count: dbh_cm 75, length_m 30" in said.notes[0]
+    assert "bhd, umfang are not used; the options supply what is missing: dbh_cm 75, length_m 30" in said.notes[0]
 
 
 def test_two_fields_for_one_size_are_said(tmp_path, said):

@@ -212,7 +212,7 @@ def test_an_event_that_cannot_be_says_so(plane, tmp_path):
     path = seen(tmp_path / "seen.gpkg", (42.0, 50.0))
     outcome = calibrate_friction.TOOL(**plane.values(tmp_path / "out", observed=path, friction="0.5,0.55,0.6"))
     assert not outcome.facts["fits"]
-    assert "But even the best gives such an event in less than 1 of 20 cases" in outcome.lines[-2]
+    assert "But even the best reproduces such an event in fewer than 1 of 20 cases" in outcome.lines[-2]
 
 
 def test_a_sweep_that_ends_too_early_says_so(plane, tmp_path):
@@ -354,7 +354,7 @@ def test_a_share_has_bounds_where_logs_left_before_the_line(plane, tmp_path, sai
     table = pd.read_csv(tmp_path / "out" / "calibration.csv").set_index("friction")
     assert table.loc[0.45, "n_lost"] == 100
     assert (table.loc[0.45, "share_low_if_lost"], table.loc[0.45, "share_high_if_lost"]) == (0.0, 1.0)
-    assert any("before it was seen whether they reach the lines" in each for each in said.warnings)
+    assert any("before it was known whether they reach the lines" in each for each in said.warnings)
     assert "if lost ones do" in outcome.lines[1]
 
 

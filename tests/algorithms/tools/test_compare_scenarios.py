@@ -175,7 +175,7 @@ def test_logs_that_left_before_a_line_bound_its_reach_and_the_difference(tmp_pat
     assert "25 % (14 to 40 %) [14 to 86 %]" in outcome.lines[2]
     assert "] " not in outcome.lines[3].split("with")[0]
     assert outcome.lines[3].count("[") == 1
-    assert any(line.startswith("[]: all that it may be") for line in outcome.lines)
+    assert any(line.startswith("[]: range of possible values") for line in outcome.lines)
     warned = [each for each in said.warnings if "left the terrain model (25 in without, 0 in with)" in each]
     assert len(warned) == 1
     assert "reach of road in without; reach of road in with; spread, run-outs and deposits" in warned[0]

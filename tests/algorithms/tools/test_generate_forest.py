@@ -301,8 +301,8 @@ def test_stands_without_room_or_trees_are_refused(tmp_path, forest, slope):
         forest(like=str(tmp_path / "one.gpkg"))
 
 
-def test_numbers_that_give_hardly_a_tree_are_refused(forest):
-    with pytest.raises(UserError, match=r"DBH 0\.6 .* give hardly a tree"):
+def test_numbers_that_hardly_ever_give_a_tree_are_refused(forest):
+    with pytest.raises(UserError, match=r"DBH 0\.6 .* hardly ever give a possible tree"):
         forest(stems_per_ha=300.0, dbh_mean_cm=0.6, dbh_sd_cm=0.18)  # in metres
     with pytest.raises(UserError, match="hardly ever give a possible tree; check the numbers and their units"):
         draw_sizes(Sizes(0.4, 0.1, 20.0, 1.0, 0.0), np.arange(1, 100 + 1), 1)

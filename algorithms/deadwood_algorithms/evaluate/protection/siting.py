@@ -362,7 +362,9 @@ def why_none(best: Trial, among: int) -> str:
         kept = counted(best.gain, "more log")
         return f"the best of the {counted(among, 'candidate')} left would keep {kept} away, which chance can explain"
     if best.gain == 0:
-        return f"none of the {counted(among, 'candidate')} left would keep away more logs than it lets through anew"
+        return (
+            f"none of the {counted(among, 'candidate')} left would keep away more logs than it lets through in addition"
+        )
     return (
         f"each of the {counted(among, 'candidate')} left would let more logs reach a line, the best {-best.gain} more"
     )

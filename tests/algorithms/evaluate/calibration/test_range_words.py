@@ -22,4 +22,4 @@ def test_one_coefficient_alone_is_said(p, one):
     found = range_of(np.array([0.2, 0.3, 0.4, 0.5]), scores)
     assert found is not None
     assert found.one == one
-    assert ("sweep finer around it" in sentence_of(found, fits=True, best=found.best)) == one
+    assert ("finer sweep around it" in sentence_of(found, fits=True, best=found.best)) == one

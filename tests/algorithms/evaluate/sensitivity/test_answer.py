@@ -45,7 +45,9 @@ def test_two_that_cannot_be_told_apart():
     told = most_influential(measured(30, 32, 0), LOGS)
     assert set(told.factors) == {"friction", "rolling_friction"}
     assert not told.decided
-    assert "which of them changes the reach of road more is not decided by this many logs (200)" in told.sentence
+    assert (
+        "the number of logs (200) is too small to decide which of them changes the reach of road more" in told.sentence
+    )
 
 
 def test_none():
@@ -53,7 +55,7 @@ def test_none():
     assert told.factors == []
     assert not told.decided
     assert told.sentence.startswith(
-        "Which input influences the reach of road most is not decided by this many logs (200)"
+        "The number of logs (200) is too small to decide which input influences the reach of road most"
     )
     assert "The largest change is that of rolling friction, -1.0 points" in told.sentence
 
@@ -91,7 +93,7 @@ def test_the_indices_decide_where_there_are_some():
     near = Measured("reach_road", "road", bars, indexed([0.5, 0.6, 0.0], [0.1, 0.2, 0.0], [0.9, 1.0, 0.1], 0.2))
     told = most_influential(near, LOGS)
     assert told.factors == ["rolling_friction", "friction"]
-    assert "is not decided by this many logs (200) and rows" in told.sentence
+    assert "the number of logs and rows of the design (200) is too small" in told.sentence
     empty = Measured("reach_road", "road", bars, indexed([np.nan] * 3, [np.nan] * 3, [np.nan] * 3, 0.0))
     assert most_influential(empty, LOGS).by == "swing"
 

@@ -143,5 +143,5 @@ def test_random_lying_logs_have_any_azimuth_and_the_others_keep_theirs(sample, a
 def test_distributions_that_give_no_logs(sample, areas):
     with pytest.raises(UserError, match="hardly ever give a possible log; check the numbers and their units"):
         sample(areas(), count=100, dbh_cm=0.6, dbh_sd_cm=0.05)
-    with pytest.raises(UserError, match="the distribution of the density gives hardly a log"):
+    with pytest.raises(UserError, match="the distribution of the density hardly ever gives a possible log"):
         sample(areas(), count=100, density_kg_m3=3.0, density_sd_kg_m3=0.05)
