@@ -90,9 +90,9 @@ class Changes:
 
 @dataclass(frozen=True)
 class Defaults:
-    """What holds where a message does not say it.
+    """Values that apply where a message gives none.
 
-    friction : None where a layer holds it, which then cannot be replaced by a number that the page knows
+    friction : None if a layer holds it, which then cannot be replaced by a number that the page knows
     """
 
     sizes: Sizes

@@ -26,8 +26,8 @@ from deadwood_algorithms.explore.session import Session
 from deadwood_algorithms.params.tool import UserError
 
 LENGTH_BYTES = 4  # of the length before a frame
-GRACE_S = 2.0  # after its input has ended, the process is given so long to end what it does
-MOST_WAITING = 1000  # messages; beyond that the sender is asked to wait
+GRACE_S = 2.0  # time for the process to finish its work after the end of its input
+MOST_WAITING = 1000  # messages; beyond that the sender is told to wait
 REPLACED = ("release", "edit")  # by a newer one
 
 
@@ -44,7 +44,7 @@ class Out:
                 self.stream.write(len(block).to_bytes(LENGTH_BYTES, "little") + block)
                 self.stream.flush()
         except (BrokenPipeError, ValueError):
-            os._exit(0)  # nobody reads any more
+            os._exit(0)  # no reader is left
 
 
 def own_stdout() -> Out:
@@ -101,7 +101,7 @@ class Front:
         self._guarded(self._do, message)
 
     def _guarded(self, work: Callable[[dict[str, Any]], None], message: dict[str, Any]) -> None:
-        """A wrong message is reported; so is a fault of the toolbox, and the engine goes on."""
+        """A wrong message is reported; so is a bug of the toolbox, and the engine continues."""
         try:
             work(message)
         except UserError as error:

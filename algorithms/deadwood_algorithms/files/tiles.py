@@ -122,7 +122,7 @@ class Mosaic:
         self._told = False
 
     def _refuse_scattered(self, sizes: NDArray[np.int64]) -> None:
-        """Refuse tiles that lie so far apart that next to nothing of what they span has a height."""
+        """Reject tiles so far apart that almost nothing of their extent has a height."""
         spanned, covered = float(self.height) * self.width, float((sizes[:, 0] * sizes[:, 1]).sum())
         if spanned < MOST_SPANNED_CELLS or covered > LEAST_COVERED * spanned:
             return
@@ -194,9 +194,10 @@ class Mosaic:
             )
 
     def vrt(self, beside: Path | None = None) -> str:
-        """The XML of a GDAL virtual raster of these tiles, for programs that read one; paths are seen from ``beside``.
+        """The XML of a GDAL virtual raster of these tiles, for programs that read one; paths are relative to
+        ``beside``.
 
-        Its sources stand in the reverse order: in a virtual raster the last one counts.
+        Its sources are in reverse order: in a virtual raster the last one counts.
         """
         kind = {"float32": "Float32", "float64": "Float64", "uint8": "Byte"}.get(self.dtypes[0], self.dtypes[0].title())
         kind = kind.replace("Uint", "UInt")

@@ -1,9 +1,11 @@
 """The paper's findings, statement by statement, judged on runs: an order, a direction, the size of a ratio.
 
-Every rule stands here and was written before the runs. A finding holds where its whole 95 % interval does, it does not
-where none of it does, and is not decided between. It cannot be judged where a twin was built so that it holds, or where
-most bodies of which it tells never move. Intervals are over logs; another terrain or forest they do not cover: for that
-there is the panel, the same finding with one chosen number moved.
+Every rule is defined here and was written before the runs. A finding holds if its whole 95 % interval satisfies the
+rule, does
+not hold if no part of it does, and is not decided otherwise. It cannot be judged if a twin was built so that it holds,
+or if
+most of the bodies concerned never move. Intervals are over logs and do not cover another terrain or forest: for that
+there is the panel, the same finding with one chosen number changed.
 """
 
 from __future__ import annotations
@@ -40,9 +42,9 @@ class Variation:
 
 @dataclass(frozen=True)
 class Finding:
-    """One statement; ``ours`` with its interval is in the unit that the statement names.
+    """One statement; ``ours`` with its interval is in the unit of the statement.
 
-    ``holds`` is None where the verdict is neither that it holds nor that it does not.
+    ``holds`` is None if the verdict is neither.
     """
 
     id: str
@@ -105,7 +107,7 @@ class Evidence:
 
 
 def above(low: float, high: float, bound: float) -> bool | None:
-    """Whether an interval lies above a bound; None where it holds it, or is no interval."""
+    """Whether an interval is above a bound; None if it contains it, or is not an interval."""
     return True if low > bound else False if high < bound else None
 
 
@@ -148,7 +150,7 @@ def findings_of(of: Evidence, *, quick: bool = False) -> list[Finding]:
 
 
 def with_panel(finding: Finding, others: Sequence[tuple[str, Sequence[Finding]]]) -> Finding:
-    """The finding with what became of it in each variation, by the variation's words."""
+    """The finding with its result in each variation, by the variation's name."""
     rows = [
         Variation(what, each.ours, each.ci_low, each.ci_high, each.verdict)
         for what, found in others
@@ -159,7 +161,7 @@ def with_panel(finding: Finding, others: Sequence[tuple[str, Sequence[Finding]]]
 
 
 def tidy(finding: Finding) -> Finding:
-    """NaN and infinity are no numbers of JSON."""
+    """NaN and infinity are not numbers in JSON."""
     plain = {
         name: None if value is None or not math.isfinite(value) else float(value)
         for name, value in (("ours", finding.ours), ("ci_low", finding.ci_low), ("ci_high", finding.ci_high))

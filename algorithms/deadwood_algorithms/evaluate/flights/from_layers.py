@@ -50,7 +50,7 @@ class Barrier:
 
 @dataclass(frozen=True, kw_only=True)
 class FlightDefaults:
-    """What holds for flights whose columns do not say it; without a take-off angle it is the terrain's."""
+    """Defaults for flights without the corresponding columns; without a take-off angle that of the terrain is used."""
 
     dbh_cm: float
     length_m: float
@@ -89,7 +89,7 @@ def read_flights(
 
 
 def read_flight_barriers(path: str | None, crs: str | None, dem: DemWindows, feedback: Feedback) -> list[Barrier]:
-    """The barriers with their ids and heights; none where none are asked for."""
+    """The barriers with their ids and heights; empty if no layer is given."""
     if path is None:
         return []
     frame = read_vector(path, geometry=("line",), target_crs=dem.crs, crs=crs, what="barriers", feedback=feedback)

@@ -1,6 +1,6 @@
-"""A mapped flight set onto the terrain: its parabola, what lies between, and what it passes over.
+"""A mapped flight on the terrain: its parabola, the terrain below it, and the barriers that it passes.
 
-For `fit_flight`. Heights here are those of the DEM; those of a `Flight` are above its take-off.
+For `fit_flight`. Heights here are those of the DEM; heights in a `Flight` are relative to its take-off.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Followed:
         return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
 
     def path(self) -> Any:
-        """The path of the centre of mass, LineString Z; the straight line where there is no flight."""
+        """The path of the centre of mass, LineString Z; a straight line if no parabola exists."""
         steps = max(20, int(np.ceil(self.flight.distance / PATH_STEP_M)))
         s = np.linspace(0.0, self.flight.distance, steps + 1)
         rise = self.flight.height(s) if self.flight.bend > 0.0 else self.flight.rise * s / self.flight.distance
@@ -136,10 +136,11 @@ class Followed:
 def follow(
     mapped: MappedFlight, barriers: list[Barrier], dem: DemWindows, *, slope_over_m: float, tolerance_m: float
 ) -> Followed:
-    """The parabola of a mapped flight, and what of terrain and barriers is in its way.
+    """The parabola of a mapped flight, with its terrain and barriers.
 
-    ``slope_over_m`` [m] before the take-off tell its angle where none is mapped; the terrain may stand ``tolerance_m``
-    [m] into a flight.
+    The terrain over ``slope_over_m`` [m] before the take-off gives the angle if none is mapped; it may protrude into a
+    flight
+    by ``tolerance_m`` [m].
     """
     start, end = np.array(mapped.takeoff), np.array(mapped.landing)
     distance = float(np.hypot(*(end - start)))

@@ -64,7 +64,7 @@ def difference_of(p: NDArray, q: NDArray, n: int, m: int) -> NDArray[np.float32]
     error = np.sqrt(p * (1.0 - p) / n + q * (1.0 - q) / m)
     bands = np.stack([q - p, (q - p) / np.where(error > 0.0, error, np.nan)])
     bands[0][(p == 0.0) & (q == 0.0)] = np.nan
-    bands[np.isnan(bands)] = np.nan  # one NaN, as it is read back from a tile that was not written
+    bands[np.isnan(bands)] = np.nan  # one NaN, as read back from a tile that was not written
     return bands.astype(np.float32)
 
 
@@ -100,7 +100,7 @@ def counts_on(source: rasterio.DatasetReader, transform: Affine, window: Window)
 
 
 def moved_frame(compared: Compared) -> geopandas.GeoDataFrame:
-    """A line a log and scenario, from where the log ended in the reference to where it ends now."""
+    """A line per log and scenario, from its deposit in the reference to its deposit in the scenario."""
     one = compared.reference
     frames = []
     for each in compared.others:

@@ -42,7 +42,7 @@ class Measured:
 
     @property
     def by_index(self) -> bool:
-        """Whether factors are ranked by their total-effect index, and not by what they do alone."""
+        """Whether factors are ranked by their total-effect index, rather than by their effect alone."""
         return self.indices is not None and bool(np.isfinite(self.indices.total).all())
 
     @property
