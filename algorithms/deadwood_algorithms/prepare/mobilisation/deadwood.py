@@ -162,7 +162,7 @@ def _say_what_is_known(species: list[str], standing: NDArray[np.float64], where:
 
 
 def _words(frame: geopandas.GeoDataFrame, name: str | None) -> list[str]:
-    """A column as text, whole numbers without a point; empty where it is, or where there is none."""
+    """A column as text, whole numbers without a point; empty for an empty cell or a missing column."""
     if name is None:
         return [""] * len(frame)
     values = frame[name]

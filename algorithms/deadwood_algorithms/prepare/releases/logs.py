@@ -35,7 +35,7 @@ LEAST_DENSITY_KG_M3 = 50.0
 
 @dataclass(frozen=True)
 class Drawn:
-    """The columns of each log, and what is to be reported about the drawing."""
+    """The columns of each log, and the report about the draws."""
 
     columns: dict[str, np.ndarray]
     redrawn: int
