@@ -131,7 +131,7 @@ def _clause(name: str, **numbers: Any) -> Clause:
 
 
 def _apart(trees: float | None, barriers: float | None) -> list[Clause]:
-    """What stems and barriers have of their own; nothing where they have what the ground has."""
+    """Friction and restitution of stems and barriers; empty if they are the ground's."""
     own = (("at_stems", trees), ("at_barriers", barriers))
     return [_clause(name, value=value) for name, value in own if value is not None]
 

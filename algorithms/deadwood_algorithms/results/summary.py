@@ -115,8 +115,8 @@ def held_record(grip: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def speed_record(by_log: Mapping[str, NDArray]) -> dict[str, float]:
-    """Speeds over the logs. The mean leaves out those that still moved at the time limit: they roll slowly for
-    minutes, so their path over time tells the limit and not how fast they went; NaN where every log did.
+    """Speeds over the logs. The mean excludes those that were still moving at the time limit: they roll slowly for
+    minutes, so path over time would reflect the limit; NaN if every log was.
     """
     stopped = ~ended(by_log, "time_limit")
     return {
@@ -277,7 +277,7 @@ def unseen_words(records: Sequence[Mapping[str, Any]]) -> str:
 
 
 def promised_words(record: dict[str, Any]) -> str:
-    """Both errors of the line that is farthest off, apart and together, and who says so of the calculation."""
+    """Both errors of the line that is farthest off, separately and together, and the source of that of the calculation."""
     sampling, calculation, together = (100 * record[name] for name in ("sampling", "calculation", "together"))
     source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
     if record.get("measured_against"):  # by pairs of logs, up to version 0.2

@@ -202,9 +202,9 @@ def write_results(
     by_log.close()
     write_json(folder / SUMMARY, summary)
     making.facts |= {**_facts(layers, releases), "effective": effective_values(releases)}
-    if settings.auto is not None:  # by --fidelity auto, which goes by the clock of the machine
+    if settings.auto is not None:  # by --fidelity auto, which depends on the clock of the machine
         making.facts["chosen"] = {"fidelity": settings.fidelity, "logs": len(releases)}
-    write_manifest(folder, making.manifest())  # for what reads the run before it is whole and sealed
+    write_manifest(folder, making.manifest())  # for readers of the run before it is complete and sealed
     feedback.progress(3, 3, "writing the results")
     names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs
     paths = {"output": final} | {key: final / name for key, name in names.items()}

@@ -173,7 +173,7 @@ def with_cell(grid: Grid, cell: float | None) -> Grid:
 
 
 def visited(grid: Grid, source: Run) -> Grid:
-    """The window of a large grid in which any stored log ever was; a small grid as it is."""
+    """The window of a large grid in which any stored log ever was; a small grid unchanged."""
     part = grid.part
     if part.cells > CELLS_HELD:
         west, south, east, north = source.extent()
