@@ -277,7 +277,7 @@ def unseen_words(records: Sequence[Mapping[str, Any]]) -> str:
 
 
 def promised_words(record: dict[str, Any]) -> str:
-    """Both errors of the line that is farthest off, separately and together, and the source of that of the calculation."""
+    """Both errors of the line that is farthest off, separately and together, and the source of the latter."""
     sampling, calculation, together = (100 * record[name] for name in ("sampling", "calculation", "together"))
     source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
     if record.get("measured_against"):  # by pairs of logs, up to version 0.2
