@@ -1,18 +1,14 @@
 """Ctrl-C and SIGTERM end a run within two seconds, whatever it is doing, in three steps of increasing force.
 
 Immediately ``Feedback.cancelled`` returns true, and a tool that checks it (the engine does, several times a second)
-ends in an
-orderly way. After ``ASKED_S`` follows ``KeyboardInterrupt`` in the main thread, so that every ``with`` removes what it
-had
-begun; if it is raised in a callback from which Python drops exceptions (of a weak reference, of ``ctypes``), it is
-repeated. Python runs a handler only between two bytecodes of the main thread, so a long native call delays that too;
-after ``GRACE_S`` the watchdog thread, which the C side notifies of a signal through the wake-up socket, ends the
-process.
-Even then only temporary files remain: results get their names at the very end.
+ends in an orderly way. After ``ASKED_S`` follows ``KeyboardInterrupt`` in the main thread, so that every ``with``
+removes what it had begun; if it is raised in a callback from which Python drops exceptions (of a weak reference, of
+``ctypes``), it is repeated. Python runs a handler only between two bytecodes of the main thread, so a long native call
+delays that too; after ``GRACE_S`` the watchdog thread, which the C side notifies of a signal through the wake-up
+socket, ends the process. Even then only temporary files remain: results get their names at the very end.
 
 A program that starts the tool (such as QGIS) may set ``DEADWOOD_STOP_WITH_STDIN``: the end of standard input then
-counts
-as Ctrl-C. That works on Windows too, which has no SIGTERM, and ends the tool when the program itself dies.
+counts as Ctrl-C. That works on Windows too, which has no SIGTERM, and ends the tool when the program itself dies.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Properties of a raster layer that its file does not contain, written to a file for the tool.
 
 Cells that the user has declared to be without data (Properties > Transparency > Additional no data value), a nodata
-value of
-the file that was switched off, and a CRS assigned to the layer in the map.
+value of the file that was switched off, and a CRS assigned to the layer in the map.
 
 For single values without data, this is a virtual raster over the file, which takes no time however large the
 file is. Ranges of values, scaled rasters and layers without a file are copied, in the algorithm's own thread.

@@ -116,13 +116,10 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
     """Point of an end face (centre e, axis d, radius a) that is deepest against the plate's normal n and below its top.
 
     The face is a disc cut by the top edge, and depth is linear on it, so the deepest point is the deepest point of the
-    rim
-    if that is below the edge, otherwise one of the two points of the rim at the height of the edge. A disc whose centre
-    is
-    on its own side, and that crosses the plate's plane above the edge only, hangs over the plate: its part below the
-    edge
-    is on the other side and has not penetrated.
-    Returns (whether any of the disc is below the edge, point).
+    rim if that is below the edge, otherwise one of the two points of the rim at the height of the edge. A disc whose
+    centre is on its own side, and that crosses the plate's plane above the edge only, hangs over the plate: its part
+    below the edge is on the other side and has not penetrated. Returns (whether any of the disc is below the edge,
+    point).
     """
     nd = nx * dx + ny * dy
     qx, qy, qz = nd * dx - nx, nd * dy - ny, nd * dz

@@ -19,8 +19,7 @@ energy
   absorbed earlier, to rounding, whatever the direction, friction and lever arm of the impulse.
 - If there are other contacts (ground, other trees), they are solved again with the impulse s P_k, and s again for them,
   between a lower and an upper bound of s, until no velocity changes by more than the solver's tolerance. The last
-  update
-  is that of s: [o] is satisfied to rounding, and the other contacts as well as a solve satisfies their laws.
+  update is that of s: [o] is satisfied to rounding, and the other contacts as well as a solve satisfies their laws.
 - If two trees break in one step, the one that would exceed its capacity by more is treated first. The second then
 changes
   gamma+, and with it the share of the first; the sum of all work, [f], remains exact.
@@ -53,8 +52,7 @@ from .rotation import VX, VY, VZ, WX, WY, WZ, spin_of
 @kernel
 def overloaded(scene, contacts, keys, count, state, body, fall, hits, number, time):
     """(row of its first contact or -1, r [J/kg]) of the tree that would exceed its capacity by most, of all that would
-    exceed it
-    once the impulses of this step are recorded.
+    exceed it once the impulses of this step are recorded.
     """
     worst, found, rest = 1.0, -1, 0.0
     for k in range(count):
@@ -104,8 +102,7 @@ def push_with(contacts, first, last, share, velocities):
 @kernel
 def share_taking(contacts, first, last, state, kick, share, fall, rest):
     """Eq. [o]: the s in (0, 1] with which the tree absorbs r [J/kg] if the other impulses are fixed: of two roots the
-    one
-    nearer to the current share; -1 if there is none.
+    one nearer to the current share; -1 if there is none.
 
     state : includes that share of the tree's impulses, which as a whole would change the velocities by ``kick``
     """

@@ -1,12 +1,11 @@
 """Contacts of a point cloud with the terrain: each of its points, predicted one step ahead as the rings of a log are.
 
 A vertex turns while it is in contact: its lever arm is the mean of those of the present pose and of the predicted pose
-in
-which it was found below the ground. With that of the present pose, a wheel with many vertices is supported at a point
-ahead
-of its lowest by the angle of the step: it rolls against sin(omega dt) of its weight (0.26 at 8 m/s, 0.6 m and 10 ms),
-whatever the number of vertices, and cubes stop too soon; with that of the predicted pose, cubes keep tumbling. With
-the mean, half of the wheel's spurious resistance remains, so the angle of a step is bounded (``limits.CLOUD_TURN``).
+in which it was found below the ground. With that of the present pose, a wheel with many vertices is supported at a
+point ahead of its lowest by the angle of the step: it rolls against sin(omega dt) of its weight (0.26 at 8 m/s, 0.6 m
+and 10 ms), whatever the number of vertices, and cubes stop too soon; with that of the predicted pose, cubes keep
+tumbling. With the mean, half of the wheel's spurious resistance remains, so the angle of a step is bounded
+(``limits.CLOUD_TURN``).
 """
 
 from __future__ import annotations

@@ -2,15 +2,13 @@
 
 Round obstacles are a straight core with a radius around it (zero for a post), so their free ends are rounded: a core
 stops its radius short of the end. A core outside the hull meets its nearest point: on an edge, a vertex or, from a free
-end,
-a face. A core inside the hull (thin stems, posts, the top edge of a barrier) is separated in the shortest direction
-perpendicular to the core, along which the hull projects to a polygon; a free end also through the nearest face. If a
-face or an edge lies along the core there are two contacts, at the ends of the shared stretch.
+end, a face. A core inside the hull (thin stems, posts, the top edge of a barrier) is separated in the shortest
+direction perpendicular to the core, along which the hull projects to a polygon; a free end also through the nearest
+face. If a face or an edge lies along the core there are two contacts, at the ends of the shared stretch.
 
 The plate of a barrier meets the vertices of the hull: a vertex has penetrated if the segment from it to the centre of
 mass crosses the plate, but not if the segment passes above or beside it. The plate's top edge and its real ends and
-bends
-are cores.
+bends are cores.
 """
 
 from __future__ import annotations

@@ -1,12 +1,10 @@
 """Compilation: one decorator for every kernel, and a disk cache that notices edits in any file of the engine.
 
 Numba's own cache checks only the file of the function itself, so a kernel that calls an edited kernel of another file
-is
-served stale (measured: 3.0 instead of 300.0). Here the cache folder is named by a digest of the syntax trees of all of
-the
-engine's sources (``digest``), so any change of code starts an empty one. It is in the user's cache folder, which also
-works for read-only installations and leaves nothing behind in site-packages. Numba also names the files of a kernel by
-its line number and drops them if their source is newer. For the engine's own kernels both are disabled
+is served stale (measured: 3.0 instead of 300.0). Here the cache folder is named by a digest of the syntax trees of all
+of the engine's sources (``digest``), so any change of code starts an empty one. It is in the user's cache folder, which
+also works for read-only installations and leaves nothing behind in site-packages. Numba also names the files of a
+kernel by its line number and drops them if their source is newer. For the engine's own kernels both are disabled
 (``CheckedFiles.keep_by_name``), because the digest decides, and an edited comment leaves all kernels compiled.
 
 The cache contains pickles and machine code, which are executed: the folder must therefore be private to the user
@@ -127,8 +125,7 @@ class _CalledCompiler(Compiler):
     alone.
 
     Numba compiles every called function to machine code, with wrappers, and then again into each of its callers. For
-    these
-    kernels, whose calls are nested twelve deep, that was half of the compile time (69 s, now 34 s; same bits).
+    these kernels, whose calls are nested twelve deep, that was half of the compile time (69 s, now 34 s; same bits).
     """
 
     def __init__(

@@ -1,9 +1,8 @@
 """The contact solver: Signorini contact, spatial Coulomb friction and Newton's impact law in one velocity problem.
 
 Block Gauss-Seidel over the contacts, matrix-free on the six velocities of the log. For each contact the normal impulse
-is
-updated first (projection onto the half line), then the friction impulse is solved exactly on its disc of radius mu P_n
-(with an anisotropic G_tt a plain projection needs tens of sweeps to find stick). If normal and tangent are strongly
+is updated first (projection onto the half line), then the friction impulse is solved exactly on its disc of radius mu
+P_n (with an anisotropic G_tt a plain projection needs tens of sweeps to find stick). If normal and tangent are strongly
 coupled, mu |G_nt| / G_nn > 1/2 (steep impacts of an end face, up to the Painleve paradox), that splitting converges
 slowly, and the whole 3 x 3 block of the contact is solved instead.
 
@@ -44,12 +43,9 @@ def disc_impulse(gtt, gtu, guu, ct, cu, radius, s):
     """Eq. 7: friction impulse p of one contact: gamma = c + G p is zero (stick), or opposes p with |p| = radius (slip).
 
     Slip solves (G + s I) p = -c for the s >= 0 that puts p on the disc, by Newton's method on 1/|p| (the secular
-    equation of
-    the trust-region problem). From the left of the root it converges monotonically; from the right its first step leads
-    to the
-    left. It starts from the s of the previous sweep and is only solved as accurately as a sweep requires, because the
-    sweeps
-    continue until nothing changes. Returns (pt, pu, s for the next sweep).
+    equation of the trust-region problem). From the left of the root it converges monotonically; from the right its
+    first step leads to the left. It starts from the s of the previous sweep and is only solved as accurately as a sweep
+    requires, because the sweeps continue until nothing changes. Returns (pt, pu, s for the next sweep).
     """
     if radius <= 0.0:
         return 0.0, 0.0, s

@@ -2,8 +2,7 @@
 
 Contacts are predicted: a point of the log is evaluated where it would be at the end of the step if nothing held it, and
 is a contact if it would then be below the surface. The solver lets it approach the plane that it would hit, but not
-cross
-it. The first touch is met, and no impulse ever lifts a log out of the ground (which would add energy).
+cross it. The first touch is met, and no impulse ever lifts a log out of the ground (which would add energy).
 """
 
 from __future__ import annotations
@@ -106,10 +105,8 @@ def set_normal(c, state, smooth):
     """Lever arm of the normal, and velocity along it before the step, of a contact whose point and normal are set.
 
     smooth: the body is round about its axis. Its spin then brings no part of it nearer to the ground, and no impulse
-    along a
-    normal turns it about that axis. The exact lever arm of a candidate that is not the deepest of its ring would
-    differ: with it,
-    a spinning end drilled itself into the ground.
+    along a normal turns it about that axis. The exact lever arm of a candidate that is not the deepest of its ring
+    would differ: with it, a spinning end drilled itself into the ground.
     """
     a = cross((c.rx, c.ry, c.rz), (c.nx, c.ny, c.nz))
     if smooth:
@@ -181,10 +178,8 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
     is set later, by ``set_frames``.
 
     gap is the gap predicted for the pose of ``step`` (an ``Ahead``); the present gap follows from the free velocity
-    along
-    the normal. key is (kind, slot or item, part). Returns the new count; a full table ignores further contacts
-    (``scratch``
-    sizes it). smooth: as in ``set_normal``.
+    along the normal. key is (kind, slot or item, part). Returns the new count; a full table ignores further contacts
+    (``scratch`` sizes it). smooth: as in ``set_normal``.
     """
     if count >= contacts.shape[0]:
         return count
@@ -203,8 +198,7 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
     c.rebound = 0.0
     if restitution > 0.0 and before < -IMPACT * gravity * dt:
         # Newton's impact law, eq. 8, holds for the velocities at the node; by the middle of the step gravity has acted
-        # for half
-        # of it. With -eps gamma- as the target there, a log rose by eps v dt / 2 too high
+        # for half of it. With -eps gamma- as the target there, a log rose by eps v dt / 2 too high
         c.rebound = max(0.0, -restitution * before - 0.5 * nz * gravity * dt - c.target)
         c.target += c.rebound
     c.mu, c.turn = mu, 0.0
@@ -222,9 +216,8 @@ def first_rebound(contacts, count, gravity):
     """Time [s] within the step at which the first rebounding contact touches (eq. 8); infinity if none does.
 
     A log that still has some distance to travel must not rebound earlier: it would continue above the ground, fall
-    back, and
-    lose the work g dt delta / 2 in addition to the impact's dissipation. To be called before ``turning`` changes the
-    targets.
+    back, and lose the work g dt delta / 2 in addition to the impact's dissipation. To be called before ``turning``
+    changes the targets.
     """
     first = math.inf
     for k in range(count):
@@ -259,8 +252,7 @@ def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, s
     step : an ``Ahead``, of which ``trial`` is the pose
 
     The lever arm is rotated back to the present axis: the axis turns within the step, and the present spin about it
-    (tens
-    of rad/s) times that rotation would appear as a velocity along the normal.
+    (tens of rad/s) times that rotation would appear as a velocity along the normal.
     """
     rx, ry, rz = p[0] - trial.x, p[1] - trial.y, p[2] - trial.z
     s = dot((rx, ry, rz), (trial.dx, trial.dy, trial.dz))

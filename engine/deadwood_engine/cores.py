@@ -1,18 +1,14 @@
 """All obstacles as the kernels read them: swept spheres (cores) of whatever kind, in one table with one index.
 
 A core with its radius is the set of points within wide + slope z of the points of its axis, start + z u, 0 <= z <=
-long: a
-swept sphere with a linearly varying radius. A stump is an upright cylinder with a flat end: all points within wide -
-disc
-of the discs of radius disc about its axis. A file of one kind of obstacle (``trees``, ``barriers``, ``lying_logs``,
-``blocks``) only has to state of which cores its objects consist (``lay_out``); ``narrow_phase`` and ``obstacles``
-compute
-the contacts.
+long: a swept sphere with a linearly varying radius. A stump is an upright cylinder with a flat end: all points within
+wide - disc of the discs of radius disc about its axis. A file of one kind of obstacle (``trees``, ``barriers``,
+``lying_logs``, ``blocks``) only has to state of which cores its objects consist (``lay_out``); ``narrow_phase`` and
+``obstacles`` compute the contacts.
 
 Cores joined end to end are a chain. If their least gap to a log is at a joint, it counts only if the gap grows along
-both
-cores, and the contact belongs to the core that begins there: ``before`` is the direction in which the preceding core
-leaves the joint (zero where the end is free), ``after`` states that another core begins at its end.
+both cores, and the contact belongs to the core that begins there: ``before`` is the direction in which the preceding
+core leaves the joint (zero where the end is free), ``after`` states that another core begins at its end.
 """
 
 from __future__ import annotations
@@ -32,8 +28,7 @@ Array = NDArray[np.float64]
 TREE, BARRIER, LYING, BLOCK = 1, 2, 3, 4
 
 # Greatest number of contacts of a log with one core: two on a shared line, or one; a plate has three such cores, its
-# edge
-# and two posts, and the two ends of the log
+# edge and two posts, and the two ends of the log
 CORE_CONTACTS = 8
 
 CORE = np.dtype(
@@ -142,8 +137,7 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
     """List the cores within reach [m] of the log's axis in plan (base to tip), in its frame; returns the count.
 
     A core is listed if the distance in plan from axis to axis [m], minus the core's largest radius, is at most
-    ``reach``: this
-    depends on the core alone, not on other obstacles or on the layout of the index. Tools rely on that
+    ``reach``: this depends on the core alone, not on other obstacles or on the layout of the index. Tools rely on that
     (``evaluate.protection.siting``).
     """
     if cores.solid.shape[0] == 0:

@@ -1,14 +1,11 @@
 """Crests: where the side of a log touches terrain that consists of bilinear cells.
 
 The lateral surface of a cone is straight along its axis and cells are almost straight along a line, so between its ends
-a log
-touches the terrain where its lowest generator crosses the grid lines of the DEM, as a plank touches stairs at their
-edges.
-The normal there is perpendicular to the generator and to the grid line, both of which are known; the slopes of the
-cells on either side do not matter. With those slopes as normals and rings at fixed places, rings act like the teeth of
-a
-gear: each drops between two crests and strikes the flank of the next. Measured (slow logs on a rough slope, two
-seconds): a log moved less the denser its rings, by 2 % for each halving of their distance, without limit.
+a log touches the terrain where its lowest generator crosses the grid lines of the DEM, as a plank touches stairs at
+their edges. The normal there is perpendicular to the generator and to the grid line, both of which are known; the
+slopes of the cells on either side do not matter. With those slopes as normals and rings at fixed places, rings act like
+the teeth of a gear: each drops between two crests and strikes the flank of the next. Measured (slow logs on a rough
+slope, two seconds): a log moved less the denser its rings, by 2 % for each halving of their distance, without limit.
 
 A twisted cell may be highest along the log between its grid lines: there the log touches along the tangent of the
 ground.
@@ -31,8 +28,8 @@ def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, re
     gy).
 
     Ground that falls away from its own tangent within the reach [m] along the axis is the flank of a crest, which the
-    side
-    touches: only the component of its gradient across the axis is kept. Other ground, and walls, keep their gradient.
+    side touches: only the component of its gradient across the axis is kept. Other ground, and walls, keep their
+    gradient.
     """
     nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
     along = nz * (dz - gx * dx - gy * dy)
@@ -94,10 +91,8 @@ def _highest(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, h
     below ``gap``.
 
     Returns (gap, t, slope along the grid line, its family as in ``_crossing``, -1 for none, and its number). If the
-    line
-    continues to approach the ground on one side, the family is APEX if it touches the twisted cell there, and none if
-    it
-    touches farther along, as on a plane.
+    line continues to approach the ground on one side, the family is APEX if it touches the twisted cell there, and none
+    if it touches farther along, as on a plane.
     """
     # each family separately, because the compiler then knows which it is (three quarters of the time)
     none = (gap, 0.0, 0.0, -1, 0)

@@ -24,8 +24,7 @@ def impulse_work(contacts_table, count, motion, at, fall, rolling, spin):
     """Eq. [f]: work of the contact impulses, and of the moment that resists rolling, per mass [J/kg].
 
     motion[at:at + 6] are the velocities after the impulses [m/s, rad/s], spin [1/s] that about the axis; fall [m/s] is
-    the
-    velocity that gravity has already added to them for the time after the node.
+    the velocity that gravity has already added to them for the time after the node.
     """
     work = rolling_work(rolling, spin)
     for k in range(count):

@@ -64,8 +64,7 @@ FIDELITIES: dict[str, Fidelity] = {
 
 # [m] cell size above which a step does not grow any more: the change of slope from cell to cell does not grow with
 # the cells, so at a constant number of cells per step the depth to which a log sinks would. On rough cells of 5 m
-# draft's logs
-# sank by 0.16 of their diameter in the median, now by 0.08, for 1.4 times the steps
+# draft's logs sank by 0.16 of their diameter in the median, now by 0.08, for 1.4 times the steps
 LARGEST_CELL = 1.0
 
 

@@ -1,11 +1,9 @@
 """Convex hull of a point cloud, and the mass properties of a solid bounded by triangles. Plain NumPy, once per run.
 
 Quickhull (Barber et al. 1996): every outside point is assigned to one face that it is outside of; the farthest point of
-a
-face is added, and the faces visible from it are replaced by faces to their horizon. Of several points equally far, the
-last
-in the order of coordinates is taken, so an added point is always a vertex, never a point on an edge. Coplanar faces are
-merged into one polygon.
+a face is added, and the faces visible from it are replaced by faces to their horizon. Of several points equally far,
+the last in the order of coordinates is taken, so an added point is always a vertex, never a point on an edge. Coplanar
+faces are merged into one polygon.
 """
 
 from __future__ import annotations

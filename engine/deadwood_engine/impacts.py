@@ -1,8 +1,7 @@
 """The impulses of a step in which Newton's law would generate energy, or in which a solve does not converge.
 
 A step never ends with an approaching closed contact, beyond the solver's tolerance: the impulses P with which it may
-end
-are **admissible**, that is
+end are **admissible**, that is
 
     P_N >= 0,  |P_T| <= mu P_N,  |M| <= sum(a_k P_k)     inside the cones of friction and of rolling friction,  [n]
     gamma_N+ >= b0                                       no closed contact approaches; a gap is at most closed,
@@ -24,17 +23,13 @@ no contact approaches, which may be zero.
 
 **Solves that do not converge.** A jam between opposed normals may reach the limit of sweeps without restitution, too.
 Impulses that are already admissible are kept; an approach is ignored if a converged solve could leave it as well,
-namely one
-that the last sweep's changes of the other contacts cause. Otherwise no friction impulse may from then on exceed the
-least mu P_N of the sweeps so far (``settle``): with limits that only decrease, the sweeps converge to Tresca's problem,
-in
-which friction does not depend on pressure. It is convex: the sweeps descend to its solution, which does no work,
-because
-P = 0 is admissible. The cost is some friction, in that one step. If positive work remains after the permitted sweeps,
-they start once more from P = 0 without friction: there every sweep strictly decreases P.(gamma- - b) + P.G P / 2, which
-is
-0 at the start, so wherever they are cut off there is no positive work. Any remaining approach is then of the size of a
-sweep's change; the step counts as not converged.
+namely one that the last sweep's changes of the other contacts cause. Otherwise no friction impulse may from then on
+exceed the least mu P_N of the sweeps so far (``settle``): with limits that only decrease, the sweeps converge to
+Tresca's problem, in which friction does not depend on pressure. It is convex: the sweeps descend to its solution, which
+does no work, because P = 0 is admissible. The cost is some friction, in that one step. If positive work remains after
+the permitted sweeps, they start once more from P = 0 without friction: there every sweep strictly decreases P.(gamma- -
+b) + P.G P / 2, which is 0 at the start, so wherever they are cut off there is no positive work. Any remaining approach
+is then of the size of a sweep's change; the step counts as not converged.
 """
 
 from __future__ import annotations
@@ -143,8 +138,7 @@ def largest_share(held, gained, parting):
 @kernel
 def share_that_holds_out(contacts, count, state, tried, allowed):
     """The largest s in [0, 1] for which gamma_N(s) - b0 >= -allowed [m/s] in every contact, for velocities between
-    those
-    of ``state`` and those that were tried; targets are those without restitution.
+    those of ``state`` and those that were tried; targets are those without restitution.
     """
     share = 1.0
     for k in range(count):

@@ -9,9 +9,9 @@ An obstacle affects the motion of a log in three ways, each recorded with the ti
 bit:
   an obstacle that is not queried is too far away to be touched, or to shorten a step by its distance. But the bound on
   a step beside a stem (``obstacles.time_beside``) is more cautious than the bound on the step itself, so a stem
-  slightly
-  farther away than a step's travel can shorten the step if it happens to be queried. Where this is so, or could be so
-  for an obstacle that is not queried, all that ever determined the time of a query have mattered (``note_all``).
+  slightly farther away than a step's travel can shorten the step if it happens to be queried. Where this is so, or
+  could be so for an obstacle that is not queried, all that ever determined the time of a query have mattered
+  (``note_all``).
 
 The statement thus holds for one obstacle and for several removed together. For a cloud, all listed obstacles are noted.
 One condition: where a step may be longer than the remaining margin of the list (``limits.NEAR_MARGIN``; draft on cells

@@ -1,22 +1,19 @@
 """The ledger of hits: the energy and impulse that each tree and barrier absorbed from each log.
 
 A hit is one uninterrupted episode of contact between a log and one tree or barrier: it begins with the first impulse
-and
-ends when there has been none for HIT_PAUSE. A log that rolls along a stem hits it once; one that bounces off and
+and ends when there has been none for HIT_PAUSE. A log that rolls along a stem hits it once; one that bounces off and
 returns hits it again. All contacts with one barrier (its plates, top edges and posts) belong to the same hit.
 
 Recorded at the first impulse: time, place, the log's speed and energy just before, and the angle between its velocity
-and
-the normal of the obstacle. Recorded over the whole episode: the energy absorbed by the contact (its work, friction
+and the normal of the obstacle. Recorded over the whole episode: the energy absorbed by the contact (its work, friction
 included; the work of all contacts is all that a log loses, see ``energy``) and the impulse of its blows, the sum over
 its steps.
 
 The *blow* (impact impulse) of a step is the part that stops the log's approach to this one owner. The contacts with it
 exert, friction included, the impulse J = sum P_k [m/s, per mass] and the moment T = sum r_k x P_k. Along J the log
 approaches with u = -sum P_k . gamma_k- / |J| [m/s] (gamma- the contact velocities before), with the inverse effective
-mass
-G = 1 + T . I^-1 T / |J|^2 [-]. Stopping it takes u / G; reversing it to the speed required by the impact law,
-b = sum P_N max(0, target) / |J| [m/s], takes (u + b) / G. Hence
+mass G = 1 + T . I^-1 T / |J|^2 [-]. Stopping it takes u / G; reversing it to the speed required by the impact law, b =
+sum P_N max(0, target) / |J| [m/s], takes (u + b) / G. Hence
 
     blow = J min(1, (u + b) / (G |J|)),    if u exceeds ``BLOW`` g dt; otherwise none.
 
@@ -24,15 +21,12 @@ b = sum P_N max(0, target) / |J| [m/s], takes (u + b) / G. Hence
 - The static load of a leaning log is not a blow, at any time step, because the log does not approach; it would grow
 with
   the time of observation. Nor is the force that squeezes a jammed log between two owners, or between one and the
-  ground,
-  however large it is.
+  ground, however large it is.
 - It is at most what the log can deliver: a body that moves with u along an impulse with the inverse effective mass G
 has at
   least the energy u^2 / 2G, so u / G <= sqrt(2 E / G) <= sqrt(2 E), E its kinetic energy per mass; with e, (1 + e)
-  times
-  that. In a hit with several blows each is bounded in this way; to approach again the log must have rebounded, or have
-  been
-  pulled down by its weight.
+  times that. In a hit with several blows each is bounded in this way; to approach again the log must have rebounded, or
+  have been pulled down by its weight.
 """
 
 from __future__ import annotations

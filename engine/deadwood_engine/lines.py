@@ -102,8 +102,7 @@ def touch_segments(index, ends, owner, hull, size, path, shift_x, shift_y, touch
     """Mark the owners of segments that a swept hull touches, and those that the path of the centre crosses.
 
     ends [m] shape (n, 4): x, y of both ends; hull and path are moved by the shift into the segments' frame. An empty
-    hull
-    (size 0) touches nothing.
+    hull (size 0) touches nothing.
     """
     if size == 0:
         return

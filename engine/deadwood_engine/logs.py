@@ -104,8 +104,7 @@ def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None, threads: in
 
     With a shape, bodies of that shape: its z axis replaces the axis of a log, its x axis is horizontal across the
     azimuth (in the terrain's tangent plane if it lies). Diameters and lengths are ignored, densities are used. The
-    result
-    does not depend on ``threads``.
+    result does not depend on ``threads``.
 
     Raises
     ------

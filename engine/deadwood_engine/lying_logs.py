@@ -64,8 +64,7 @@ def pieces_of(cores: Cores) -> Pieces:
 
 def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArray[np.int64]]:
     """Place lying logs on the terrain; returns the cores of their pieces, numbered from ``first``, and the rows of
-    those
-    that are outside it altogether. The ends of a line are round.
+    those that are outside it altogether. The ends of a line are round.
 
     Raises
     ------

@@ -2,8 +2,7 @@
 
 Every obstacle is a chain of *cores*: all points within wide + slope z of the points start + z u, 0 <= z <= long. A stem
 with its rounded top is one core, a lying log has as many as its line has pieces, a boulder is one of zero length, and
-the
-edge of a barrier is one of zero radius.
+the edge of a barrier is one of zero radius.
 
 The signed distance phi of the cone K (positive outside, negative inside) is convex, because K is. So
 
@@ -19,10 +18,9 @@ If the core lies along the log's side or across its face, f is almost constant: 
 then contacts too (``line_ends``).
 
 The top of a stump is a disc whose points are the centres of such spheres: the gap is least over all chords of the disc
-along
-the log, h(y) = min over z of f on the chord at y, again convex (``top_chord``), and that chord is treated as any other
-core.
-Beside and below the top a stump is an ordinary core: there the least gap lies on the ray from its axis to the log.
+along the log, h(y) = min over z of f on the chord at y, again convex (``top_chord``), and that chord is treated as any
+other core. Beside and below the top a stump is an ordinary core: there the least gap lies on the ray from its axis to
+the log.
 
 symbol          in code               unit
 c, d            c, d                  m, -   centre and direction of the log's axis
@@ -198,8 +196,8 @@ def top_chord(cone, c, d, middle, flat, wide):
     middle : of the disc of radius ``flat`` [m], about which the top is rounded by ``wide`` [m]
 
     The chord at y, from -b to b with b^2 = flat^2 - y^2, has its least gap at s. The derivative of that with respect to
-    y is n.l, n
-    the gap's gradient and l the direction across; at an end of the chord, s = +-b, n.l + n.t ds/dy with ds/dy = -y/s.
+    y is n.l, n the gap's gradient and l the direction across; at an end of the chord, s = +-b, n.l + n.t ds/dy with
+    ds/dy = -y/s.
     """
     level = math.sqrt(d[0] * d[0] + d[1] * d[1])
     t = (d[0] / level, d[1] / level, 0.0) if level > VERTICAL else (1.0, 0.0, 0.0)

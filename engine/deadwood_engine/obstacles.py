@@ -1,9 +1,8 @@
 """Contacts of a log with all obstacles near it, of whatever kind, at the first touch along the predicted path.
 
 Where and how an obstacle is touched first decides whether it stops the log or deflects it. The predicted path is
-therefore
-searched in pieces, the shorter the nearer the obstacle, for the first touch; the contacts are those of that pose, and
-those that the rest of the step causes along a shared line (``narrow_phase``, ``barriers``).
+therefore searched in pieces, the shorter the nearer the obstacle, for the first touch; the contacts are those of that
+pose, and those that the rest of the step causes along a shared line (``narrow_phase``, ``barriers``).
 """
 
 from __future__ import annotations
@@ -77,10 +76,8 @@ def contacts_with(
 
     Returns (count, travel, free, thin, nearest): how far [m] the log's fastest point may move in the next step without
     passing a thin obstacle, and without touching anything (negative where it may touch); which near cores determine
-    these,
-    or -1. For thicker stems the table receives where along the log's axis the stem is nearest, and how far [m] the axis
-    may
-    move sideways there (``time_beside``).
+    these, or -1. For thicker stems the table receives where along the log's axis the stem is nearest, and how far [m]
+    the axis may move sideways there (``time_beside``).
     """
     travel, free, thin, nearest = math.inf, math.inf, -1, -1
     cone = cone_of(body)
@@ -115,8 +112,7 @@ def contacts_with(
             within = 0.0
             if count == before and time >= dt:
                 # not touched; but an impulse elsewhere within the step may whip an end against it: a contact that does
-                # not
-                # rebound, and acts only on what would penetrate
+                # not rebound, and acts only on what would penetrate
                 within, at = UNFORESEEN, dt
             elif count == before:
                 room = max(FIRST_TOUCH * narrow, clear)
@@ -171,8 +167,7 @@ def _time_to(swing, state, body, gravity, s, room):
 @inlined
 def _pace(state, body, gravity):
     """(swing, speed along the axis, greatest speed of any point, its growth): obstacles that the latter two place out
-    of reach
-    within a step are not examined more closely.
+    of reach within a step are not examined more closely.
     """
     swing = _swing(state)
     sliding = abs(swing[2])
@@ -184,12 +179,10 @@ def _pace(state, body, gravity):
 @inlined
 def time_beside(table, number, state, body, gravity, longest):
     """The longest step [s] in which the log passes none of the listed upright obstacles (``contacts_with``), and which
-    of them
-    determines it, or -1.
+    of them determines it, or -1.
 
     A log that slides along its own axis past a stem does not come nearer to it: what counts is the sideways velocity of
-    the
-    axis at the stem, and the contributions of rotation and gravity. A stem ahead of an end is met at full speed.
+    the axis at the stem, and the contributions of rotation and gravity. A stem ahead of an end is met at full speed.
     """
     swing, sliding, speed, bend = _pace(state, body, gravity)
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]

@@ -57,8 +57,7 @@ def convex_hull(points, count, hull):
 
     0 if a coordinate is not finite, or so large that products overflow: comparisons with NaN are false, so points would
     be neither sorted nor removed, and both chains together would be longer than the table (whose last row is not part
-    of the
-    hull; a true hull leaves two more rows empty).
+    of the hull; a true hull leaves two more rows empty).
     """
     amiss = 0.0
     for k in range(count):
@@ -100,8 +99,7 @@ def hull_rows(hull, size, x0, y0, cell, part, left, right):
     part : first column and row, number of columns and rows, of the raster within the whole to which (x0, y0) belongs.
         The results are relative to that part, but computed in the whole, so that every part gives the same bits.
     Rows and columns outside the part are cut off; an empty range has first > last, an empty row left > right. An empty
-    hull
-    (size 0) is in no row.
+    hull (size 0) is in no row.
     """
     column, row, columns, rows = part
     low, high = math.inf, -math.inf

@@ -1,9 +1,8 @@
 """The largest value of each log over each cell that it swept: the basis of quantiles of speed or energy.
 
 The cells of a log are those of ``outline.sweep_hits``: the hull of two successive outlines overlaps them. The value of
-a log
-there is the larger one of both poses of those hulls. One value is stored per log and cell, in places given by the hit
-counts, so the memory is known before the first log: 4 bytes per hit and channel.
+a log there is the larger one of both poses of those hulls. One value is stored per log and cell, in places given by the
+hit counts, so the memory is known before the first log: 4 bytes per hit and channel.
 """
 
 from __future__ import annotations

@@ -2,17 +2,13 @@
 
 A log on a plane touches along a line. Its weight and the moment of its weight determine the total load on the line and
 the centre of that load, N = sum P_k and sum s_k P_k; they do not determine the distribution, on which the moment of
-friction
-against turning depends. Compliant ground carries load in proportion to the depth of the log: the pressure is linear
-along the line, and nowhere negative. This also holds in the limit of rigid ground.
+friction against turning depends. Compliant ground carries load in proportion to the depth of the log: the pressure is
+linear along the line, and nowhere negative. This also holds in the limit of rigid ground.
 
 The solver therefore treats a line as two impulses, as if it were supported at its two ends, and distributes them
-linearly,
-keeping their sum and their moment [m]; friction is solved contact by contact. Each contact represents the part of the
-line
-nearest to it, so the number of rings does not matter. Two contacts are statically determinate: a line has at least
-three
-with the same direction of impulse and equal freedom to move.
+linearly, keeping their sum and their moment [m]; friction is solved contact by contact. Each contact represents the
+part of the line nearest to it, so the number of rings does not matter. Two contacts are statically determinate: a line
+has at least three with the same direction of impulse and equal freedom to move.
 """
 
 from __future__ import annotations
@@ -42,8 +38,7 @@ def _end_of_line(contacts, first, count, dt):
     impulse.
 
     Decided by the lever arms of the normals: where across the line a round log is supported changes none of its
-    velocities. The
-    gaps that may close within the step must be on one line, too.
+    velocities. The gaps that may close within the step must be on one line, too.
     """
     a, after, way = contacts[first], first + 1, 0.0
     low_t = low_x = low_y = low_z = -math.inf
@@ -75,8 +70,8 @@ def join_lines(contacts, count, state, dt):
 
     Their number is stored in ``line`` of the first, and -1 in that of the others. Their normals, lever arms and targets
     are replaced by those of the line through the first and the last: due to the rounding of the DEM's heights they
-    would contradict
-    each other, and a solver does not converge on contradictions. To be called before ``contacts.set_frames``.
+    would contradict each other, and a solver does not converge on contradictions. To be called before
+    ``contacts.set_frames``.
     dt : [s] the step, in which the gaps may close
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]

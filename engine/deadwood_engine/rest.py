@@ -40,8 +40,7 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     for k in range(VX, WZ + 1):
         trial[k] = 0.0
     # as in the run, otherwise contacts that hover within its tolerance would be missed; but what a longer step might
-    # touch
-    # does not support the log yet
+    # touch does not support the log yet
     dt = min(settings.time_step, REST_STEP)
     trial[VZ] = -0.5 * settings.gravity * dt  # as for a log at rest: gravity's half of the previous step
     advance = settings.gravity * dt * dt
@@ -72,10 +71,8 @@ def holder(scene, scratch, count):
     """(reason, row, grip): the obstacle with the largest impulse, or the terrain if none acts; rows as in ``owner_of``.
 
     grip [rad]: the angle by which the impulse of a single stem would have to turn to leave its friction cone, that is
-    the angle
-    of friction minus the angle between its total impulse and its normals; NaN if no stem holds the log, or not it
-    alone. Whether
-    a log is held within a few degrees depends on the coefficient of friction there.
+    the angle of friction minus the angle between its total impulse and its normals; NaN if no stem holds the log, or
+    not it alone. Whether a log is held within a few degrees depends on the coefficient of friction there.
     """
     most, reason, row, alone, normal, across, cone = 0.0, REST, -1, True, 0.0, 0.0, 0.0
     for k in range(count):

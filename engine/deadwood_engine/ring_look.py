@@ -1,11 +1,9 @@
 """Proximity query for the ground below all rings of a log at once: which of them can touch it at all.
 
 Three straight loops over a few dozen rings at a time, of which the processor runs four iterations together in the first
-and
-the last; only the middle one, which fetches heights from all over the terrain, goes ring by ring. There are no
-branches: that
-costs less than to test first which rings can be omitted. For the same reason the arrays passed from loop to loop are
-rows of a fixed length, because the compiler then knows that they do not overlap.
+and the last; only the middle one, which fetches heights from all over the terrain, goes ring by ring. There are no
+branches: that costs less than to test first which rings can be omitted. For the same reason the arrays passed from loop
+to loop are rows of a fixed length, because the compiler then knows that they do not overlap.
 """
 
 from __future__ import annotations
@@ -83,8 +81,7 @@ def _height(inverse_cell, k, room):
 @inlined
 def _rise(axis, narrowing, gx, gy, packed):
     """(steep, lean): per metre of radius, and of distance along the axis, how much lower [-] than the axis a point of
-    the
-    side can be over ground of the slope (gx, gy), plus or minus its kinks.
+    the side can be over ground of the slope (gx, gy), plus or minus its kinks.
     """
     qx, qy, qz = axis
     ky = np.floor(packed / HALF_WORD)

@@ -3,8 +3,7 @@
 On each ring, the deepest point along the local normal of the terrain, or the highest crest under the ring's stretch
 of the side (``crests``), and two points at 45 degrees beside it, which find the walls of a channel; on the end
 faces, eight points of the rim and the centre. They are points of the smooth cone, not vertices fixed to the body, so a
-log
-rolls without the rolling resistance of a polygon.
+log rolls without the rolling resistance of a polygon.
 """
 
 from __future__ import annotations

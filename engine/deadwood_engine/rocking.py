@@ -1,12 +1,11 @@
 """Oscillation: a log that rolls to and fro in a hollow stays there, although it does not come to rest.
 
 Rolling costs a rigid log no energy (no friction opposes it), so an oscillation in a hollow continues for minutes, and
-the
-certificate of ``rest`` never holds. But energy only decreases: a log that turns back at the same places, period after
-period, without gaining energy, seldom leaves. While a log is slow, the bounding box of the motion of its ends and its
-peak energy are therefore recorded in windows of time: a log that shows nothing new in the last of them is at rest. One
-that slides on, however slowly, leaves the box; one that topples gains energy. How far logs stopped in this way would
-still have moved is measured (engine/README.md).
+the certificate of ``rest`` never holds. But energy only decreases: a log that turns back at the same places, period
+after period, without gaining energy, seldom leaves. While a log is slow, the bounding box of the motion of its ends and
+its peak energy are therefore recorded in windows of time: a log that shows nothing new in the last of them is at rest.
+One that slides on, however slowly, leaves the box; one that topples gains energy. How far logs stopped in this way
+would still have moved is measured (engine/README.md).
 """
 
 from __future__ import annotations

@@ -1,15 +1,13 @@
 """Rolling friction: compliant ground resists a log that rolls over it.
 
 A rigid cone on rigid ground rolls for ever. Ground that yields by z below a roller of diameter D shifts the resultant
-of
-its pressure ahead of the lowest point, by about c a with c = sqrt(z / D): the classical moment c a P_N about the axis,
-against the spin, set-valued like Coulomb's law (Johnson 1985, section 8; Leine & Nijmeijer 2004, section 5.3):
+of its pressure ahead of the lowest point, by about c a with c = sqrt(z / D): the classical moment c a P_N about the
+axis, against the spin, set-valued like Coulomb's law (Johnson 1985, section 8; Leine & Nijmeijer 2004, section 5.3):
 
     M = -c sum(a_k P_k) sign(spin), or any value in between where the log does not spin about its axis
 
 a_k is the distance of ground contact k from the axis. All contacts turn the same body about the same axis, so one
-moment
-is enough: one scalar of the solver, clipped, updated in every sweep. On a plane a log across the slope rests
+moment is enough: one scalar of the solver, clipped, updated in every sweep. On a plane a log across the slope rests
 where c > tan(slope). A body given as a point cloud rolls over its vertices, which is its rolling resistance.
 """
 

@@ -7,9 +7,9 @@ below it, the ground resists the centre of mass against its velocity v, and exer
     depth = 0.1 M^(1/3) M_E^-0.4 |v_z|^0.8                      their eq. 11                  [r]
 
 A is the projected area, along v, of the part of the body below the surface; C_f = 1 (fluid part) and rho = 1700 kg/m3
-are
-theirs. depth is set by the vertical speed at the node from which a step first reaches below the surface, and is valid
-until the whole body is above it again. The contacts, with friction and restitution as usual, act on the rebound plane.
+are theirs. depth is set by the vertical speed at the node from which a step first reaches below the surface, and is
+valid until the whole body is above it again. The contacts, with friction and restitution as usual, act on the rebound
+plane.
 
 Within a step A is constant, and [q] is solved exactly: |v| falls by the factor 1 / (1 + k |v| dt) with
 k = (C_f + C_s) rho A / (2 M). The surface is the plane of the facet below the body's deepest vertex; the body is its

@@ -99,8 +99,7 @@ class Scratch(NamedTuple):
         stages: StageTable | None = None,
     ) -> Scratch:
         # every candidate of the log, and the maximum of each obstacle (``CORE_CONTACTS``), for as many as can touch a
-        # log
-        # at once. ``add_contact``, the only function that writes to the table, ignores any excess
+        # log at once. ``add_contact``, the only function that writes to the table, ignores any excess
         table = 3 * stations + 16 + CORE_CONTACTS * min(core_count, 1024)
         cloud = cloud or Cloud.none()
         table += len(cloud.points) + 64 * min(len(cloud.corners), 64)

@@ -7,13 +7,11 @@ one state variable per body, the slip s:
     ds/dt = |v| while at least one contact with the ground is loaded,   ds/dt = -beta s otherwise
 
 v is the velocity of the centre of mass, so s also grows while a body rolls. mu_min is the coefficient of the ground; if
-it
-exceeds mu_max, friction does not grow. At s = 1/kappa friction is halfway to mu_max.
+it exceeds mu_max, friction does not grow. At s = 1/kappa friction is halfway to mu_max.
 
 mu of a step is that of s at its node, and s is advanced with the velocity at the middle of the step, as positions are:
-a
-leapfrog of second order. In the air s decays exactly. Slip applies only to point clouds, and only to contacts with the
-terrain.
+a leapfrog of second order. In the air s decays exactly. Slip applies only to point clouds, and only to contacts with
+the terrain.
 
 symbol      in code         unit
 s           slip            m

@@ -1,12 +1,10 @@
 """Stages: checkpoints of the complete state of a log, from which it can be slid again without an obstacle.
 
 Up to the step in which an obstacle is first queried as the nearest, or first matters (``influence.enter``), the motion
-of a
-log is the same as without it, and so is the knowledge of its surroundings, except for the obstacle's place in the
-near list. Every few steps a stage therefore overwrites the previous one, unless an obstacle has been entered since:
-the previous one is then kept for that obstacle. Continuing from it in the scene without the obstacle gives the same
-bits as from
-the release (``tests/engine/test_stages.py``), except for what came before: poses, and hits.
+of a log is the same as without it, and so is the knowledge of its surroundings, except for the obstacle's place in the
+near list. Every few steps a stage therefore overwrites the previous one, unless an obstacle has been entered since: the
+previous one is then kept for that obstacle. Continuing from it in the scene without the obstacle gives the same bits as
+from the release (``tests/engine/test_stages.py``), except for what came before: poses, and hits.
 """
 
 from __future__ import annotations

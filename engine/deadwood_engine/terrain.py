@@ -2,8 +2,7 @@
 
 Between four cell centres the height is h = h00 + ... bilinear, its gradient follows analytically, and the normal of a
 contact is that of the surface at the contact point. The surface is not triangulated (a diagonal breaks mirror symmetry)
-and
-not smoothed (the edges between cells dissipate energy, and the calibrated friction includes that).
+and not smoothed (the edges between cells dissipate energy, and the calibrated friction includes that).
 
 Each log is computed in a local frame: origin at the DEM node (row j0, column i0) below its release, heights
 relative to a reference. The numbers of a log therefore do not depend on where on Earth, or where in the DEM, the slope
@@ -177,8 +176,7 @@ def friction_at(terrain, i0, j0, x, y):
 @kernel
 def lid_distance(terrain, i0, j0, x, y, z, dx, dy, dz):
     """Height [m] of a place in the frame of node (j0, i0) above its block's bounding plane (lid), and the cosine
-    between the
-    plane's normal and a direction d; -inf where there is no plane.
+    between the plane's normal and a direction d; -inf where there is no plane.
     """
     lids, block = terrain.lids, terrain.lid_cells * terrain.cell
     x += i0 * terrain.cell
@@ -240,8 +238,7 @@ def kinks_of(heights, cell, around, kinks):
     cells of it: in units of KINK, rounded up, for displacements along x (the lower half of a word) and y (the upper).
 
     Along a straight displacement (dx, dy) the ground thus rises by at most kx |dx| + ky |dy| above the tangent plane of
-    its
-    starting point. The slopes along x that a displacement eastwards can meet are those between nodes of the same
+    its starting point. The slopes along x that a displacement eastwards can meet are those between nodes of the same
     columns and of those to the east, and within a cell a slope is between those of its two sides: a bound for every
     point, not a sample. Ground that falls away, as beyond a crest, does not count. Outside the DEM nothing rises.
     """

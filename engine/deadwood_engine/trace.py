@@ -23,7 +23,8 @@ class RasterArrays(NamedTuple):
     The values that a passing log changes are adjacent for each cell, because a log's cells are far apart in memory.
 
     hits : uint32 (rows, columns, 2), logs that hit the cell (HITS), and the last of them, row + 1 (STAMP)
-    maxima : float32 (rows, columns, 4), SPEED [m/s], ENERGY [J], JUMP, HEIGHT [m]; deposits : uint32 (rows, columns)
+    maxima : float32 (rows, columns, 4), SPEED [m/s], ENERGY [J], JUMP, HEIGHT [m], or 0 x 0: only hits are counted
+    deposits : uint32 (rows, columns)
 
     For a scene with lines, where logs that pass a cell end (``outline.count_danger``); without lines nothing is listed:
 
@@ -66,8 +67,7 @@ POSE_WIDTH = 14
 LAST_BASE, LAST_TIP, LAST_X, LAST_Y, PEAK_SPEED, PEAK_ENERGY, PEAK_JUMP, LAST_TURN = 0, 3, 6, 7, 8, 9, 10, 11
 PEAK_HEIGHT = 20
 # and of each end's path since, in plan: its course (x, y), the least and the greatest slope against that of a chord
-# that
-# passes all positions since, and the distance covered
+# that passes all positions since, and the distance covered
 COURSE, COURSE_WIDTH = 21, 5
 # and how far the farther end had moved when the log's height above the ground was last computed
 SEEN = COURSE + 2 * COURSE_WIDTH
@@ -95,10 +95,8 @@ def _strays(memory, at, x, y, within):
     between.
 
     A chord may pass a position at a distance of at most ``within`` [m]: every position therefore admits a range of
-    slopes
-    against the course (the chord to the first position farther away than that), and all of them their intersection. An
-    end that
-    turns back leaves positions beyond it.
+    slopes against the course (the chord to the first position farther away than that), and all of them their
+    intersection. An end that turns back leaves positions beyond it.
     at : where the memory holds the course
     """
     if x * x + y * y <= within * within:
@@ -123,10 +121,9 @@ def outline_is_due(memory, state, body, moved, most, grain):
     """Whether the area swept since the last outline is due to be drawn.
 
     It is drawn as the hull of both outlines, which is exact for straight motion. An outline is therefore due if an end
-    has
-    moved by ``most`` [m] (``moved`` is the distance of the farther one), has deviated from the straight path by more
-    than WITHIN
-    times the grain [m] (a cell, or the distance of two steps), or has moved a grain farther than the other.
+    has moved by ``most`` [m] (``moved`` is the distance of the farther one), has deviated from the straight path by
+    more than WITHIN times the grain [m] (a cell, or the distance of two steps), or has moved a grain farther than the
+    other.
     """
     if moved >= most:
         return True
@@ -226,17 +223,18 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, part, left, right)
     now, fast, heavy, high = np.uint32(row + 1), np.float32(speed), np.float32(energy), np.float32(jump)
     tall = np.float32(memory[PEAK_HEIGHT])
-    listed = rasters.order[LISTED]
+    listed, maxima = rasters.order[LISTED], rasters.maxima.shape[0] > 0
     # the rows are far apart in memory: requested all at once, they arrive together
     for j in range(first, last + 1):
         place = j * columns + min(left[j], columns - 1)
         prefetch(rasters.hits, place * HIT_BYTES)
-        prefetch(rasters.maxima, place * MAXIMA_BYTES)
-        prefetch(rasters.maxima, place * MAXIMA_BYTES + CACHE_LINE)
+        if maxima:
+            prefetch(rasters.maxima, place * MAXIMA_BYTES)
+            prefetch(rasters.maxima, place * MAXIMA_BYTES + CACHE_LINE)
     for j in range(first, last + 1):
         # unsigned: Numba then does not test for negative indices
         west, east = np.uint64(left[j]), np.uint64(right[j] + 1)
-        cells, most = rasters.hits[j], rasters.maxima[j]
+        cells = rasters.hits[j]
         if listed < rasters.passed.shape[0]:
             start = np.uint64(j * columns)
             for i in range(west, east):
@@ -247,6 +245,9 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
         for i in range(west, east):
             cells[i, HITS] += np.uint32(cells[i, STAMP] != now)
             cells[i, STAMP] = now
+        if not maxima:
+            continue
+        most = rasters.maxima[j]
         for i in range(west, east):
             a, b, c, d = most[i, SPEED], most[i, ENERGY], most[i, JUMP], most[i, HEIGHT]
             most[i, SPEED] = fast if a < fast else a
@@ -274,8 +275,7 @@ def forget_touches(marks):
 @kernel
 def forget_after(marks, sunk):
     """For a log that failed: disregard touches since it was deeper in something than its radius (time sunk [s]), and
-    all
-    barriers that it crossed, which have no time.
+    all barriers that it crossed, which have no time.
     """
     for line in range(marks.lines.shape[0]):
         if marks.line_time[line] >= sunk:

@@ -27,8 +27,7 @@ def travel_bound(cloud, state, body):
     """(speed, bend, roll): without gravity a body moves at most speed t + bend t^2 / 2 in a time t [m/s, m/s2].
 
     A log is round: its axis defines where it is, and the ends of the axis move fastest. The velocity of the ends turns
-    with the
-    axis about the angular momentum. Its spin [m/s] moves only its surface. For a cloud every point counts.
+    with the axis about the angular momentum. Its spin [m/s] moves only its surface. For a cloud every point counts.
     """
     if cloud is not None:
         return fastest_point(state, body), 0.0, 0.0

@@ -3,8 +3,7 @@
 A tree is rigid and fixed: it blocks, turns and wedges a log for as long as they touch. Its top, half the DBH wide, is
 a hemisphere that reaches the tree's height. A tree no higher than ``limits.STUMP`` is cut or broken: a cylinder of
 its DBH with a flat top whose rim is rounded, one convex body for any part of a log that may come down on it. (With a
-top
-that is flat for the log's face, round for its side and absent for its rim, one rim in three sank by 5 to 48 cm. A
+top that is flat for the log's face, round for its side and absent for its rim, one rim in three sank by 5 to 48 cm. A
 hemisphere at the top left 0.6 to 0.9 of the DBH at the ground.)
 """
 

@@ -1,16 +1,11 @@
 """Ground contacts whose plane turns from one step to the next: the impulse that carries the log's weight does no work.
 
 The work of an impulse is that of the mean of the velocities before and after the step. If the plane w0 = (n, r x n)
-along which
-a contact moves has turned to w1, the log approaches w1 by -delta = -v.(w1 - w0), and an impulse P along w1 does the
-work P delta / 2.
-Of P, only the impact part may do so: it dissipates delta^2 / (2 G), as an inelastic kink does. The rest carries the
-weight,
-perpendicular to the motion. With all of it along w1, a log that oscillates in a hollow loses g dt delta / 2 at every
-turn: at
-15 ms a log that oscillates in a smooth hollow for 40 s kept 70 % of its height, where the kinks of the DEM leave 94 %.
-The
-impulse therefore acts along
+along which a contact moves has turned to w1, the log approaches w1 by -delta = -v.(w1 - w0), and an impulse P along w1
+does the work P delta / 2. Of P, only the impact part may do so: it dissipates delta^2 / (2 G), as an inelastic kink
+does. The rest carries the weight, perpendicular to the motion. With all of it along w1, a log that oscillates in a
+hollow loses g dt delta / 2 at every turn: at 15 ms a log that oscillates in a smooth hollow for 40 s kept 70 % of its
+height, where the kinks of the DEM leave 94 %. The impulse therefore acts along
 
     w = (1 - share) w0 + share w1,    share = (1 + blow) / 2,    blow = -delta / (g dt n_z - delta),
 

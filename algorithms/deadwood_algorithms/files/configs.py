@@ -42,12 +42,10 @@ def read_config(
     given: Collection[str] = (),
 ) -> dict[str, Any]:
     """The parameters in a JSON file, either a plain object of names and values, or those of an earlier run: its
-    manifest, or a
-    file of its results that contains the record.
+    manifest, or a file of its results that contains the record.
 
     Relative paths in it are relative to the current folder, as in flags. An input of a manifest that no longer exists
-    is
-    searched for where it would be if everything was moved together; ``note`` is called with the place.
+    is searched for where it would be if everything was moved together; ``note`` is called with the place.
 
     Parameters
     ----------

@@ -2,8 +2,7 @@
 column with a unit, a title that shows it, the field's alias (Schema extension).
 
 The texts are those of `schemas`; a user's columns that no schema knows have no description. GDAL reads comment and
-alias
-from version 3.7 on, and so do programs built on it (QGIS).
+alias from version 3.7 on, and so do programs built on it (QGIS).
 """
 
 from __future__ import annotations

@@ -3,8 +3,7 @@ library only.
 
 The path of an input may stand for several files (`input_files`). A GeoPackage changes its bytes without changing its
 content (QGIS opens it, stores a style in it, or keeps changes in a ``-wal`` beside it), so a digest of its rows is
-stored
-as well: if either is the same, so is the input.
+stored as well: if either is the same, so is the input.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 A path that names the network is always rejected. A file that points to it (a GDAL virtual raster or layer, the
 description of a map service) is rejected unless the variable `ALLOWED` is set: otherwise the author of such a file
-could
-make this computer request any address. What cannot be detected in the file, the command forbids GDAL itself
+could make this computer request any address. What cannot be detected in the file, the command forbids GDAL itself
 (`deadwood_toolbox.environment`).
 """
 

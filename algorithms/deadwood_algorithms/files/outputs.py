@@ -159,8 +159,7 @@ def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterat
     """A hidden folder beside ``final``, removed in the end; creating it verifies that the place is writable.
 
     ``check`` rejects an output that may not be replaced; it is called before anything is created, and again once no
-    other
-    run can write the same output.
+    other run can write the same output.
     """
     check()
     made = [each for each in final.parents if not _exists(each, named)]

@@ -1,10 +1,8 @@
 """Values that a user selects by name, each with its content, source and caveats.
 
 The only table of them. A tool offers a part of it as a choice, reports what the choice set and which of the user's
-options
-override it (`Taken`), and writes it to its manifest. Every number has its source; numbers computed from sources are
-marked
-as such. Standard library only.
+options override it (`Taken`), and writes it to its manifest. Every number has its source; numbers computed from sources
+are marked as such. Standard library only.
 """
 
 from __future__ import annotations

@@ -408,8 +408,7 @@ def engine_digest() -> str:
     """Digest of the engine's sources and its compiler: two runs with the same one are identical, bit for bit.
 
     The same digest names the engine's cache of kernels; it is computed by the engine's own file, without importing its
-    compiler,
-    once per process: edits while a run works have no effect in it.
+    compiler, once per process: edits while a run works have no effect in it.
     """
     from importlib import util
 

@@ -403,8 +403,7 @@ def accuracy(source: ReportedRun, words: Words) -> Parts:
 
 def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
     """The command line that repeats a run; defaults are included, so that none can change unnoticed. Options that
-    columns
-    of the releases override are omitted, because they had no effect.
+    columns of the releases override are omitted, because they had no effect.
     """
     words = ["deadwood-tool", str(manifest.get("tool", "slide-logs"))]
     overridden = overridden_options(manifest, summary)

@@ -3,9 +3,8 @@
 If a capacity is given, each hit in which a standing tree absorbs more energy than that, or a log loses more than it
 could in any hit, is counted by tree and by log; the motion is unchanged. Where trees break (--break-trees), the hits in
 which one broke are counted: it has absorbed exactly its capacity. The capacity of a stem is that of one of 40 cm DBH
-times a
-power of DBH over 40 cm. The power is 2 unless given: bent to fracture over a lever arm that does not depend on its
-diameter, a stem stores energy in proportion to its cross-section. The numbers are the user's: there is no default.
+times a power of DBH over 40 cm. The power is 2 unless given: bent to fracture over a lever arm that does not depend on
+its diameter, a stem stores energy in proportion to its cross-section. The numbers are the user's: there is no default.
 """
 
 from __future__ import annotations

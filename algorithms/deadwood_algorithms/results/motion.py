@@ -1,8 +1,7 @@
 """A log's motion from stored poses: the path so far, the direction of travel, the kinetic energy.
 
 Poses contain the rate of rotation but not its axis. The rotation of the log's own axis follows from neighbouring poses;
-the
-remainder of the rate is spin about that axis. With both moments of inertia this gives the energy of rotation to
+the remainder of the rate is spin about that axis. With both moments of inertia this gives the energy of rotation to
 within a few percent of the run's own (which knows every step); it is a small part for logs that slide, and up to half
 of that of translation for those that roll.
 """

@@ -63,8 +63,7 @@ GROUPS = (
 SHOWN = ("reach", "deposits", "lines", "barriers", "lying_logs", "blocks", "trees", "hit_count", "log_outlines",
          "log_solids")  # fmt: skip
 # For the 3-D view: objects standing on the terrain, and layers draped over it, which are a map theme. The animation is
-# in
-# neither: QGIS 3.22's 3-D view ignores the time, and would show all of it at once.
+# in neither: QGIS 3.22's 3-D view ignores the time, and would show all of it at once.
 SOLID = ("trees", "barriers", "blocks", "log_solids")
 DRAPED = ("reach", "lines", "hit_count", "terrain")
 # Logs at rest: where the controller animates, each from the moment on at which it came to rest.

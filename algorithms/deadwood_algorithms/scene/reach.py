@@ -6,9 +6,8 @@ expected. The estimate proceeds over blocks of the DEM from the releases outward
 its result, however large the file. It need not be right: a watched line runs inside every side of the window that is
 not a side of the DEM itself, and a log that touches it is slid again in a wider window. The line keeps such a distance
 from the window's side that nothing beyond the side can have affected a log, even by a bit, that did not touch the line:
-its
-outline is drawn at least every four cells of travel, a step moves it by less, roughness is known from
-three cells around, and obstacles are sought within 2 m of it.
+its outline is drawn at least every four cells of travel, a step moves it by less, roughness is known from three cells
+around, and obstacles are sought within 2 m of it.
 """
 
 from __future__ import annotations

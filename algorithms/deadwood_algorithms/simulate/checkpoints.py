@@ -5,8 +5,7 @@ then; later chunks are slid again, so the resumed run equals the interrupted one
 
 Nothing in it is trusted without its seal: a digest, at the end of each file, of its content, its name and the
 run's identity. A flipped bit, a truncated file, a chunk copied over another or from another run is therefore detected,
-and its
-logs are slid again. The two last checkpoints are kept, so that a damaged one costs little.
+and its logs are slid again. The two last checkpoints are kept, so that a damaged one costs little.
 """
 
 from __future__ import annotations

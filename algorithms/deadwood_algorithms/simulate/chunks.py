@@ -86,8 +86,7 @@ class ChunkedRun:
         """Slide the logs that are not yet done, one chunk after the other.
 
         A log near the side of the DEM's window may have written to the rasters what it would not on the whole DEM, so
-        all
-        logs since the last checkpoint are slid again on a wider one.
+        all logs since the last checkpoint are slid again on a wider one.
         """
         queue, work, feedback = self.queue, self.work, self.feedback
         load_kernels(self.slope.layers.shape, feedback)

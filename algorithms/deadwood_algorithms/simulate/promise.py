@@ -3,9 +3,8 @@
 A run of n logs at fidelity f gives a share p. It differs from what `reference` would give for infinitely many such logs
 by s + d: s is chance, with a standard error sigma that shrinks with n; d is the calculation's, the same for every n.
 A bound of d is known, |d| <= b. Then s + d is worst for d = +-b, and the 95 % point of |normal(b, sigma)| is the error
-of both
-*together*: more than either, less than their sum (a bias-aware interval, Armstrong and Kolesar 2018).
-With b = 0 it is the usual 1.96 sigma, with b >> sigma it is b + 1.645 sigma, because then only one side can fail.
+of both *together*: more than either, less than their sum (a bias-aware interval, Armstrong and Kolesar 2018). With b =
+0 it is the usual 1.96 sigma, with b >> sigma it is b + 1.645 sigma, because then only one side can fail.
 
 Each line is a separate statement, as everywhere in the toolbox.
 """
@@ -17,8 +16,7 @@ import math
 from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
 # Of a promise at 95 %: the number of logs is determined by the logs themselves, which reduces the coverage a little,
-# and
-# a share of few logs is not quite normal.
+# and a share of few logs is not quite normal.
 RISK = 0.04
 
 

@@ -118,12 +118,9 @@ def slide_batch(
     that some log came too close to: if there are any, neither the result nor the rasters may be used.
 
     ``later`` are the batches needed next, on which the workers of a scheduler may start while a slow log delays this
-    one. With
-    ``influences`` the result contains what mattered to each log, with ``until_reached`` a log ends when it has reached
-    every
-    line that it is not ``inside``; more : stages, as the engine takes them, which save time and change no result:
-    workers do
-    without.
+    one. With ``influences`` the result contains what mattered to each log, with ``until_reached`` a log ends when it
+    has reached every line that it is not ``inside``; more : stages, as the engine takes them, which save time and
+    change no result: workers do without.
 
     Raises
     ------

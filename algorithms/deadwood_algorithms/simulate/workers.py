@@ -473,8 +473,7 @@ def piece_size(left: int, threads: int, each_s: float | None) -> int:
     """How many of the remaining logs to send next, given the time of one [s], if known.
 
     Pieces are long compared with the cost of sending them, and shorter towards the end, where all wait for the last: a
-    log
-    that takes a hundred times as long as others then delays few of them.
+    log that takes a hundred times as long as others then delays few of them.
     """
     size, least = FIRST_PIECE, 1
     if each_s is not None:

@@ -6,45 +6,32 @@ difference is due to the coefficient.
 
 Likelihood. A point y has the density of the simulated deposits x_j, observed with an error s in both directions due to
 mapping and to what the model does not represent: (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1). A yes or no has the share
-of
-the logs that behave so: (k + 1/2) / (n + 1) for k of n. The half a log, which for points is spread evenly over the
-ground A
-on which any log came to rest with any coefficient, prevents a coefficient from being ruled out by too few logs.
-Outcomes
-multiply.
+of the logs that behave so: (k + 1/2) / (n + 1) for k of n. The half a log, which for points is spread evenly over the
+ground A on which any log came to rest with any coefficient, prevents a coefficient from being ruled out by too few
+logs. Outcomes multiply.
 
 Logs without a deposit on the terrain model (they left it, failed, or were still moving at the time limit) are treated
-in one
-of two ways, depending on what is known of the event:
+in one of two ways, depending on what is known of the event:
 
 - deposits were found here, and the number of logs that moved on is unknown. Each deposit then is one of the logs at
 rest on
   the terrain model, and n counts only these: its conditional density is (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1/2)
-  over
-  the n logs at rest. The share of logs that leaves is evidence neither for nor against a coefficient; a coefficient
-  with
-  which no simulated log stays cannot have caused a deposit here, and has no likelihood;
+  over the n logs at rest. The share of logs that leaves is evidence neither for nor against a coefficient; a
+  coefficient with which no simulated log stays cannot have caused a deposit here, and has no likelihood;
 - the search was complete: all logs of the event were found. Logs that left then remain in n, and in the simulated
 events they
   are an outcome with the share of such logs, (k + 1/2) / (n + 1). A coefficient with which many logs leave must then
-  explain
-  why none of the observed ones did.
+  explain why none of the observed ones did.
 
 Range. A coefficient is in the range unless the event is less likely with it, relative to the best coefficient, than 95
-% of
-events simulated with that coefficient and the same number of logs: log j in place of an observed one (of those at rest
-on
-the terrain model, if only such were found), its deposit shifted by a drawn error, its own share removed from all
-densities.
-Whatever the true coefficient is, the range contains it in 95 % of events, for one observed log as for many (Feldman &
-Cousins
-1998), whereas the usual limit of 1.92 on the log-likelihood requires many. A range that contains every coefficient
-means
-that the event is not informative.
+% of events simulated with that coefficient and the same number of logs: log j in place of an observed one (of those at
+rest on the terrain model, if only such were found), its deposit shifted by a drawn error, its own share removed from
+all densities. Whatever the true coefficient is, the range contains it in 95 % of events, for one observed log as for
+many (Feldman & Cousins 1998), whereas the usual limit of 1.92 on the log-likelihood requires many. A range that
+contains every coefficient means that the event is not informative.
 
 Fit. The best coefficient is the best even if none is good. The likelihood of the event with a coefficient is therefore
-also
-compared with that of events simulated with it, independently of the other coefficients.
+also compared with that of events simulated with it, independently of the other coefficients.
 
 Energy score. For points also the mean of E|X - y| - E|X - X'| / 2 [m] (Gneiting & Raftery 2007): the distance of the
 simulated deposits from the observed one, minus half their own spread. Lower is better; the true coefficient minimises

@@ -3,25 +3,18 @@
 A run of N logs has a sampling error: for a reach probability the half-width of its 95 % Wilson interval, the noise. A
 fidelity is *within* it if its own error is shown to be smaller: |difference to the finest| + half-width of the paired
 interval <= noise, for every line (for an asymmetric interval the farther end counts). It is *beyond* it if, for any
-line,
-even the nearer end is farther from 0 than the noise; otherwise there are too few logs to decide. The cheapest fidelity
-that
-is within is recommended.
+line, even the nearer end is farther from 0 than the noise; otherwise there are too few logs to decide. The cheapest
+fidelity that is within is recommended.
 
 Without lines (or if all logs or none reach them) the distances of the run-outs and of the hit rasters are used instead.
 Distances are never negative and shrink with the square root of the number of logs. The distance D between two halves of
-the n
-logs of the finest run therefore measures chance: a run of N logs is D * sqrt(n / 4N) from the truth, the noise; two
-runs of
-n different logs are D / sqrt(2) from each other, the most that can be due to chance. A distance is within if it does
-not
-exceed the noise, and beyond if it exceeds it even after subtracting what may be chance.
+the n logs of the finest run therefore measures chance: a run of N logs is D * sqrt(n / 4N) from the truth, the noise;
+two runs of n different logs are D / sqrt(2) from each other, the most that can be due to chance. A distance is within
+if it does not exceed the noise, and beyond if it exceeds it even after subtracting what may be chance.
 
 The finest run is the standard of comparison and cannot be judged: its distance from the truth could only be shown by a
-finer
-one. If the smallest change sends a log elsewhere (among trees), the pairs have little in common, and it takes up to
-twice N
-logs to show that an error is below the noise of N.
+finer one. If the smallest change sends a log elsewhere (among trees), the pairs have little in common, and it takes up
+to twice N logs to show that an error is below the noise of N.
 """
 
 from __future__ import annotations

@@ -139,8 +139,7 @@ def follow(
     """The parabola of a mapped flight, with its terrain and barriers.
 
     The terrain over ``slope_over_m`` [m] before the take-off gives the angle if none is mapped; it may protrude into a
-    flight
-    by ``tolerance_m`` [m].
+    flight by ``tolerance_m`` [m].
     """
     start, end = np.array(mapped.takeoff), np.array(mapped.landing)
     distance = float(np.hypot(*(end - start)))

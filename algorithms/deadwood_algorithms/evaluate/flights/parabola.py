@@ -3,8 +3,7 @@
 For `fit_flight`. All quantities are in the vertical plane of the flight: s [m] is the horizontal distance from the
 take-off, z [m] the height above it. Only gravity acts, and the log's axis is parallel to its velocity (paper, section
 5.2). The path is therefore z = s tan(angle) - bend s^2, and the log a cylinder of its DBH along the tangent of the
-path. A
-tangent of this path is above it, so no part of the log is ever below the path's parallel curve at half a DBH.
+path. A tangent of this path is above it, so no part of the log is ever below the path's parallel curve at half a DBH.
 """
 
 from __future__ import annotations

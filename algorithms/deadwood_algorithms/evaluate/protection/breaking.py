@@ -1,12 +1,9 @@
 """Trees that break: each log is slid again without the trees that it would have broken, one after the other.
 
 A log whose hit exceeds the capacity of the tree is slid again without that tree, from a checkpoint stored shortly
-before the
-tree mattered (`changed_scenes`), then without the next tree that it would break, until it breaks none or has reached
-every
-line. The tree then absorbs nothing, whereas a real one absorbs its capacity. This result and that with rigid trees,
-which
-absorb everything, are the bounds for trees that break.
+before the tree mattered (`changed_scenes`), then without the next tree that it would break, until it breaks none or has
+reached every line. The tree then absorbs nothing, whereas a real one absorbs its capacity. This result and that with
+rigid trees, which absorb everything, are the bounds for trees that break.
 """
 
 from __future__ import annotations

@@ -160,8 +160,7 @@ def places_where_most_pass(
     pieces: Sequence[Any], passed: NDArray[np.bool_], length: float, number: int
 ) -> list[tuple[Any, int]]:
     """Of pieces of one length [m], those that most logs pass, and how many do: sorted by that number, with midpoints at
-    least
-    half the length apart.
+    least half the length apart.
 
     passed : (n, pieces), which log passes which piece and reaches a line afterwards
     """

@@ -37,12 +37,10 @@ class Rerun:
 
     def rule_of_steps(self, layers: SceneLayers) -> tuple[Fidelity, bool]:
         """What determines the length of every step in a scene, wherever the log is: whether anything rebounds, and, if
-        a step may be
-        longer than the remaining margin of the list, whether there is any obstacle at all.
+        a step may be longer than the remaining margin of the list, whether there is any obstacle at all.
 
         In two scenes with the same rule, a log that comes near no object that only one of them contains moves in the
-        same way, bit
-        for bit; with different rules it may not.
+        same way, bit for bit; with different rules it may not.
         """
         laws = self.simulation.laws
         trees, barriers = laws["tree_restitution"], laws["barrier_restitution"]

@@ -1,15 +1,12 @@
 """Barriers chosen one after the other: for each candidate only the logs that come near it are slid again.
 
 The lines of all candidates, and a zone around each, are watched while the logs slide. A log whose outline never touches
-the
-zone keeps every bit of its trajectory when the barrier is built there, because the engine lists an obstacle, and lets
-it
-shorten a step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``near_candidates`` argues the
-same from poses), unless it is the first obstacle, whose presence alone shortens steps (``Rerun.rule_of_steps``). The
-other
-logs slide again in the scene with the barrier; meanwhile the zones record which other candidates their new paths
-approach. It
-is therefore always known how each log moves with the barriers chosen so far, and which candidates it comes near.
+the zone keeps every bit of its trajectory when the barrier is built there, because the engine lists an obstacle, and
+lets it shorten a step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``near_candidates``
+argues the same from poses), unless it is the first obstacle, whose presence alone shortens steps
+(``Rerun.rule_of_steps``). The other logs slide again in the scene with the barrier; meanwhile the zones record which
+other candidates their new paths approach. It is therefore always known how each log moves with the barriers chosen so
+far, and which candidates it comes near.
 """
 
 from __future__ import annotations

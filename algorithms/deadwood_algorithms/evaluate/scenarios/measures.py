@@ -5,10 +5,9 @@ McNemar's exact test, a mean by the scatter of the changes, a spread or quantile
 in both. The indices of a protection forest (`indices`) are bootstrapped likewise.
 A log that left the terrain model before it reached a line, or before anything held it, may have done so beyond. Shares
 and their differences come with bounds for such logs: none did in one scenario and all did in the other, and vice versa.
-A
-mean speed excludes logs that were still moving at the time limit in any of the compared scenarios: they roll slowly for
-minutes, so path over time would reflect the limit.
-These intervals are over logs. Another random forest, friction or DEM is another scenario, which they do not cover.
+A mean speed excludes logs that were still moving at the time limit in any of the compared scenarios: they roll slowly
+for minutes, so path over time would reflect the limit. These intervals are over logs. Another random forest, friction
+or DEM is another scenario, which they do not cover.
 """
 
 from __future__ import annotations

@@ -325,8 +325,7 @@ def _energies(arrived: Arrived, n_logs: int, n_lines: int) -> NDArray[np.float64
 
 def differing(compared: Compared) -> dict[str, dict[str, Any]]:
     """Parameters of slide-logs in which the scenarios differ: by parameter, by scenario. A parameter that columns of
-    the releases
-    override had no effect and is not listed.
+    the releases override had no effect and is not listed.
     """
     given = {each.name: dict(each.run.manifest.get("parameters", {})) for each in compared.scenarios}
     for each in compared.scenarios:

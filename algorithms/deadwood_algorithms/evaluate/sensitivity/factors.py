@@ -2,8 +2,7 @@
 
 A factor is a number that replaces one of the scene's (``friction``), a multiplier of values of the layers
 (``log_dbh_factor``), or a choice of two (``fidelity``, ``orientation``). If the user gives no range, that of `OFFERED`
-is
-used; each is a suggestion with its reason, and every run reports the ranges used.
+is used; each is a suggestion with its reason, and every run reports the ranges used.
 """
 
 from __future__ import annotations

@@ -3,10 +3,9 @@ logs.
 
 First-order indices by Saltelli et al. (2010, "Variance based sensitivity analysis of model output", table 2 b), total
 indices by Jansen (1999), for the outcome over all logs that might be released: the contribution of the run's finite
-number of
-logs to a squared difference or product (their variance over the logs divided by their number) is subtracted. Otherwise
-every factor, even one without effect, would have an index, because on a rough slope the least change sends a log
-elsewhere.
+number of logs to a squared difference or product (their variance over the logs divided by their number) is subtracted.
+Otherwise every factor, even one without effect, would have an index, because on a rough slope the least change sends a
+log elsewhere.
 
 Intervals are bootstrapped over both, the rows of the design and the logs: the deviations of the resampled index from
 its value if these logs were the whole population. They are clipped to 0..1, the range of an index; an estimate may lie

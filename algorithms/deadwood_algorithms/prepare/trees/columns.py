@@ -130,8 +130,7 @@ def height_column(
     """Height in m, NaN where missing: a column, else the Z of the points if that can be the height of a tree.
 
     Without ``unit`` the field's name determines it, else it is m. A field that was not requested and whose median is
-    above
-    the height of trees is the elevation of the ground: it is ignored, with a message.
+    above the height of trees is the elevation of the ground: it is ignored, with a message.
     """
     where = where_of(source)
     names = candidates(source, asked, "--height-field", layout.height)

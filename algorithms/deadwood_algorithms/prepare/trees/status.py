@@ -52,8 +52,7 @@ def status_of(
     """LIVE, DEAD or GONE for each row; ``dead`` and ``gone`` are the user's lists of codes, which replace the layout's.
 
     Words in none of the lists are recognised by their parts (``liegend tot``, ``mort sur pied``, ``schiantato``). An
-    unknown
-    word, and an empty cell, counts as a living tree; a note reports the interpretation.
+    unknown word, and an empty cell, counts as a living tree; a note reports the interpretation.
     """
     where = where_of(source)
     name = find(source, asked, "--status-field", layout.status)
