@@ -99,7 +99,7 @@ def test_a_runs_hits_above_are_those_of_the_engine(case, tmp_path, monkeypatch):
     assert sections.above_capacity(None, Words("en")) == []
 
 
-def test_only_what_is_asked_is_told(case, tmp_path):
+def test_only_what_is_requested_is_reported(case, tmp_path):
     run = case.run(**case.everything(), trajectories="none", output=str(tmp_path / "run"), log_capacity_kj=1e9)
     told = summary(run)["above_capacity"]
     assert told["of_trees"] is None

@@ -403,7 +403,7 @@ def test_grids_that_do_not_fit_cost_the_map_alone(runs, tmp_path, said):
         assert not list((tmp_path / f"out_{name}").glob("*.tif"))
 
 
-def test_folders_of_one_name_are_told_apart(tmp_path):
+def test_folders_of_one_name_are_distinguished(tmp_path):
     runs = [write_run(tmp_path / parent / "run", tracks(20.0), digest="same") for parent in ("dry", "wet")]
     table, _ = compare(runs, tmp_path / "out")
     assert set(table.index.get_level_values("scenario")) == {"dry_run", "wet_run"}

@@ -279,7 +279,7 @@ def slope_angle(piece: shapely.LineString, bend: float) -> float:
 
 
 @pytest.mark.parametrize("length", [10.0, 20.0, 40.0])
-def test_a_piece_along_a_winding_contour_is_straight_and_as_long_as_asked(length):
+def test_a_piece_along_a_winding_contour_is_straight_and_as_long_as_requested(length):
     """From end to end; a piece of 20 m cut from this contour spans 10 to 12 m. On the contour with its ends, and never
     far off the contours under it, by the slope's formula (to a degree and a half: gradients over an eighth)."""
     contour = winding()
@@ -351,7 +351,7 @@ def test_the_places_where_most_pass_are_apart_and_none_is_passed_over(seed):
     assert places_where_most_pass(pieces, np.zeros((50, 30), bool), 20.0, 4) == []
 
 
-def test_a_candidate_that_brings_more_logs_is_said_to():
+def test_a_candidate_that_brings_more_logs_is_reported_to():
     """Before: "would keep -28 logs more away"."""
     assert "the best of the 7 candidates left would keep 3 more logs away" in why_none(trial(5, 2), 7)
     assert "none of the 7 candidates left" in why_none(trial(2, 2), 7)
@@ -360,7 +360,7 @@ def test_a_candidate_that_brings_more_logs_is_said_to():
     assert "more logs would reach a line, with the best 28 more" in worse
 
 
-def test_the_chart_has_the_lengths_that_were_asked():
+def test_the_chart_has_the_lengths_that_were_requested():
     """Marks of two heights stand side by side on paper only; before, up to 4 % further right."""
     asked = [20.0, 40.0]
     rows = [

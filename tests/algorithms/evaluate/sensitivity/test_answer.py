@@ -41,7 +41,7 @@ def test_one_factor():
     )
 
 
-def test_two_that_cannot_be_told_apart():
+def test_two_that_cannot_be_distinguished():
     told = most_influential(measured(30, 32, 0), LOGS)
     assert set(told.factors) == {"friction", "rolling_friction"}
     assert not told.decided
@@ -67,7 +67,7 @@ def test_a_mean_in_metres():
     assert one.change(one.bars[2]) == "0 m (no log changes)"
 
 
-def test_so_many_factors_are_named_that_one_of_them_is_the_strongest():
+def test_enough_factors_are_named_that_one_of_them_is_the_strongest():
     draws = np.array([[3.0, 1.0, 0.0]] * 90 + [[1.0, 2.0, 0.0]] * 7 + [[0.0, 1.0, 2.0]] * 3)
     assert order_of_strength([0, 1, 2], draws) == [0, 1]
     assert order_of_strength([0, 1, 2], draws[:90]) == [0]
@@ -132,7 +132,7 @@ def test_the_picture_has_the_factors_in_the_same_order():
     assert left.get_ylim()[0] > left.get_ylim()[1]
 
 
-def test_a_first_order_index_above_its_total_is_said_to_be_chance():
+def test_a_first_order_index_above_its_total_is_called_chance():
     """Before: 1.00 beside 0.86 without a word."""
     one = with_indices([1.2, 0.301, 0.2], [0.86, 0.3, 0.4])
     assert [row["crossed"] for row in index_rows([one])] == [True, False, False]
