@@ -75,7 +75,7 @@ def test_the_body_table_is_of_the_shape():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_it_faces_where_it_is_told(seed):
+def test_it_faces_the_given_direction(seed):
     """Its quaternions turn the body; seen from the cloud's own coordinates, x and z point as asked."""
     turn = turned(seed)
     shape = box(turned(seed + 50))

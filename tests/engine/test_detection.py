@@ -106,7 +106,7 @@ def test_without_obstacles_a_step_is_bound_by_none(plain):
     assert found == (0, math.inf, True)
 
 
-def test_obstacles_are_left_out_where_they_are_not_asked_for(plain):
+def test_obstacles_are_left_out_where_they_are_not_requested(plain):
     """As where the ground alone is asked whether it holds a log at rest."""
     scene, state = scene_of("all"), np.zeros(16)
     state[:3], state[13] = (22.0, 30.5, 0.8), 1.0  # in the barrier

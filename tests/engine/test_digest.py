@@ -57,7 +57,7 @@ def told(tmp_path, monkeypatch):
     ],
     ids=["number", "type", "default", "keyword", "conversion", "string", "name", "more", "less"],
 )
-def test_any_edit_of_what_is_said_is_another_engine(told, tmp_path, edit):
+def test_any_edit_of_the_code_is_another_engine(told, tmp_path, edit):
     before = told()
     assert told() == before
     edit(tmp_path / "engine")

@@ -152,7 +152,7 @@ def test_of_several_contacts_of_one_stem_the_strongest_is_the_first(scene):
     assert hits[0, BLOW_X] == pytest.approx(4.5)
 
 
-def test_without_room_one_more_than_there_is_is_asked_for(scene):
+def test_without_room_one_more_than_there_is_is_reported(scene):
     hits = np.zeros((1, HIT_WIDTH))
     two = (2, 3.0, -6.0, 0.0, 0.0), (3, 3.0, -6.0, 0.0, 0.0)
     assert pushes(scene, hits, 0, 1.0, *two) == 2

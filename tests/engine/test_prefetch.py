@@ -12,7 +12,7 @@ def fetch_all(table, step):
         prefetch(table, place)
 
 
-def test_what_is_asked_for_stays_as_it_is_also_before_and_beyond_an_array():
+def test_what_is_requested_stays_as_it_is_also_before_and_beyond_an_array():
     table = np.arange(1000, dtype=np.float32).reshape(10, 25, 4)
     before = table.copy()
     fetch_all(table, 64)

@@ -59,7 +59,7 @@ def test_an_earlier_run_is_added(scene, first):
         assert np.array_equal(told[name], values, equal_nan=values.dtype.kind == "f"), name
 
 
-def test_no_danger_unless_asked_for(scene):
+def test_no_danger_unless_requested(scene):
     assert "danger" not in filled(scene, 1).totals()
     assert raster_arrays(SHAPE).passed.size == 0
     assert raster_arrays(SHAPE, np.array([0, 0])).band.size == 0

@@ -45,7 +45,7 @@ def test_a_cloud_has_room_for_its_points_and_its_outline(number):
     assert len(made.hull) > len(made.points)  # and the way of the centre behind it
 
 
-def test_notes_have_room_where_they_are_asked_for():
+def test_notes_have_room_where_they_are_requested():
     assert len(Scratch.allocate(8, 5, 1, None).notes) == 0
     assert len(Scratch.allocate(8, 5, 1, None, True).notes) == len(Scratch.allocate(8, 5, 1, None, True).noted) == 5
 

@@ -198,7 +198,7 @@ def test_certified_rest_is_rest(at, fidelity):
 @EVERY
 @pytest.mark.parametrize("height", [1.0, 4.0])
 @pytest.mark.parametrize("azimuth", [0.0, 60.0, 180.0])
-def test_a_log_released_through_a_barrier_is_said(at, fidelity, height, azimuth):
+def test_a_log_released_through_a_barrier_is_reported(at, fidelity, height, azimuth):
     """Lying across a barrier it starts in contact, wherever the barrier cuts it: what overlaps then is no defect.
 
     Nor is it shot away: at no time it has more speed than its fall so far gives. Logs that lie beside it are not meant.

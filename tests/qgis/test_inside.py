@@ -176,7 +176,7 @@ def test_a_temporary_folder_and_the_layers_of_a_run(told):
     assert told["temporary"]["waiting"] == {}
 
 
-def test_a_file_that_is_to_be_opened_is_loaded_when_the_tool_ran_in_a_thread_of_its_own(told):
+def test_a_file_that_is_to_be_opened_is_loaded_when_the_tool_ran_in_a_separate_thread(told):
     """As from a dialog: what is registered while preparing is lost on the way from that thread's context."""
     outcome = told["in_a_thread"]
     assert outcome["worked"], outcome["said"]

@@ -257,7 +257,7 @@ def test_friction_may_be_a_layer_but_not_both(qgis, work, tmp_path):
     assert "forest" in one.err
 
 
-def test_a_folder_is_only_replaced_where_the_user_says_so(qgis, work, tmp_path):
+def test_a_folder_is_only_replaced_if_the_user_says_so(qgis, work, tmp_path):
     (tmp_path / "log").mkdir()
     (tmp_path / "log" / "mine.txt").write_text("mine")
     for replace in ("false", "true"):

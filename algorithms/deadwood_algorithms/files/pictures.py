@@ -25,7 +25,7 @@ RELIEF = ((225.0, 0.35), (270.0, 0.25), (315.0, 0.40))  # lights from the west a
 SUN_HEIGHT_DEG = 40.0
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 CASING = 1.4  # points of white on both sides of a line, so that it is seen on any ground
-RIM, RIM_WIDTH = "#1b1f23", 0.9  # dark, and so many points around a dot
+RIM, RIM_WIDTH = "#1b1f23", 0.9  # dark, and its width in points around a dot
 OPACITY = 0.85  # of a quantity over the relief
 NORTH_POINTS = 28.0  # from the tip of the arrow to the letter
 BAR_SHARE = 0.2  # of a map's width that its scale bar takes, at most
@@ -62,7 +62,7 @@ def lit(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]:
 def show_relief(
     axes: Axes, heights: NDArray[np.floating], cell: float, extent: tuple[float, float, float, float]
 ) -> AxesImage:
-    """Draw heights (row 0 south) as relief, pale enough for what lies on it; extent: west, east, south, north [m]."""
+    """Draw heights (row 0 south) as relief, pale enough for overlays; extent: west, east, south, north [m]."""
     shade = hillshade(heights, cell)
     return axes.imshow(
         shade, cmap="gray", vmin=-0.6, vmax=1.05, extent=extent, origin="lower", interpolation="bilinear"

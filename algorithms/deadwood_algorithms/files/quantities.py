@@ -1,7 +1,7 @@
 """Sizes as people write them in cells of text: 41,4 cm, 40-45, 40 bis 45, k.A.
 
-For columns of sizes that are no plain numbers. A class counts as its middle, a word for a gap as a gap; what is none of
-these stays unread, so that the message can name its row.
+For columns of sizes that are not plain numbers. A class counts as its middle, a word for a gap as a gap; anything else
+stays unread, so that the message can name its row.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def read_sizes(column: Any, unit: str) -> Sizes:
     if any("," in text for text in texts) and any("." in text for text in texts):
         return Sizes(
             values, np.ones(len(column), bool), 0, ""
-        )  # 1.234 beside 35,5: what the point means, nobody can tell
+        )  # 1.234 beside 35,5: the meaning of the point is ambiguous
     classes, example = 0, ""
     for row, cell in enumerate(column.tolist()):
         if cell is None or cell != cell or (isinstance(cell, str) and is_gap(cell)):

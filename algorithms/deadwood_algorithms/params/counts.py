@@ -1,4 +1,4 @@
-"""A number with its noun, as messages say it: ``1 tree``, ``3 trees``."""
+"""A number with its noun, for messages: ``1 tree``, ``3 trees``."""
 
 from __future__ import annotations
 

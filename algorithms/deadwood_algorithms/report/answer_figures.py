@@ -44,7 +44,7 @@ CLASS_MAPS: dict[str, tuple[str, Callable[..., Any]]] = {
 
 
 def drawings_of_answers(source: ReportedRun, words: Words, key: str) -> dict[str, Drawing]:
-    """The figures of what was named with ``--results``, by what they show."""
+    """The figures of the results named with ``--results``, by content."""
     found: dict[str, tuple[str, Callable[[], Figure]]] = {}
     values = source.answers.tree_effect.get("values")
     if values is not None and len(values):

@@ -1,6 +1,6 @@
 """The sections with the results of other tools: effect of trees, barriers, classes, origins, most influential inputs.
 
-What the tool said of itself, and what is left to an expert, stands beside its numbers.
+The tool's own remarks, and what an expert must judge, are beside its numbers.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""The figures of the report: each drawn once, put into the page as SVG, and written as PNG, SVG and PDF on request.
+"""The figures of the report: each drawn once, inserted into the page as SVG, and written as PNG, SVG and PDF on
+request.
 
-Colours are those of `schemas/looks.py`: a run has one in every chart. Text and axes take the page's own colour
+Colours are those of `schemas/looks.py`: a run has one in every chart. Text and axes take the colour of the page
 (`inline_svg`), so that a figure fits a light page and a dark one.
 """
 
@@ -74,7 +75,7 @@ class _Ticks(ScalarFormatter):
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure by name; ``draw`` makes it anew for each use."""
+    """A figure by name; ``draw`` makes it again for each use."""
 
     name: str
     title: str
@@ -106,7 +107,7 @@ class Drawing:
 
 
 def inline_svg(figure: Figure, name: str, title: str) -> Markup:
-    """A figure as SVG for the page: no header, ids of its own, short numbers, the page's colour for ink."""
+    """A figure as SVG for the page: no header, unique ids, short numbers, the page's colour for ink."""
     with matplotlib.rc_context(STYLE):
         out = io.StringIO()
         figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
@@ -118,7 +119,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     there: set[str] = set()
 
     def named(found: re.Match[str]) -> str:
-        """Ids that are asked for, each once: Matplotlib defines what is alike in two places twice."""
+        """The requested ids, each once: Matplotlib defines identical content in two places twice."""
         if found[1] in there or not (found[1] in used or found[1].startswith("layer_")):
             return ""
         there.add(found[1])
@@ -127,7 +128,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     text = re.sub(r' id="([^"]+)"', named, text)
     text = re.sub(r'(url\(#|href="#)([^")]+)', lambda found: f"{found[1]}{name}-{found[2]}", text)
     text = re.sub(r'data:image/png;base64,([^"]+)', lambda found: _packed_picture(found[1]), text)
-    # Half a hundredth of a point is seen by nobody; images keep theirs, or they would not join.
+    # Half a hundredth of a point is invisible; images keep their precision, otherwise they would not join.
     text = re.sub(r'(?<= d=")[^"]+', lambda found: _shortened(found[0]), text)
     text = text.replace(INK, "currentColor")
     width, height = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text).groups()  # type: ignore[union-attr]
@@ -156,7 +157,7 @@ def _panels(number: int, height: float, **more: Any) -> tuple[Figure, list[Any]]
 
 
 def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Profile]) -> dict[str, Drawing]:
-    """The figures that a run has data for, by what they show."""
+    """The figures for which a run has data, by content."""
     kinds: list[tuple[str, bool, Callable[[], Figure]]] = [
         ("reach", bool(source.summary["reach"]), lambda: reach_figure(source, words)),
         ("arrivals", source.arrivals is not None and len(source.arrivals) > 0, lambda: arrivals_figure(source, words)),

@@ -1,7 +1,7 @@
-"""The map: hits over the relief, what is in the way, where logs start and end; its parts are layers of the page.
+"""The map: hits over the relief, obstacles, starts and ends of logs; its parts are layers of the page.
 
-One figure serves the page (as SVG, whose groups ``layer_*`` its checkboxes switch) and the files. What is many, trees
-and deposits, is one path of dots each: a marker each would be ten times as large.
+One figure serves the page (as SVG, whose groups ``layer_*`` its checkboxes switch) and the files. Numerous items, trees
+and deposits, are one path of dots each: separate markers would be ten times as large.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:
 
 
 def _scene(axes: Any, source: ReportedRun, words: Words, size: float = 1.0) -> list[Any]:
-    """What is in the way; ``size`` of its dots on a small map."""
+    """The obstacles; ``size`` of their dots on a small map."""
     handles: list[Any] = []
     if "trees" in source.scene:
         x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T

@@ -115,8 +115,8 @@ def held_record(grip: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def speed_record(by_log: Mapping[str, NDArray]) -> dict[str, float]:
-    """Speeds over the logs. The mean leaves out those that still moved at the time limit: they roll slowly for
-    minutes, so their path over time tells the limit and not how fast they went; NaN where every log did.
+    """Speeds over the logs. The mean excludes those that were still moving at the time limit: they roll slowly for
+    minutes, so path over time would reflect the limit; NaN if every log was.
     """
     stopped = ~ended(by_log, "time_limit")
     return {
@@ -244,7 +244,7 @@ def loss_of_run(summary: dict[str, Any]) -> str | None:
     for record in summary["spread"]:
         moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
         if moved or many(record["n_left_dem"], record["n"]):
-            phrases.append(f"the spread of release {record['release_id']} is as far as they were seen")
+            phrases.append(f"the spread of release {record['release_id']} is that of the places where they left")
     if many(lost, released):
         phrases.append("their deposits and run-outs are where they left")
     return lost_warning(lost, released, phrases)
@@ -277,12 +277,12 @@ def unseen_words(records: Sequence[Mapping[str, Any]]) -> str:
 
 
 def promised_words(record: dict[str, Any]) -> str:
-    """Both errors of the line that is farthest off, apart and together, and who says so of the calculation."""
+    """Both errors of the line that is farthest off, separately and together, and the source of the latter."""
     sampling, calculation, together = (100 * record[name] for name in ("sampling", "calculation", "together"))
     source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
     if record.get("measured_against"):  # by pairs of logs, up to version 0.2
         source = f"measured on this slope against {record['measured_against']}"
-    asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
+    asked = f", ±{100 * record['error']:.2g} requested" if record.get("error") else ""
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"
     return (
         f"{counted(record['logs'], 'log')} at {record['chosen']}: reach of lines within ±{together:.2g} points "

@@ -202,9 +202,9 @@ def write_results(
     by_log.close()
     write_json(folder / SUMMARY, summary)
     making.facts |= {**_facts(layers, releases), "effective": effective_values(releases)}
-    if settings.auto is not None:  # by --fidelity auto, which goes by the clock of the machine
+    if settings.auto is not None:  # by --fidelity auto, which depends on the clock of the machine
         making.facts["chosen"] = {"fidelity": settings.fidelity, "logs": len(releases)}
-    write_manifest(folder, making.manifest())  # for what reads the run before it is whole and sealed
+    write_manifest(folder, making.manifest())  # for readers of the run before it is complete and sealed
     feedback.progress(3, 3, "writing the results")
     names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs
     paths = {"output": final} | {key: final / name for key, name in names.items()}
@@ -416,7 +416,7 @@ def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_
 def reached_by(
     layers: SceneLayers, touched: NDArray[np.bool_], by_log: Columns, releases: Releases
 ) -> Iterator[geopandas.GeoDataFrame]:
-    """One row for each log and line that it reached, drawn at the log's release point: from where is the road hit?"""
+    """One row for each log and line that it reached, drawn at the log's release point: where do arrivals come from?"""
     lines = layers.lines
     for start in range(0, len(releases), PIECE):
         rows = slice(start, start + PIECE)

@@ -38,7 +38,7 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
 
 
 def median_slope_deg(grid: Grid) -> float:
-    """From enough rows to tell; 0 where no two cells have heights."""
+    """From a sufficient number of rows; 0 if no two cells have heights."""
     step = max(1, grid.shape[0] // ROWS_LOOKED_AT)
     rows = np.arange(0, grid.shape[0] - 1, step)
     slopes = np.concatenate([slopes_of(grid.values[row : row + 2], grid.cell) for row in rows])

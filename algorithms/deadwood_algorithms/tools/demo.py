@@ -58,7 +58,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     final = Path(ask.output)
     with result_folder(TOOL, ask, feedback) as folder:
-        load_kernels(None, feedback)  # here, for what the steps say is not passed on
+        load_kernels(None, feedback)  # here, because messages of the steps are not passed on
         write_sample(folder)
         sample_releases.TOOL(
             feedback=Stage(feedback, "releases"),

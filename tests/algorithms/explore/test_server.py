@@ -249,7 +249,7 @@ def test_what_is_no_question_is_refused_in_words_and_the_engine_lives(page: Page
     assert page.engine().pid == engine
 
 
-def test_a_page_opened_anew_goes_on_and_the_former_is_told(page: Page):
+def test_a_page_opened_again_continues_and_the_former_is_reported(page: Page):
     with page.socket() as first:
         assert first.is_answered()
         with page.socket() as second:
@@ -258,7 +258,7 @@ def test_a_page_opened_anew_goes_on_and_the_former_is_told(page: Page):
             assert second.ask(op="poses", max=3).facts["logs"] == 3  # the question is still there
 
 
-def test_an_engine_killed_in_the_middle_of_an_answer_is_said_and_started_again(page: Page):
+def test_an_engine_killed_in_the_middle_of_an_answer_is_reported_and_started_again(page: Page):
     with page.socket() as asker:
         asker.socket.send(json.dumps({"op": "release", "id": 1, "shape": CIRCLE, "n": 5000, "fidelity": "reference"}))
         assert asker.next().facts["op"] == "hits"

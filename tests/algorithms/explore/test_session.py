@@ -93,7 +93,7 @@ def holders(asked: Asked, number: int) -> list[int]:
 
 
 @pytest.mark.parametrize("trees", [1, 3, 12])
-def test_felling_by_influences_is_sliding_all_anew(asked: Asked, monkeypatch: pytest.MonkeyPatch, trees: int):
+def test_felling_by_influences_is_sliding_all_again(asked: Asked, monkeypatch: pytest.MonkeyPatch, trees: int):
     fell = holders(asked, trees)
     some = asked.edit(fell=fell)
     assert 0 < some.facts["concerned"] <= 130

@@ -89,7 +89,7 @@ def test_files_that_point_to_the_network_are_not_followed(tmp_path, served, caps
     assert cli.run(tool(tmp_path, nested, trees)) == 2
     assert f"nested.vrt: the DEM file points to the network ({far})" in capsys.readouterr().err
     assert cli.run(tool(tmp_path, dem, layer_vrt(tmp_path / "t.vrt", away))) == 2
-    assert f"points to the network ({away}), and that is not followed" in capsys.readouterr().err
+    assert f"points to the network ({away}), which is not followed" in capsys.readouterr().err
     assert cli.run(tool(tmp_path, far, trees)) == 2
     assert "must be a file on this computer" in capsys.readouterr().err
     assert cli.run(tool(tmp_path, dem, away)) == 2

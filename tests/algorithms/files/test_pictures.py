@@ -126,7 +126,7 @@ def test_text_is_read_in_both_modes():
             assert contrast(mode[name], mode["soft"]) >= 4.5, (mode["soft"], name)
 
 
-def test_runs_are_told_apart_on_both_grounds_and_by_colour_blind_eyes():
+def test_runs_are_distinguished_on_both_grounds_and_by_colour_blind_eyes():
     """On both grounds they are seen; seen without red or without green, no two of the first four are alike."""
     for colour in looks.RUNS[:4]:
         assert min(contrast(colour, LIGHT), contrast(colour, DARK)) >= 2.7, colour

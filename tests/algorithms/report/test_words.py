@@ -72,12 +72,12 @@ msgstr ""
     assert read_catalogue(text) == {("a", 'one "two"'): 'eins "zwei" ä\n'}
 
 
-def test_what_a_catalogue_lacks_is_said_in_english(monkeypatch):
+def test_what_a_catalogue_lacks_is_reported_in_english(monkeypatch):
     monkeypatch.setitem(MESSAGES, "map", "A map that nobody has translated")
     assert Words("de").say("map") == "A map that nobody has translated"
 
 
-def test_every_message_is_said_somewhere():
+def test_every_message_is_reported_somewhere():
     """By its name; or by a name that is put together of a beginning and a word that stands in a source; or, of what a
     QGIS project names, by the English name or the file or layer that it is made of."""
     rooms = ROOT / "algorithms" / "deadwood_algorithms"

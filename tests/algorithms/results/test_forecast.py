@@ -58,7 +58,7 @@ def size_of(folder: Path) -> int:
     return sum(each.stat().st_size for each in folder.rglob("*") if each.is_file())
 
 
-def test_what_is_told_is_what_the_run_takes(case):
+def test_what_is_reported_is_what_the_run_takes(case):
     """Of memory and disk: what the run adds to the pilot within a factor of 2, for logs differ in how long they slide
     (the pilot's mean is within a few percent) and files in how well they pack; the forecast may rather be too large.
 

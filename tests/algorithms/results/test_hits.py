@@ -156,7 +156,7 @@ def test_the_last_hit_of_the_barrier_that_holds_a_log_is_the_one_that_stopped_it
     assert barrier_hits_frame(layers, releases, by_log, "EPSG:2056")["stopped"].tolist() == [0, 0, 1, 0, 0]
 
 
-def test_stops_are_told_of_the_boulder_though_a_lying_log_has_several_lines():
+def test_stops_are_those_of_the_boulder_although_a_lying_log_has_several_lines():
     """Two trees, two lying logs of three lines together, three boulders: each stop by hand, in the engine's rows."""
     reasons = ["block", "lying_log", "lying_log", "tree", "block", "rest", "block"]
     rows = [1, 2, 0, 1, 2, -1, 1]

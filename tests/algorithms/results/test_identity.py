@@ -81,7 +81,7 @@ def test_a_manifest_seals_every_file_of_the_folder(run):
     assert all(files[name]["sha256"] == sha256(run / name) for name in files)
 
 
-def test_what_the_columns_of_the_releases_override_is_told(copied):
+def test_what_the_columns_of_the_releases_override_is_reported(copied):
     frame = gpd.read_file(copied.releases)
     frame["dbh_cm"] = np.linspace(20.0, 66.0, len(frame))
     frame.to_file(copied.releases, layer="releases", driver="GPKG")
@@ -259,7 +259,7 @@ def test_another_layer_of_the_same_file_may_change(copied, tmp_path):
 # --- inputs that changed ----------------------------------------------------------------------------------------------
 
 
-def test_changed_inputs_are_told_refused_and_shown(copied, tmp_path, said, capsys):
+def test_changed_inputs_are_reported_refused_and_shown(copied, tmp_path, said, capsys):
     run = copied.run(**copied.everything())
     count_hits.TOOL(feedback=said, run=str(run), output=str(tmp_path / "a.tif"))
     assert not [each for each in said.warnings if "has changed" in each]
@@ -409,7 +409,7 @@ def halted_sites(case: Case, output: Path) -> tuple[dict, Path]:
 
 
 @pytest.mark.parametrize("damage", ["a bit", "half", "another run", "nothing"])
-def test_a_site_goes_on_only_as_it_was_written(copied, tmp_path, damage):
+def test_a_site_continues_only_as_it_was_written(copied, tmp_path, damage):
     asked, part = halted_sites(copied, tmp_path / "region")
     poses = part / "poses.parquet"
     whole = poses.read_bytes()

@@ -134,7 +134,7 @@ def line(y: float) -> Any:
     return LineString([(0.5, y), (59.5, y)])
 
 
-def test_site_barriers_needs_logs_that_reach_a_line_and_says_who_was_lost(cut, tmp_path, said):
+def test_site_barriers_needs_logs_that_reach_a_line_and_says_which_logs_were_lost(cut, tmp_path, said):
     both = write_layer(tmp_path / "both.gpkg", [line(48.0), line(25.0)], line_id=["near", "road"])
     cut.run(trees=cut.trees, lines=both, trajectories="all", output=str(tmp_path / "run"))
     candidates = write_layer(tmp_path / "candidates.gpkg", [line(52.0)], barrier_id=["a"], height_m=[3.0])

@@ -108,7 +108,7 @@ def test_the_scenario_has_the_sizes_that_columns_gave_and_not_the_defaults(told)
     assert (scenario["fidelity"], scenario["seed"]) == ("draft", 7)
 
 
-def test_a_friction_by_cell_is_told_by_its_range_to_the_last_digit(case, tmp_path):
+def test_a_friction_by_cell_is_reported_by_its_range_to_the_last_digit(case, tmp_path):
     areas = [shapely.box(-5, -5, 65, 60), shapely.box(-5, 60, 65, 105)]
     mu = write_layer(tmp_path / "mu.gpkg", areas, friction=[0.3, 0.7])
     told = summary(case.run(output=str(tmp_path / "run"), friction=mu))

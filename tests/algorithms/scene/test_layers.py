@@ -53,7 +53,7 @@ def test_releases_change_units_and_find_their_defaults(grid, tmp_path, said):
     assert said.warnings == []
 
 
-def test_options_that_columns_hold_are_said(grid, tmp_path, said):
+def test_options_overridden_by_columns_are_reported(grid, tmp_path, said):
     """Releases drawn upright stay so whatever --orientation says: once this was found in the last line only."""
     path = write_layer(
         tmp_path / "r.gpkg", points((30, 80), (31, 80)), orientation=["upright"] * 2, dbh_cm=[40.0, 40.0]

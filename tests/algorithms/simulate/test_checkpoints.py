@@ -139,7 +139,7 @@ def test_without_damage_nothing_is_warned_of(case, full, begun, said):
     assert any("finished chunks of logs are reused" in each for each in said.notes)
 
 
-def test_damage_while_a_run_works_is_said_with_its_fix(tmp_path, said):
+def test_damage_while_a_run_works_is_reported_with_its_fix(tmp_path, said):
     work = WorkFolder(str(tmp_path / "run"), {"version": "x"}, resume=False, feedback=said)
     work._write("logs_0.npz", b"content")
     flip(work.path / "logs_0.npz", random.Random(1))

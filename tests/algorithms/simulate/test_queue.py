@@ -60,7 +60,7 @@ def test_z_of_known_designs():
 
 
 @pytest.mark.parametrize("p", [0.02, 0.1, 0.5])
-def test_the_interval_at_the_end_holds_the_truth(p):
+def test_the_interval_at_the_end_contains_the_true_value(p):
     """Simulated runs of up to 16 000 logs with a known reach probability."""
     looks = looks_of(16_000)
     z = z_of_looks(len(looks))

@@ -111,7 +111,7 @@ def test_friction_by_cell_and_no_trajectories(case, tmp_path):
     both(case, tmp_path, friction=case.dem, friction_elsewhere=0.3, time_limit_s=3.0, trajectories="none")
 
 
-def test_a_cancelled_run_goes_on(case, tmp_path, monkeypatch):
+def test_a_cancelled_run_continues(case, tmp_path, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK", 4)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     changes = {"scheduler": "local", "workers": 2, **case.everything()}
@@ -267,7 +267,7 @@ def test_the_sites_of_run_sites_share_their_workers(case, said, tmp_path, monkey
     assert starts == [2, 2]
 
 
-def test_sites_begun_on_workers_go_on_without_them_and_the_other_way(case, said, tmp_path, monkeypatch):
+def test_sites_begun_on_workers_continue_without_them_and_the_other_way(case, said, tmp_path, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK", 4)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     alone = sites(case, tmp_path / "alone")
@@ -353,7 +353,7 @@ def test_what_is_no_scheduler_is_refused(case, tmp_path, monkeypatch, values, wo
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_dask_the_mend_is_said(case, tmp_path, monkeypatch):
+def test_without_dask_the_fix_is_reported(case, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(UserError, match=r"pip install 'deadwood-toolbox\[dask\]'"):
         case.run(output=str(tmp_path / "run"), scheduler="local")

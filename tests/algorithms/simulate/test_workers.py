@@ -159,7 +159,9 @@ def test_a_run_with_no_worker_of_its_engine_is_refused(case, site, tmp_path):
     site.kill(other)
 
 
-def test_a_lost_scheduler_is_said_and_the_run_goes_on_without(case, alone, tmp_path, tmp_path_factory, monkeypatch):
+def test_a_lost_scheduler_is_reported_and_the_run_continues_without(
+    case, alone, tmp_path, tmp_path_factory, monkeypatch
+):
     monkeypatch.setattr(spread_workers, "LOST_S", 1.0)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     site = Site(tmp_path_factory.mktemp("lost"))

@@ -205,7 +205,7 @@ def test_dbh_in_metres_is_a_warning(tmp_path, slope, said, layer):
 
 
 @LAYERS
-def test_a_missing_dem_and_one_that_is_none(tmp_path, bad, layer):
+def test_a_missing_dem_and_an_invalid_one(tmp_path, bad, layer):
     path = points(tmp_path)
     assert "none.tif: the DEM file does not exist" in bad(layer, path, dem=str(tmp_path / "none.tif"))
     assert "points.gpkg: the DEM is not a raster" in bad(layer, path, dem=path)

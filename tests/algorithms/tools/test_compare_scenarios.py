@@ -175,7 +175,7 @@ def test_logs_that_left_before_a_line_bound_its_reach_and_the_difference(tmp_pat
     assert "25 % (14 to 40 %) [14 to 86 %]" in outcome.lines[2]
     assert "] " not in outcome.lines[3].split("with")[0]
     assert outcome.lines[3].count("[") == 1
-    assert any(line.startswith("[]: all that it may be") for line in outcome.lines)
+    assert any(line.startswith("[]: range of possible values") for line in outcome.lines)
     warned = [each for each in said.warnings if "left the terrain model (25 in without, 0 in with)" in each]
     assert len(warned) == 1
     assert "reach of road in without; reach of road in with; spread, run-outs and deposits" in warned[0]
@@ -403,7 +403,7 @@ def test_grids_that_do_not_fit_cost_the_map_alone(runs, tmp_path, said):
         assert not list((tmp_path / f"out_{name}").glob("*.tif"))
 
 
-def test_folders_of_one_name_are_told_apart(tmp_path):
+def test_folders_of_one_name_are_distinguished(tmp_path):
     runs = [write_run(tmp_path / parent / "run", tracks(20.0), digest="same") for parent in ("dry", "wet")]
     table, _ = compare(runs, tmp_path / "out")
     assert set(table.index.get_level_values("scenario")) == {"dry_run", "wet_run"}

@@ -164,7 +164,7 @@ def test_deposits_near_the_edges_are_warned_of(tmp_path, said):
     assert each["near_edge"].tolist() == [True, True, False, False]
 
 
-def test_a_layer_of_its_own_takes_the_dem_that_is_named(tmp_path, said):
+def test_a_separate_layer_takes_the_dem_that_is_named(tmp_path, said):
     run, dem = edge_case(tmp_path)
     gpd.read_file(run / "run.gpkg", layer="deposits").to_file(tmp_path / "mine.gpkg")
     values = {"deposits": str(tmp_path / "mine.gpkg"), "output": str(tmp_path / "s.gpkg"), "overwrite": True}

@@ -162,7 +162,7 @@ class Patient(Quiet):
         return time.monotonic() > self.until
 
 
-def test_work_begun_ahead_on_a_scene_that_is_made_anew_is_done_again(asked, tmp_path, monkeypatch):
+def test_work_started_ahead_on_a_scene_that_is_made_again_is_repeated(asked, tmp_path, monkeypatch):
     """Each chunk of a coefficient has a scene of its own here: what workers began ahead is dropped, and none waits."""
     monkeypatch.setattr(scheduler, "_local_cluster", threads_for_workers)
     monkeypatch.setattr(chunks, "CHUNK", 8)

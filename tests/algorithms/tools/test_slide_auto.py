@@ -153,7 +153,7 @@ def test_options_that_do_not_go_together_are_one_line(case, tmp_path, capsys, fl
     assert said in err
 
 
-def test_a_budget_takes_what_fits_and_a_resumed_run_goes_on_with_its_choice(case, early, tmp_path, monkeypatch):
+def test_a_budget_takes_what_fits_and_a_resumed_run_continues_with_its_choice(case, early, tmp_path, monkeypatch):
     """With time for all logs at any fidelity, reference; a choice that is made is kept, though its time is over."""
     values = values_of(case, error=None, report=False)
     run = case.run(output=str(tmp_path / "long"), **values, budget="1h")

@@ -302,7 +302,7 @@ def test_other_lines_and_a_draw_of_the_logs(case, wooded, tmp_path):
     assert found["n_reach"].iloc[0] > 0
 
 
-def test_a_run_that_ended_early_is_asked_of_its_own_logs(case, tmp_path):
+def test_a_run_that_ended_early_is_evaluated_over_its_own_logs(case, tmp_path):
     made = case.run(output=str(tmp_path / "run"), lines=case.lines, trees=case.trees, until_ci=0.4)
     n = len(layer(made, "deposits"))
     assert values(made, tmp_path / "v.gpkg")["n_total"].unique().tolist() == [n]
@@ -328,7 +328,7 @@ def test_what_cannot_be_asked_is_refused(case, wooded, tmp_path):
     refused("does not exist", tmp_path / "none", out)
 
 
-def test_inputs_that_changed_or_are_gone_are_told(tmp_path):
+def test_inputs_that_changed_or_are_gone_are_reported(tmp_path):
     made = Case(tmp_path)
     run = made.run(lines=made.lines, trees=made.trees)
     trees = gpd.read_file(made.trees)

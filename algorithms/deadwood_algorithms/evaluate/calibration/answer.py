@@ -61,8 +61,8 @@ def warn_of_logs(
         who += f", and more than {100 * lost_logs.WORTH_A_WARNING:.0f} % at {counted(len(many) - SHOWN, 'other')}"
     if lost is not None:
         feedback.warn(
-            f"of {n} logs, {who} left the terrain model before it was seen whether they reach the lines: they count "
-            "as far as they were seen; use a larger one"
+            f"of {n} logs, {who} left the terrain model before it was known whether they reach the lines: they count "
+            "up to where they left; use a larger one"
         )
     elif search_complete:
         feedback.warn(
@@ -131,7 +131,7 @@ def records_of(
 
 def sentence_of(found: Range | None, fits: bool, best: float) -> str:
     if found is None:
-        return "No coefficient of the sweep can have made this event: widen the sweep, and check releases and layers."
+        return "No coefficient of the sweep reproduces this event: widen the sweep, and check releases and layers."
     text = f"Friction {found.words()} reproduces the event (95 %); most likely: {found.best:g}."
     if found.open_low and found.open_high:
         text = (
@@ -140,13 +140,16 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
         )
     if found.one:
         text += (
-            " It is the only coefficient of the sweep that does, and the ends are guessed between it and the next: "
-            "sweep finer around it."
+            " It is the only coefficient of the sweep that does, and the ends of the range are interpolated: use a "
+            "finer sweep around it."
         )
     if found.gaps:
         text += " Some coefficients between do not."
     if not fits:
-        text += " But even the best gives such an event in less than 1 of 20 cases: sweep finer, or check the layers."
+        text += (
+            " But even the best reproduces such an event in fewer than 1 of 20 cases: use a finer sweep, or check the "
+            "layers."
+        )
     return text
 
 
@@ -155,7 +158,7 @@ def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[st
     with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)
     with_lost, with_bounds = any(row["without_deposit"] for row in rows), any(row.get("n_lost") for row in rows)
     head = ["friction", "relative likelihood", "p", "run-out (5-95 %)"]
-    head += ["no deposit"] * with_lost + ["energy score"] * with_score + ["logs that do as observed"] * with_share
+    head += ["no deposit"] * with_lost + ["energy score"] * with_score + ["logs that behave as observed"] * with_share
     head += ["if lost ones do"] * with_bounds + ["in range"]
     table = [head]
     for row in rows:

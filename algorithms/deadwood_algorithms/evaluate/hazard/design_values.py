@@ -32,7 +32,7 @@ def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> d
 
 
 def class_record(classes: presets.BarrierClasses, row: dict[str, Any]) -> dict[str, str]:
-    """The classes that hold an energy: its design value where a rule makes one, else the percentile as it is."""
+    """Barrier classes that hold an energy: the design value if a rule gives one, else the unmodified percentile."""
     if row["quantity"] != "energy":
         return {"barrier_class": "", "barrier_class_high": ""}
     designed = row.get("factor", math.nan) == row.get("factor", math.nan)
@@ -59,7 +59,7 @@ def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple
 
 
 def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) -> list[str]:
-    """Of each place the design values; whose rule it is, and what to mind."""
+    """The design values of each place, the source of the rule, and its caveats."""
     if rule is None:
         return []
     shown = []

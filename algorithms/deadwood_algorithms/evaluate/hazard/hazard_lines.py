@@ -26,7 +26,7 @@ def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback)
 def warn_of_small_sample(
     facts: dict[str, Any], areas: Sequence[ReleaseArea], logs: int, periods: Sequence[float], feedback: Feedback
 ) -> None:
-    """Say where the logs are too few to tell the longest return period from none."""
+    """Warn if there are too few logs to distinguish the longest return period from no passage at all."""
     shortest = facts["no_hit"]["return_ci_low_years"]
     if shortest >= periods[-1]:
         return
@@ -58,7 +58,7 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
 
 
 def event_lines(facts: dict[str, Any]) -> list[str]:
-    """How often logs start, where that is known: it is told for each release area, and the areas add up."""
+    """How often logs start, if known: stated for each release area, and added up over the areas."""
     areas = facts.get("areas")
     if not areas:
         return []

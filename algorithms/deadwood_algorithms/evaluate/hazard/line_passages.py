@@ -1,4 +1,4 @@
-"""Each line by what energy reaches it and how often: the rows of the table."""
+"""Energy and frequency with which logs reach each line: the rows of the table."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def with_classes(frame: Any, name: str | None) -> Any:
 
 
 def rows_of(siting: Siting, now: LogOutcomes, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
-    """One row for each candidate alone, by what is left, and one per chosen set."""
+    """One row for each single candidate, sorted by the remaining reach, and one per chosen set."""
     n = len(now.reach)
     rows = []
     for trial in alone:
@@ -145,7 +145,7 @@ def warn_of_reach(facts: dict[str, Any], now: LogOutcomes, feedback: Feedback) -
 
 
 def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
-    """What reaches a line now, what is chosen and what is left then, and why no more."""
+    """The present reach of the lines, the chosen barriers with the remaining reach, and why no more were chosen."""
     record = facts["reach"]
     shown = [
         f"{record['n_reach']} of {record['n_total']} logs reach a line, {percent_with_interval(record)}"

@@ -1,4 +1,4 @@
-"""The same logs in every run of a design: how a run's scene is made, and what of it is kept."""
+"""The same logs in every run of a design: how the scene of a run is made, and which outcomes are stored."""
 
 from __future__ import annotations
 

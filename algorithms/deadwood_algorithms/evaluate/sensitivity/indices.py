@@ -1,13 +1,15 @@
-"""How much of an outcome's variance a factor accounts for, with intervals over the design's rows and over the logs.
+"""The share of an outcome's variance that a factor accounts for, with intervals over the design's rows and over the
+logs.
 
 First-order indices by Saltelli et al. (2010, "Variance based sensitivity analysis of model output", table 2 b), total
-ones by Jansen (1999), of the outcome as it is for all logs that might be released: what the run's own logs add to a
-squared difference or to a product, their variance over the logs divided by their number, is taken off. Without that
-every factor, even one without effect, would have an index, because a slope is so rough that the least change sends a
+indices by Jansen (1999), for the outcome over all logs that might be released: the contribution of the run's finite
+number of logs to a squared difference or product (their variance over the logs divided by their number) is subtracted.
+Otherwise every factor, even one without effect, would have an index, because on a rough slope the least change sends a
 log elsewhere.
 
-Intervals are by bootstrap of both, the rows of the design and the logs: the deviations of the resampled index from
-what it would be were these logs all there are. They are cut to 0..1, where an index lies; an estimate may lie beside.
+Intervals are bootstrapped over both, the rows of the design and the logs: the deviations of the resampled index from
+its value if these logs were the whole population. They are clipped to 0..1, the range of an index; an estimate may lie
+outside.
 """
 
 from __future__ import annotations
@@ -106,7 +108,7 @@ def indices_of(
         empty, pair = np.full(factors, np.nan), np.full((2, factors), np.nan)
         none = np.full((weights.shape[1], factors), np.nan)
         return Indices(mean, float(found), float(low), float(high), empty, pair, empty, pair, none)
-    tried = np.where(tried > 0.0, tried, np.nan)  # a resample without variance tells no share
+    tried = np.where(tried > 0.0, tried, np.nan)  # a resample without variance contains no information
     first, total = firsts / found, totals / found
     first_draws = first[:, None] + tried_firsts / tried - (world_firsts / world)[:, None]
     total_draws = total[:, None] + tried_totals / tried - (world_totals / world)[:, None]

@@ -73,7 +73,7 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
 
 
 def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> None:
-    """From the outcome as it is to that at each end; beside them the swing between the ends and its interval."""
+    """From the unchanged outcome to that at each end; beside it the difference between the ends and its interval."""
     scale = 100.0 if one.is_share else 1.0
     base = scale * one.bars[0].base
     for place, k in enumerate(order):

@@ -24,9 +24,9 @@ def write_variation(
     folder: Path, about: Mapping[str, Any], factors: list[Factor], places: list[Place], slid: SlidRuns,
     measured: list[Measured], answers: list[Answer], lines: list[Any], seed: int,
 ) -> dict[str, Any]:  # fmt: skip
-    """Write the folder; gives the facts of summary.json.
+    """Write the folder; returns the content of summary.json.
 
-    about : of these the fidelity, the design and its rows, and how many logs the layer has
+    about : the fidelity, the design and its rows, and the number of logs in the layer
     """
 
     logs = slid.runout.shape[1]

@@ -22,7 +22,7 @@ from deadwood_algorithms.prepare.trees.stands import Stand
 from deadwood_algorithms.stats import draws
 
 LEAST_DBH_CM = 1.0
-LEAST_HEIGHT_M = 1.3  # below it there is no breast height
+LEAST_HEIGHT_M = 1.3  # there is no breast height below it
 STANDS_SHOWN = 10
 
 
@@ -75,12 +75,12 @@ class Kind:
 
 
 def basal_area(squares: float) -> float:
-    """[m2] of stems whose DBH [cm] squared come to this sum."""
+    """Basal area [m2] of stems, from the sum of their squared DBH [cm]."""
     return np.pi / 4.0 * squares / 1e4
 
 
 def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Feedback) -> Source:
-    """The trees of a layer that stand on these grounds; what is too small for a tree is left out."""
+    """The trees of a layer on these grounds, without those too small for a tree."""
     from deadwood_algorithms.files.vectors import read_vector
 
     frame = read_vector(
@@ -161,7 +161,7 @@ def draw_sizes(sizes: Sizes, items: np.ndarray, seed: int) -> tuple[np.ndarray, 
         items,
         draws.TREE_SIZE,
         f"DBH {sizes.dbh_mean:g} +- {sizes.dbh_sd:g} cm and height {sizes.height_mean:g} +- {sizes.height_sd:g} m "
-        "give hardly a tree; check the numbers and their units",
+        "hardly ever give a possible tree; check the numbers and their units",
     )
 
 

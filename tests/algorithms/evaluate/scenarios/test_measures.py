@@ -99,7 +99,7 @@ def test_a_log_that_did_it_before_it_left_is_not_lost():
     assert share.most.tolist() == [True, True, True, False]
 
 
-def test_a_share_alone_says_nothing_of_a_difference():
+def test_a_share_alone_reports_nothing_of_a_difference():
     row = share_row("a", "reach", "road", Share.of(np.array([True, False, False]), np.array([False, True, False])))
     assert (row.n_lost, row.value_low_if_lost, row.value_high_if_lost) == (1, 1 / 3, 2 / 3)
     assert np.isnan([row.difference, *difference_interval(row), row.difference_low_if_lost, row.p_mcnemar]).all()
@@ -218,7 +218,7 @@ def fan(n: int, wide_deg: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("n", [LEAST_OF_A_RELEASE - 1, LEAST_OF_A_RELEASE])
-def test_the_spread_of_a_release_and_from_how_many_logs_its_range_is_told(n):
+def test_the_spread_of_a_release_and_from_how_many_logs_its_range_is_reported(n):
     never = np.zeros((n, 0), bool)
     reasons = ["rest"] * (n - 2)
     other = scenario("a", never, [*reasons, "left_dem", "rest"], fan(n, 20.0))

@@ -41,11 +41,13 @@ def test_one_factor():
     )
 
 
-def test_two_that_cannot_be_told_apart():
+def test_two_that_cannot_be_distinguished():
     told = most_influential(measured(30, 32, 0), LOGS)
     assert set(told.factors) == {"friction", "rolling_friction"}
     assert not told.decided
-    assert "which of them changes the reach of road more is not decided by this many logs (200)" in told.sentence
+    assert (
+        "the number of logs (200) is too small to decide which of them changes the reach of road more" in told.sentence
+    )
 
 
 def test_none():
@@ -53,7 +55,7 @@ def test_none():
     assert told.factors == []
     assert not told.decided
     assert told.sentence.startswith(
-        "Which input influences the reach of road most is not decided by this many logs (200)"
+        "The number of logs (200) is too small to decide which input influences the reach of road most"
     )
     assert "The largest change is that of rolling friction, -1.0 points" in told.sentence
 
@@ -65,7 +67,7 @@ def test_a_mean_in_metres():
     assert one.change(one.bars[2]) == "0 m (no log changes)"
 
 
-def test_so_many_factors_are_named_that_one_of_them_is_the_strongest():
+def test_enough_factors_are_named_that_one_of_them_is_the_strongest():
     draws = np.array([[3.0, 1.0, 0.0]] * 90 + [[1.0, 2.0, 0.0]] * 7 + [[0.0, 1.0, 2.0]] * 3)
     assert order_of_strength([0, 1, 2], draws) == [0, 1]
     assert order_of_strength([0, 1, 2], draws[:90]) == [0]
@@ -91,7 +93,7 @@ def test_the_indices_decide_where_there_are_some():
     near = Measured("reach_road", "road", bars, indexed([0.5, 0.6, 0.0], [0.1, 0.2, 0.0], [0.9, 1.0, 0.1], 0.2))
     told = most_influential(near, LOGS)
     assert told.factors == ["rolling_friction", "friction"]
-    assert "is not decided by this many logs (200) and rows" in told.sentence
+    assert "the number of logs and rows of the design (200) is too small" in told.sentence
     empty = Measured("reach_road", "road", bars, indexed([np.nan] * 3, [np.nan] * 3, [np.nan] * 3, 0.0))
     assert most_influential(empty, LOGS).by == "swing"
 
@@ -130,7 +132,7 @@ def test_the_picture_has_the_factors_in_the_same_order():
     assert left.get_ylim()[0] > left.get_ylim()[1]
 
 
-def test_a_first_order_index_above_its_total_is_said_to_be_chance():
+def test_a_first_order_index_above_its_total_is_called_chance():
     """Before: 1.00 beside 0.86 without a word."""
     one = with_indices([1.2, 0.301, 0.2], [0.86, 0.3, 0.4])
     assert [row["crossed"] for row in index_rows([one])] == [True, False, False]
