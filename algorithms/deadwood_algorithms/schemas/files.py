@@ -380,7 +380,8 @@ SENSITIVITY = TableFile(
         a_number("total_ci_low", "Lower end of its 95 % interval", 0, 1),
         a_number("total_ci_high", "Upper end", 0, 1),
         a_text(
-            "crossed", "Whether the estimate of the first-order index is above the total's, which only chance makes"
+            "crossed",
+            "Whether the first-order index was estimated above the total one, by chance: both are then their mean",
         ),
         a_number("mean", "The outcome's mean over the ranges"),
         a_number("variance", "Its variance over the ranges, without what so few logs add by chance"),
@@ -883,7 +884,7 @@ SITED_FACTS = JsonFile(
         _whole("reach_by_line", "The same by line"),
         _whole("reach_by_line_after", "By line, with all barriers that were chosen"),
         _whole("chosen", "The rows of pareto.csv of the chosen sets"),
-        _key("stopped_because", "Why no more barriers were chosen; empty where there are as many as asked for"),
+        _key("stopped_because", "Why no more barriers were chosen"),
         _whole("rows", "All rows of pareto.csv"),
     ),
 )

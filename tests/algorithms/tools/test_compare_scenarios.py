@@ -454,3 +454,27 @@ def test_the_baseline_is_the_run_with_the_fewest_obstacles_unless_it_is_named(sa
     assert baseline_first([*summaries[:2], {}], names, None, said) == [0, 1, 2]  # one is of an older version
     with pytest.raises(UserError, match="--baseline is 'wood', but the runs are called forest, bare, dense"):
         baseline_first(summaries, names, "wood", said)
+
+
+@pytest.mark.parametrize("told_by", ["option", "column"])
+def test_an_option_that_a_column_overrides_makes_no_difference_of_two_runs(tmp_path, told_by):
+    """Runs with --orientation lying and upright: another posture, unless the layer says that of every log."""
+    case = Case(tmp_path / "case")
+    if told_by == "column":
+        releases = gpd.read_file(case.releases).assign(orientation="upright")
+        releases.to_file(case.releases, layer="releases", driver="GPKG")
+    runs = [
+        case.run(output=str(tmp_path / name), lines=case.lines, orientation=name, friction="0.4", fidelity="draft")
+        for name in ("lying", "upright")
+    ]
+    outcome = compare(runs, tmp_path / "out")[1]
+    differs = [line for line in outcome.lines if "differs" in line]
+    facts = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    scenarios = [line.partition(", ")[2].partition(",")[0] for line in outcome.lines if line.startswith("scenario of")]
+    if told_by == "option":
+        assert differs == ["--orientation differs: lying: lying, upright: upright"]
+        assert scenarios == ["lying", "upright"]
+    else:
+        assert differs == []
+        assert "orientation" not in facts["parameters_that_differ"]
+        assert scenarios == ["upright", "upright"]
