@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 
 from deadwood_algorithms.params.commands import command_line, following
+from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.tools import sample_releases, slide_logs, vary
 
 
@@ -29,7 +30,7 @@ def test_what_two_tools_share_goes_on_but_no_default_and_no_output():
 
 
 def test_values_stand_in_place_of_what_was_given():
-    ask = slide_logs.Ask(dem="d.tif", releases="r.gpkg", friction=0.3, seed=4, output="run")
-    assert following(sample_releases.TOOL, ask, areas="a.gpkg", output="r.gpkg") == (
+    ask = vary.Ask(dem="d.tif", releases="r.gpkg", friction=0.3, seed=4, output="varied")
+    assert following(sample_releases.TOOL, ask, **dict.fromkeys(DEFAULTED), areas="a.gpkg", output="r.gpkg") == (
         "deadwood-tool sample-releases --areas a.gpkg --dem d.tif --seed 4 --output r.gpkg"
     )

@@ -115,7 +115,7 @@ def pasted(outcome: Outcome, folder: Path, monkeypatch) -> list[list[str]]:
     commands = [shlex.split(each) for each in outcome.then.split(" && ")]
     for program, *words in commands:
         assert program == "deadwood-tool"
-        assert cli.main([*words, "--progress", "none"]) == 0, words
+        assert cli.run([*words, "--progress", "none"]) == 0, words
     return commands
 
 

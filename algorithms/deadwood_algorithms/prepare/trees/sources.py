@@ -248,10 +248,11 @@ SOURCES = ("auto", USUAL.source, *dict.fromkeys(each.source for each in LAYOUTS)
 
 
 def names_of(frame: pandas.DataFrame) -> dict[str, str]:
-    """The columns in lower case -> as they are written; one with a unit behind it, Höhe (m), also without that."""
+    """The columns in lower case -> as they are written; one with a unit, Höhe (m) or altezza_m, also without that."""
     names = {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
-    for name in list(names.values()):
-        names.setdefault(named(name, joined=False).plain, name)
+    for joined in (False, True):
+        for name in list(names.values()):
+            names.setdefault(named(name, joined=joined).plain, name)
     return names
 
 
