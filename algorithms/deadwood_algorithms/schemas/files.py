@@ -286,7 +286,7 @@ SITED_TABLE = TableFile(
 )
 INTENSITY_LINES = TableFile(
     name="lines.csv",
-    meaning="Each line by the least energy that reaches it; the last seven but one only with a frequency",
+    meaning="Each line by the least energy that reaches it; the last eight but one only with a frequency",
     columns=(
         a_text("line_id", "The line or polygon"),
         a_number("at_least_kj", "Least energy of the logs that count; 0: all that reach it", 0),
@@ -302,6 +302,7 @@ INTENSITY_LINES = TableFile(
         a_number("return_period_years", "Mean time between them; empty where no log reaches", 0, unit="a"),
         a_number("return_ci_low_years", "Lower end of its 95 % interval", 0, unit="a"),
         a_number("return_ci_high_years", "Upper end; empty where there is none", 0, unit="a"),
+        a_number("return_ci_low_years_if_lost", "Lower end if all logs that left before reach it", 0, unit="a"),
         a_number("return_class", "Class of the return period, from 1, the shortest; 0 where no log reaches", 0),
         a_text("note", "Remark"),
     ),

@@ -8,8 +8,9 @@ import geopandas
 import numpy as np
 import pandas
 import pytest
-from slope_case import Case, cut_above_the_road, summary, write_layer
+from slope_case import Case, cut_above_the_road, layer, summary, write_layer
 
+from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea, rate_with_interval
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, share_if_lost
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import (
@@ -73,13 +74,21 @@ def test_map_origins(run, n_lost, tmp_path, said):
 
 
 def test_map_intensity(run, n_lost, tmp_path, said):
-    done = map_intensity.TOOL(run=str(run), output=str(tmp_path / "intensity"), feedback=said)
+    done = map_intensity.TOOL(run=str(run), events_per_year=0.1, output=str(tmp_path / "intensity"), feedback=said)
     told = of_road(said)
     assert "the reach of line road may be anything from 0 to" in told
     assert "outline end where they left" in told
     assert done.facts["n_left_dem"] == n_lost
     table = pandas.read_csv(tmp_path / "intensity" / "lines.csv")
     assert (table["n_lost"] == n_lost).all()
+    road = table[(table["line_id"] == "road") & (table["at_least_kj"] == 0.0)].iloc[0]
+    deposits = layer(run, "deposits")
+    gone = deposits["release_id"][deposits["stop_reason"] == "left_dem"]  # none of them had come to the road
+    counts = [np.array((gone == each).sum()) for each in "ab"]
+    _, _, highest = rate_with_interval(counts, [ReleaseArea(each, 0.1, 12) for each in "ab"], 1)
+    assert road["return_ci_low_years_if_lost"] == pytest.approx(1.0 / highest)
+    assert road["return_ci_low_years_if_lost"] < road["return_ci_low_years"]
+    assert any(f", over {1.0 / highest:.3g} years" in each for each in done.lines)
 
 
 def test_design_values(run, n_lost, tmp_path, said):
