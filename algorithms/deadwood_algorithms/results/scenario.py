@@ -85,15 +85,17 @@ def soft_ground_record(scene: ReleasedScene) -> dict[str, float | None] | None:
     return {"strength_mn_m2": scene.soil_strength_mn_m2, "drag": scene.scar_drag}
 
 
+def posture_words(logs: dict[str, Any]) -> str:
+    """``upright``, or of several postures the share of each."""
+    postures = [name for name in ORIENTATIONS if logs["posture"][name]]
+    if len(postures) == 1:
+        return postures[0]
+    return ", ".join(f"{100.0 * logs['posture'][name]:.3g} % {name}" for name in postures)
+
+
 def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     """What was slid through what, in one line of a terminal; ``name`` where there are several runs."""
     logs = scenario["logs"]
-    postures = [name for name in ORIENTATIONS if logs["posture"][name]]
-    posture = (
-        postures[0]
-        if len(postures) == 1
-        else ", ".join(f"{100.0 * logs['posture'][name]:.3g} % {name}" for name in postures)
-    )
     sizes = f"{_span(logs['length_m'], 'm')} long, DBH {_span(logs['dbh_cm'], 'cm')}"
     friction = scenario["friction"]
     laws = [f"friction {_span(friction) if isinstance(friction, dict) else format(friction, 'g')}"]
@@ -119,7 +121,7 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     dem = scenario["dem"]
     whose = f"scenario of {name}" if name else "scenario"
     return (
-        f"{whose}: {counted(logs['n'], 'log')}, {posture}, {sizes}; "
+        f"{whose}: {counted(logs['n'], 'log')}, {posture_words(logs)}, {sizes}; "
         f"{', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
         f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
     )
