@@ -35,7 +35,6 @@ WHYS = (OFF_DEM, NO_TERRAIN, BEYOND_WINDOW, NOT_RUN)
 def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
     """What was slid through what; sizes over the logs that were slid, the trees and barriers that stood in the way."""
     logs, prepared = releases.logs, layers.scene
-    posture = np.bincount(logs.orientation, minlength=len(ORIENTATIONS)) / max(len(releases), 1)
     trees = _used(len(layers.tree_ids), prepared.trees_outside)
     barriers = _used(len(layers.barriers.item), prepared.barriers_outside)
     lying = _used(len(layers.lying.item), prepared.lying_outside)
@@ -47,7 +46,7 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
             "length_m": range_of(logs.length),
             "dbh_cm": range_of(releases.dbh_cm),
             "density_kg_m3": range_of(logs.density),
-            "posture": dict(zip(ORIENTATIONS, posture.tolist(), strict=True)),
+            "posture": posture_shares(releases),
         },
         "friction": range_of(mu[np.isfinite(layers.dem.values)]) if isinstance(mu, np.ndarray) else float(mu),
         "rolling_friction": None if layers.shape else scene.rolling_friction,
@@ -83,6 +82,12 @@ def soft_ground_record(scene: ReleasedScene) -> dict[str, float | None] | None:
     if scene.soil_strength_mn_m2 is None:
         return None
     return {"strength_mn_m2": scene.soil_strength_mn_m2, "drag": scene.scar_drag}
+
+
+def posture_shares(releases: Releases) -> dict[str, float]:
+    """Which share of the logs starts upright, lying or tilted."""
+    counts = np.bincount(releases.logs.orientation, minlength=len(ORIENTATIONS))
+    return dict(zip(ORIENTATIONS, (counts / max(len(releases), 1)).tolist(), strict=True))
 
 
 def posture_words(logs: dict[str, Any]) -> str:

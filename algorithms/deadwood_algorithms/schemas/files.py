@@ -689,7 +689,10 @@ MANIFEST_OF_RUN = JsonFile(
     meaning=MANIFEST.meaning,
     keys=(
         *MANIFEST_OF_SCENE.keys,
-        _whole("effective", "Least, median and largest of what the logs had, from their columns or the options"),
+        _whole(
+            "effective",
+            "Least, median and largest of what the logs had, from their columns or the options; of orientation shares",
+        ),
         _whole("chosen", "With --fidelity auto the fidelity and the number of logs"),
         _key("grid", "Grid of the terrain model"),
         _key("grid.nx", "Its columns"),
