@@ -8,9 +8,8 @@ import geopandas
 import numpy as np
 import pandas
 import pytest
-from slope_case import Case, cut_above_the_road, layer, summary, write_layer
+from slope_case import Case, cut_above_the_road, summary, write_layer
 
-from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea, rate_with_interval
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, share_if_lost
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import (
@@ -82,11 +81,10 @@ def test_map_intensity(run, n_lost, tmp_path, said):
     table = pandas.read_csv(tmp_path / "intensity" / "lines.csv")
     assert (table["n_lost"] == n_lost).all()
     road = table[(table["line_id"] == "road") & (table["at_least_kj"] == 0.0)].iloc[0]
-    deposits = layer(run, "deposits")
-    gone = deposits["release_id"][deposits["stop_reason"] == "left_dem"]  # none of them had come to the road
-    counts = [np.array((gone == each).sum()) for each in "ab"]
-    _, _, highest = rate_with_interval(counts, [ReleaseArea(each, 0.1, 12) for each in "ab"], 1)
+    highest = 0.2 * wilson_interval(n_lost, 24)[1]  # two areas of 12 logs each; none that left had come to the road
     assert road["return_ci_low_years_if_lost"] == pytest.approx(1.0 / highest)
+    assert road["return_ci_low_years"] == pytest.approx(1.0 / (0.2 * wilson_interval(0, 24)[1]))
+    assert road["return_ci_low_years"] == pytest.approx(done.facts["no_hit"]["return_ci_low_years"])
     assert road["return_ci_low_years_if_lost"] < road["return_ci_low_years"]
     assert any(f", over {1.0 / highest:.3g} years" in each for each in done.lines)
 
@@ -133,7 +131,9 @@ def test_vary(cut, tmp_path, said):
         feedback=said,
     )
     told = of_road(said)
-    assert "in the run '" in told
+    assert told.startswith("in the run 'friction low', which lost most: ")
+    assert "in the run 'as it is', where " in told
+    assert "mean run-outs, and what each factor does to them, are as far as the logs were seen" in told
     assert "the reach of line road may be anything" in told
 
 

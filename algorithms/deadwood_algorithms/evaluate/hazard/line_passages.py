@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.hazard.frequencies import stored_areas
-from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea, period_class, rate_with_interval, return_period
+from deadwood_algorithms.evaluate.hazard.rates import (
+    ReleaseArea,
+    period_class,
+    pooled,
+    rate_with_interval,
+    return_period,
+)
 from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.results.lost import share_if_lost
 from deadwood_algorithms.results.passages import Passages
@@ -75,8 +81,11 @@ def rates_of(
     """Events a year, return period and its class, with the ends of their intervals; ``lost`` logs left before."""
     of_log = source.deposits.set_index("log_id")["release_id"]
     counted = list(areas) if among.size == len(of_log) else stored_areas(source, list(areas))
+    together = pooled(counted, logs_per_event)  # as the map does: 0 hits of n are one return period in both
 
     def rate_of(logs: NDArray[np.int64]) -> tuple[Any, Any, Any]:
+        if together:
+            return rate_with_interval([np.array(logs.size)], together, logs_per_event)
         hit = of_log.loc[logs].to_numpy()
         counts = [np.array(int((hit == each.release_id).sum())) for each in counted]
         return rate_with_interval(counts, counted, logs_per_event)
