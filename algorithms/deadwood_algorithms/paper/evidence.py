@@ -12,7 +12,7 @@ import numpy as np
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import read_raster_on
 from deadwood_algorithms.files.vectors import read_table
-from deadwood_algorithms.paper.findings import Evidence
+from deadwood_algorithms.paper.finding import Evidence
 from deadwood_algorithms.paper.site_runs import ROCKS, SiteRuns
 from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.results.run_folder import read_run

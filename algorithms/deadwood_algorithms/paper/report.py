@@ -9,7 +9,7 @@ from dataclasses import asdict
 from html import escape
 from pathlib import Path
 
-from deadwood_algorithms.paper.findings import Finding, Variation
+from deadwood_algorithms.paper.finding import Finding, Variation
 
 STYLE = (
     "body{font:15px/1.45 system-ui,sans-serif;max-width:1150px;margin:2em auto;padding:0 1em;color:#222}"

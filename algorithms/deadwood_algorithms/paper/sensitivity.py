@@ -9,7 +9,8 @@ from pathlib import Path
 
 from deadwood_algorithms.paper import klosters
 from deadwood_algorithms.paper.evidence import evidence_of_needed
-from deadwood_algorithms.paper.findings import Finding, findings_of
+from deadwood_algorithms.paper.finding import Finding
+from deadwood_algorithms.paper.findings import findings_of
 from deadwood_algorithms.paper.site import Site, read_site, write_twin
 from deadwood_algorithms.paper.site_runs import SiteRuns, Wanted
 from deadwood_algorithms.paper.variations import VARIATIONS

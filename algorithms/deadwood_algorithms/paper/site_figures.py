@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.paper.evidence import jumps
-from deadwood_algorithms.paper.findings import Evidence
+from deadwood_algorithms.paper.finding import Evidence
 from deadwood_algorithms.paper.pictures import draw_hits, draw_jump, draw_sweeps
 from deadwood_algorithms.paper.site_runs import SiteRuns
 from deadwood_algorithms.params.tool import Quiet

@@ -59,7 +59,7 @@ from deadwood_algorithms.tools import (
 )
 
 if TYPE_CHECKING:
-    from deadwood_algorithms.paper.findings import Finding
+    from deadwood_algorithms.paper.finding import Finding
     from deadwood_algorithms.paper.site import Site
     from deadwood_algorithms.paper.site_runs import Wanted
 
@@ -97,7 +97,8 @@ class Ask:
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.paper.evidence import evidence_of
-    from deadwood_algorithms.paper.findings import findings_of, with_panel
+    from deadwood_algorithms.paper.finding import with_panel
+    from deadwood_algorithms.paper.findings import findings_of
     from deadwood_algorithms.paper.report import write_report
     from deadwood_algorithms.paper.sensitivity import decided_findings, findings_by_change, findings_with_cloud
     from deadwood_algorithms.paper.site import read_site, write_twin
