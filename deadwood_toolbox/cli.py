@@ -149,8 +149,8 @@ def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job |
 
 def _following(tool: Tool, ask: Any, outcome: Outcome) -> str:
     """The command that mostly follows, with what was given and made in its place; of a plan nothing follows."""
-    if not tool.then or not outcome.outputs:
-        return ""
+    if outcome.then or not tool.then or not outcome.outputs:
+        return outcome.then
     given = {each.name: getattr(ask, each.name) for each in tool.parameters()}
     known = {name: shlex.quote(str(value)) if value else name.upper() for name, value in given.items()}
     return tool.then.format(**known | {name: shlex.quote(str(path)) for name, path in outcome.outputs.items()})

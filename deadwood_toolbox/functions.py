@@ -2237,7 +2237,7 @@ class MapIntensityResult(Result):
     return_period = RasterPart("return_period.tif")
     """Mean time between events that reach the cell; NaN where no log passed"""
     lines = TablePart("lines.csv")
-    """Each line by the least energy that reaches it; the last seven but one only with a frequency"""
+    """Each line by the least energy that reaches it; the last eight but one only with a frequency"""
     process_area = LayerPart("process_area.gpkg", "process_area")
     """The outline of the ground that at least this share of the logs pass; an indication map"""
 

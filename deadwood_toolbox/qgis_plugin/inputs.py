@@ -34,6 +34,8 @@ from .definitions import LAYER, is_hidden, proposed
 from .language import _
 
 LAYERNAME = "|layername="
+# With --fidelity auto a run keeps its work beside that of --resume in folders of these names too (auto_run, a test).
+AUTO_KEEPS = (".auto", ".auto-draft", ".auto-standard", ".auto-fine", ".auto-reference")
 
 
 class Inputs:
@@ -93,8 +95,9 @@ class Inputs:
         if "--resume" in self.arguments:
             return _("Canceled; what was finished is kept, and the same run can be continued")
         for folder in self.folders:
-            place = Path(folder)
-            shutil.rmtree(place.absolute().parent / f".{place.name}.part", ignore_errors=True)
+            place = Path(folder).absolute()
+            for kept in ("", *AUTO_KEEPS):
+                shutil.rmtree(place.parent / f".{place.name}{kept}.part", ignore_errors=True)
         return _("Canceled; nothing was left behind")
 
     def _add(self, declared: dict[str, Any]) -> None:

@@ -266,14 +266,15 @@ class Outcome:
     facts: Mapping[str, Any] = field(default_factory=dict)
     lines: tuple[str, ...] = ()  # printed after the run, for a reader
     status: int = 0  # with which the command ends
+    then: str = ""  # the command that follows, where the tool's ``then`` cannot know it
 
     @classmethod
     def of_folder(
-        cls, output: str, parts: Mapping[str, str], facts: Mapping[str, Any], lines: tuple[str, ...]
+        cls, output: str, parts: Mapping[str, str], facts: Mapping[str, Any], lines: tuple[str, ...], then: str = ""
     ) -> Outcome:
         """For a tool that makes a folder: the folder itself, and the names of the files in it by meaning."""
         folder = Path(output)
-        return cls({"output": folder} | {key: folder / name for key, name in parts.items()}, facts, lines)
+        return cls({"output": folder} | {key: folder / name for key, name in parts.items()}, facts, lines, then=then)
 
 
 @dataclass(frozen=True)

@@ -169,7 +169,9 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
 
 
 def period_of(row: Mapping[str, Any], words: Words) -> str:
+    """A return period; its lower end is of chance and of the logs that left before it together."""
     years, low, high = (number(row.get(f"return_{name}_years")) for name in ("period", "ci_low", "ci_high"))
+    low = number(row.get("return_ci_low_years_if_lost", low))  # older results lack it
     if not np.isfinite(years):
         return words.say("longer_than", years=shown_number(low, words))
     ends = f"{shown_number(low, words)} {words.say('to')} {shown_number(high, words)}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.files.versions import lines as versions
+from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
@@ -405,14 +405,9 @@ def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
     """The command line that repeats a run; defaults are included, so that none can change unnoticed. Options that
     columns of the releases override are omitted, because they had no effect.
     """
-    words = ["deadwood-tool", str(manifest.get("tool", "slide-logs"))]
     overridden = overridden_options(manifest, summary)
-    for name, value in manifest.get("parameters", {}).items():
-        if value is None or value is False or name in ("resume", "overwrite") or name in overridden:
-            continue
-        flag = "--" + name.replace("_", "-")
-        words += [flag] if value is True else [flag, str(value)]
-    return " ".join(shlex.quote(each) for each in words)
+    given = {name: value for name, value in manifest.get("parameters", {}).items() if name not in overridden}
+    return command_line(str(manifest.get("tool", "slide-logs")), given)
 
 
 def provenance(source: ReportedRun, words: Words) -> Parts:

@@ -35,7 +35,6 @@ WHYS = (OFF_DEM, NO_TERRAIN, BEYOND_WINDOW, NOT_RUN)
 def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
     """Logs, laws of contact and scene; sizes over the logs that were slid and the trees and barriers of the scene."""
     logs, prepared = releases.logs, layers.scene
-    posture = np.bincount(logs.orientation, minlength=len(ORIENTATIONS)) / max(len(releases), 1)
     trees = _used(len(layers.tree_ids), prepared.trees_outside)
     barriers = _used(len(layers.barriers.item), prepared.barriers_outside)
     lying = _used(len(layers.lying.item), prepared.lying_outside)
@@ -47,7 +46,7 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
             "length_m": range_of(logs.length),
             "dbh_cm": range_of(releases.dbh_cm),
             "density_kg_m3": range_of(logs.density),
-            "posture": dict(zip(ORIENTATIONS, posture.tolist(), strict=True)),
+            "posture": posture_shares(releases),
         },
         "friction": range_of(mu[np.isfinite(layers.dem.values)]) if isinstance(mu, np.ndarray) else float(mu),
         "rolling_friction": None if layers.shape else scene.rolling_friction,
@@ -85,15 +84,23 @@ def soft_ground_record(scene: ReleasedScene) -> dict[str, float | None] | None:
     return {"strength_mn_m2": scene.soil_strength_mn_m2, "drag": scene.scar_drag}
 
 
+def posture_shares(releases: Releases) -> dict[str, float]:
+    """Which share of the logs starts upright, lying or tilted."""
+    counts = np.bincount(releases.logs.orientation, minlength=len(ORIENTATIONS))
+    return dict(zip(ORIENTATIONS, (counts / max(len(releases), 1)).tolist(), strict=True))
+
+
+def posture_words(logs: dict[str, Any]) -> str:
+    """``upright``, or of several postures the share of each."""
+    postures = [name for name in ORIENTATIONS if logs["posture"][name]]
+    if len(postures) == 1:
+        return postures[0]
+    return ", ".join(f"{100.0 * logs['posture'][name]:.3g} % {name}" for name in postures)
+
+
 def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     """The scenario in one line of a terminal; ``name`` if there are several runs."""
     logs = scenario["logs"]
-    postures = [name for name in ORIENTATIONS if logs["posture"][name]]
-    posture = (
-        postures[0]
-        if len(postures) == 1
-        else ", ".join(f"{100.0 * logs['posture'][name]:.3g} % {name}" for name in postures)
-    )
     sizes = f"{_span(logs['length_m'], 'm')} long, DBH {_span(logs['dbh_cm'], 'cm')}"
     friction = scenario["friction"]
     laws = [f"friction {_span(friction) if isinstance(friction, dict) else format(friction, 'g')}"]
@@ -119,7 +126,7 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     dem = scenario["dem"]
     whose = f"scenario of {name}" if name else "scenario"
     return (
-        f"{whose}: {counted(logs['n'], 'log')}, {posture}, {sizes}; "
+        f"{whose}: {counted(logs['n'], 'log')}, {posture_words(logs)}, {sizes}; "
         f"{', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
         f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
     )

@@ -40,6 +40,7 @@ from deadwood_algorithms.results.lost import many, reach_records
 from deadwood_algorithms.results.maps import write_run_rasters
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.run_settings import RunSettings
+from deadwood_algorithms.results.scenario import posture_shares
 from deadwood_algorithms.results.summary import (
     lines_of,
     loss_of_run,
@@ -212,7 +213,7 @@ def write_results(
 
 
 def effective_values(releases: Releases) -> dict[str, dict[str, float]]:
-    """Least, median and largest of what the logs had, from their columns or from the options."""
+    """Least, median and largest of what the logs had, from their columns or from the options; shares of postures."""
     logs = releases.logs
     columns = {
         "dbh_cm": releases.dbh_cm,
@@ -223,11 +224,12 @@ def effective_values(releases: Releases) -> dict[str, dict[str, float]]:
         "speed_ms": logs.speed,
         "drop_m": logs.drop,
     }
-    return {
+    ranges = {
         name: {"min": float(values.min()), "median": float(np.median(values)), "max": float(values.max())}
         for name, values in columns.items()
         if values.size
     }
+    return ranges | {"orientation": posture_shares(releases)}
 
 
 def in_pieces(

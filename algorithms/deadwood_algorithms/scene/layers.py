@@ -297,9 +297,15 @@ def lines_layer(path: str, crs: pyproj.CRS, feedback: Feedback) -> geopandas.Geo
 def lines_of(frame: geopandas.GeoDataFrame | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
     """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one.
 
-    Without that field rows of one name do. Either is reported.
+    Without that field rows of one name do. Either is reported, and that results call lines by their rows.
     """
     if frame is None:
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
     paths = paths_of(frame, grid, "line", feedback)
+    words = [str(each) for each in frame.select_dtypes(include=["object", "string"]).columns]
+    if words and "line_id" not in frame and "name" not in frame:
+        feedback.note(
+            f"{where_of(frame)}: without a field line_id or name the lines are called by their rows, 1 to "
+            f"{len(frame)}; rename '{words[0]}' if it holds their names"
+        )
     return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths, feedback)

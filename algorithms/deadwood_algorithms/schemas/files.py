@@ -286,7 +286,7 @@ SITED_TABLE = TableFile(
 )
 INTENSITY_LINES = TableFile(
     name="lines.csv",
-    meaning="Each line by the least energy that reaches it; the last seven but one only with a frequency",
+    meaning="Each line by the least energy that reaches it; the last eight but one only with a frequency",
     columns=(
         a_text("line_id", "The line or polygon"),
         a_number("at_least_kj", "Least energy of the logs that count; 0: all that reach it", 0),
@@ -302,6 +302,7 @@ INTENSITY_LINES = TableFile(
         a_number("return_period_years", "Mean time between them; empty where no log reaches", 0, unit="a"),
         a_number("return_ci_low_years", "Lower end of its 95 % interval", 0, unit="a"),
         a_number("return_ci_high_years", "Upper end; empty where there is none", 0, unit="a"),
+        a_number("return_ci_low_years_if_lost", "Lower end if all logs that left before reach it", 0, unit="a"),
         a_number("return_class", "Class of the return period, from 1, the shortest; 0 where no log reaches", 0),
         a_text("note", "Remark"),
     ),
@@ -380,7 +381,8 @@ SENSITIVITY = TableFile(
         a_number("total_ci_low", "Lower end of its 95 % interval", 0, 1),
         a_number("total_ci_high", "Upper end", 0, 1),
         a_text(
-            "crossed", "Whether the estimate of the first-order index is above the total's, which only chance makes"
+            "crossed",
+            "Whether the first-order index was estimated above the total one, by chance: both are then their mean",
         ),
         a_number("mean", "The outcome's mean over the ranges"),
         a_number("variance", "Its variance over the ranges, without what so few logs add by chance"),
@@ -690,7 +692,10 @@ MANIFEST_OF_RUN = JsonFile(
     meaning=MANIFEST.meaning,
     keys=(
         *MANIFEST_OF_SCENE.keys,
-        _whole("effective", "Least, median and largest of what the logs had, from their columns or the options"),
+        _whole(
+            "effective",
+            "Least, median and largest of what the logs had, from their columns or the options; of orientation shares",
+        ),
         _whole("chosen", "With --fidelity auto the fidelity and the number of logs"),
         _key("grid", "Grid of the terrain model"),
         _key("grid.nx", "Its columns"),
@@ -886,7 +891,7 @@ SITED_FACTS = JsonFile(
         _whole("reach_by_line", "The same by line"),
         _whole("reach_by_line_after", "By line, with all barriers that were chosen"),
         _whole("chosen", "The rows of pareto.csv of the chosen sets"),
-        _key("stopped_because", "Why no more barriers were chosen; empty if there are as many as requested"),
+        _key("stopped_because", "Why no more barriers were chosen"),
         _whole("rows", "All rows of pareto.csv"),
     ),
 )

@@ -24,11 +24,13 @@ from pathlib import Path
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation, recommend
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.commands import following
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import SceneByName
+from deadwood_algorithms.tools import slide_logs
 
 NAMES = ("draft", "standard", "fine", "reference")  # from the cheapest to the finest
 TABLE, FACTS, PICTURE, MANIFEST = "comparison.csv", "comparison.json", "comparison.png", "manifest.json"
@@ -120,7 +122,9 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
     steps.remove()
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "manifest": MANIFEST}
     *compared, advised = lines_of(rows, names, advice, len(logs))
-    return Outcome.of_folder(ask.output, parts, facts, (*compared, *posture_lines(of_posture), advised, scenario))
+    shown = (*compared, *posture_lines(of_posture), advised, scenario)
+    then = following(slide_logs.TOOL, ask, fidelity=advice.fidelity, output="run")
+    return Outcome.of_folder(ask.output, parts, facts, shown, then)
 
 
 def fidelities_wanted(text: str) -> list[str]:
@@ -181,5 +185,4 @@ TOOL = Tool(
     "Measure CPU time and error of each fidelity on your scene",
     Ask,
     run,
-    then="deadwood-tool slide-logs --dem {dem} --releases {releases} --friction 0.25 --fidelity standard --output run",
 )

@@ -84,10 +84,13 @@ def test_a_manifest_seals_every_file_of_the_folder(run):
 def test_what_the_columns_of_the_releases_override_is_reported(copied):
     frame = gpd.read_file(copied.releases)
     frame["dbh_cm"] = np.linspace(20.0, 66.0, len(frame))
+    frame["orientation"] = ["upright", "lying", "lying", "lying"] * 6
     frame.to_file(copied.releases, layer="releases", driver="GPKG")
     told = manifest(copied.run())
     assert told["parameters"]["dbh_cm"] == 40.0
     assert told["effective"]["dbh_cm"] == {"min": 20.0, "median": pytest.approx(43.0), "max": 66.0}
+    assert told["parameters"]["orientation"] == "upright"
+    assert told["effective"]["orientation"] == {"upright": 0.25, "lying": 0.75, "tilted": 0.0}
 
 
 def run_id(case: Case, **changes) -> str:

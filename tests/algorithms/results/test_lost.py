@@ -73,13 +73,20 @@ def test_map_origins(run, n_lost, tmp_path, said):
 
 
 def test_map_intensity(run, n_lost, tmp_path, said):
-    done = map_intensity.TOOL(run=str(run), output=str(tmp_path / "intensity"), feedback=said)
+    done = map_intensity.TOOL(run=str(run), events_per_year=0.1, output=str(tmp_path / "intensity"), feedback=said)
     told = of_road(said)
     assert "the reach of line road may be anything from 0 to" in told
     assert "outline end where they left" in told
     assert done.facts["n_left_dem"] == n_lost
     table = pandas.read_csv(tmp_path / "intensity" / "lines.csv")
     assert (table["n_lost"] == n_lost).all()
+    road = table[(table["line_id"] == "road") & (table["at_least_kj"] == 0.0)].iloc[0]
+    highest = 0.2 * wilson_interval(n_lost, 24)[1]  # two areas of 12 logs each; none that left had come to the road
+    assert road["return_ci_low_years_if_lost"] == pytest.approx(1.0 / highest)
+    assert road["return_ci_low_years"] == pytest.approx(1.0 / (0.2 * wilson_interval(0, 24)[1]))
+    assert road["return_ci_low_years"] == pytest.approx(done.facts["no_hit"]["return_ci_low_years"])
+    assert road["return_ci_low_years_if_lost"] < road["return_ci_low_years"]
+    assert any(f", over {1.0 / highest:.3g} years" in each for each in done.lines)
 
 
 def test_design_values(run, n_lost, tmp_path, said):
@@ -124,7 +131,9 @@ def test_vary(cut, tmp_path, said):
         feedback=said,
     )
     told = of_road(said)
-    assert "in the run '" in told
+    assert told.startswith("in the run 'friction low', which lost most: ")
+    assert "in the run 'as it is', where " in told
+    assert "mean run-outs, and what each factor does to them, are as far as the logs were seen" in told
     assert "the reach of line road may be anything" in told
 
 

@@ -454,3 +454,29 @@ def test_the_baseline_is_the_run_with_the_fewest_obstacles_unless_it_is_named(sa
     assert baseline_first([*summaries[:2], {}], names, None, said) == [0, 1, 2]  # one is of an older version
     with pytest.raises(UserError, match="--baseline is 'wood', but the runs are called forest, bare, dense"):
         baseline_first(summaries, names, "wood", said)
+
+
+def lying_and_upright(tmp_path: Path, columns: dict[str, str]) -> list[Path]:
+    """Runs with --orientation lying and with upright, of releases with these columns."""
+    case = Case(tmp_path / "case")
+    gpd.read_file(case.releases).assign(**columns).to_file(case.releases, layer="releases", driver="GPKG")
+    return [
+        case.run(output=str(tmp_path / name), lines=case.lines, orientation=name, friction="0.4", fidelity="draft")
+        for name in ("lying", "upright")
+    ]
+
+
+def test_an_option_that_a_column_overrides_makes_no_difference_of_two_runs(tmp_path):
+    """The layer says of every log that it stands: both runs are one scenario, whatever --orientation was."""
+    outcome = compare(lying_and_upright(tmp_path, {"orientation": "upright"}), tmp_path / "out")[1]
+    facts = json.loads((tmp_path / "out" / compare_scenarios.FACTS).read_text(encoding="utf-8"))
+    scenarios = [line.partition(", ")[2].partition(",")[0] for line in outcome.lines if line.startswith("scenario of")]
+    assert [line for line in outcome.lines if "differs" in line] == []
+    assert facts["parameters_that_differ"] == {}
+    assert scenarios == ["upright", "upright"]
+
+
+def test_two_runs_whose_logs_start_in_another_posture_are_not_of_the_same_logs(tmp_path):
+    """The counterpart: where no column says it, the option does."""
+    with pytest.raises(UserError, match="it was run with --orientation upright for lying"):
+        compare(lying_and_upright(tmp_path, {}), tmp_path / "out")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import time
 from pathlib import Path
@@ -15,7 +16,7 @@ from slope_case import RASTERS, Case, assert_same_run, bands, layer, raster, sum
 
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.simulate import auto, auto_run, chunks
-from deadwood_algorithms.simulate.fidelity_trade import assumed_bounds
+from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.tools import compare_scenarios, slide_logs
 from deadwood_engine import FIDELITIES
@@ -211,3 +212,14 @@ def test_what_such_a_run_asked_can_be_asked_again(case, tmp_path):
     assert source.fidelity == summary(run)["accuracy"]["fidelity"] != "auto"
     assert fidelity_of(source) == FIDELITIES[source.fidelity]
     assert not hasattr(question_of(source), "scheduler")
+
+
+def test_the_plugin_knows_every_folder_that_a_run_works_in():
+    """After Cancel it removes them, and cannot ask the toolbox, which is another Python's."""
+    source = (Path(cli.__file__).parent / "qgis_plugin" / "inputs.py").read_text(encoding="utf-8")
+    (named,) = [
+        ast.literal_eval(each.value)
+        for each in ast.parse(source).body
+        if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == "AUTO_KEEPS"
+    ]
+    assert set(named) == {f".{auto_run.AUTO}", *(f".{auto_run.AUTO}-{each}" for each in COSTS)}

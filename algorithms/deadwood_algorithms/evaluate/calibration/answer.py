@@ -153,6 +153,11 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
     return text
 
 
+def varied(found: Range, best: float) -> dict[str, Any]:
+    """The values of ``vary`` for the range that was found; its own of those of one name that mean another thing."""
+    return {"friction": best, "vary": f"friction={found.low:.4g}:{found.high:.4g}", "fidelity": None, "logs": None}
+
+
 def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
     """A table with a line for each coefficient, and the result."""
     with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)

@@ -83,6 +83,9 @@ def line_words(row: dict[str, Any]) -> str:
     if "return_ci_low_years" not in row:
         return text + lost_words(row)
     if not row["n_reach"]:
-        return f"{text}, return period over {years_words(row['return_ci_low_years'])} years"
-    ends = f"{years_words(row['return_ci_low_years'])} to {years_words(row['return_ci_high_years'])}"
-    return f"{text}, every {years_words(row['return_period_years'])} years ({ends}){lost_words(row)}"
+        text += f", return period over {years_words(row['return_ci_low_years'])} years"
+    else:
+        ends = f"{years_words(row['return_ci_low_years'])} to {years_words(row['return_ci_high_years'])}"
+        text += f", every {years_words(row['return_period_years'])} years ({ends})"
+    lost = lost_words(row)
+    return text + lost + (f", over {years_words(row['return_ci_low_years_if_lost'])} years" if lost else "")

@@ -324,15 +324,15 @@ def _energies(arrived: Arrived, n_logs: int, n_lines: int) -> NDArray[np.float64
 
 
 def differing(compared: Compared) -> dict[str, dict[str, Any]]:
-    """Parameters of slide-logs in which the scenarios differ: by parameter, by scenario. A parameter that columns of
-    the releases override had no effect and is not listed.
+    """Parameters of slide-logs in which the scenarios differ: by parameter, by scenario. What a column of the releases
+    overrides in one run had no effect in any, for the releases are the same.
     """
+    idle: set[str] = set()
     given = {each.name: dict(each.run.manifest.get("parameters", {})) for each in compared.scenarios}
     for each in compared.scenarios:
         if given[each.name].get("fidelity") == "auto":  # the one that was chosen
             given[each.name]["fidelity"] = each.run.fidelity
-        for name in overridden_options(each.run.manifest, summary_if_there(each.run.path, each.run.manifest)):
-            given[each.name][name] = "as the releases say"
-    names = dict.fromkeys(name for values in given.values() for name in values if name not in NO_MATTER)
+        idle |= overridden_options(each.run.manifest, summary_if_there(each.run.path, each.run.manifest))
+    names = dict.fromkeys(name for values in given.values() for name in values if name not in {*NO_MATTER, *idle})
     table = {name: {scenario: values.get(name) for scenario, values in given.items()} for name in names}
     return {name: values for name, values in table.items() if len({str(each) for each in values.values()}) > 1}

@@ -10,7 +10,7 @@ from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
 from deadwood_algorithms.params.counts import counted
 
 # An index alone that is above the one that holds it is an estimate from too few rows.
-CROSSED = "the first-order one, {first:.2f}, is above it, which is chance: raise --samples"
+CROSSED = "with the first-order one, estimated above it by chance, their mean: raise --samples"
 
 
 def headline(measured: list[Measured], answers: list[Answer]) -> int:
@@ -74,7 +74,7 @@ def lines_of(measured: list[Measured], answers: list[Answer], facts: dict[str, A
             if each.indices is not None and np.isfinite(each.indices.total[k]):
                 text += f", total-effect index {each.indices.total_words(k)}"
                 if each.indices.crossed[k]:
-                    text += f" ({CROSSED.format(first=min(each.indices.first[k], 1.0))})"
+                    text += f" ({CROSSED})"
             shown.append(text)
     others = [one.sentence for one in answers if one.sentence != facts["sentence"]]
     head = (

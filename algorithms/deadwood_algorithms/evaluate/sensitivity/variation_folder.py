@@ -55,6 +55,6 @@ def write_variation(
         f"seed {seed}."
     )
     if any(each.indices is not None and each.indices.crossed.any() for each in measured):
-        note += " A first-order index above its total is chance: raise --samples."
+        note += " Equal first-order and total indices were estimated crossed by chance: raise --samples."
     draw(folder / PICTURE, measured, answers, logs, len(places), note)
     return facts

@@ -248,10 +248,11 @@ SOURCES = ("auto", USUAL.source, *dict.fromkeys(each.source for each in LAYOUTS)
 
 
 def names_of(frame: pandas.DataFrame) -> dict[str, str]:
-    """The columns in lower case -> original spelling; one with a trailing unit, Höhe (m), also without it."""
+    """The columns in lower case -> original spelling; one with a unit, Höhe (m) or altezza_m, also without it."""
     names = {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
-    for name in list(names.values()):
-        names.setdefault(named(name, joined=False).plain, name)
+    for joined in (False, True):
+        for name in list(names.values()):
+            names.setdefault(named(name, joined=joined).plain, name)
     return names
 
 

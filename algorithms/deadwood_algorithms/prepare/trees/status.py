@@ -32,7 +32,7 @@ GONE_PATTERN = re.compile(
     r"|liegend\w*|liegt|geworfen\w*|(wind|sturm)wurf\w*|umgest[uü]\w*|umgefallen\w*|wurzelteller|gefällt\w*|entnommen\w*"
     r"|geerntet\w*|(wurzel|baum)?stock|(baum)?stumpf|stubben|strunk"
     r"|chablis|volis|tombée?s?|au sol|couchée?s?|renversée?s?|coupée?s?|abattue?s?|exploitée?s?|souches?|disparue?s?"
-    r"|schiantat[oaie]|a terra|atterrat[oaie]|cadut[oaie]|sradicat[oaie]|abbattut[oaie]|tagliat[oaie]"
+    r"|schiantat[oaie]|schiant[oi]|a terra|atterrat[oaie]|cadut[oaie]|sradicat[oaie]|abbattut[oaie]|tagliat[oaie]"
     r"|ceppai[ae]|ceppo)\b"
 )
 DEAD_PATTERN = re.compile(

@@ -79,7 +79,8 @@ def indexed(total: list[float], low: list[float], high: list[float], scatter: fl
     """Indices by hand, whose resamples scatter so much."""
     ends, none = np.array([low, high]), np.full(3, np.nan)
     draws = np.array(total) + scatter * np.random.default_rng(2).standard_normal((400, 3))
-    return Indices(0.4, 0.01, 0.005, 0.02, none, np.full((2, 3), np.nan), np.array(total), ends, draws)
+    pair = np.full((2, 3), np.nan)
+    return Indices(0.4, 0.01, 0.005, 0.02, none, pair, np.array(total), ends, draws, np.zeros(3, bool))
 
 
 def test_the_indices_decide_where_there_are_some():
@@ -98,10 +99,11 @@ def test_the_indices_decide_where_there_are_some():
     assert most_influential(empty, LOGS).by == "swing"
 
 
-def with_indices(first: list[float], total: list[float]) -> Measured:
+def with_indices(first: list[float], total: list[float], crossed: tuple[bool, ...] = (False,) * 3) -> Measured:
     """Friction moves most alone; the indices say otherwise."""
     one, ends, draws = measured(60, 5, 0), np.array([[0.1] * 3, [1.0] * 3]), np.tile(total, (10, 1))
-    return replace(one, indices=Indices(0.4, 0.01, 0.005, 0.02, np.array(first), ends, np.array(total), ends, draws))
+    known = np.array(first), ends, np.array(total), ends, draws, np.array(crossed)
+    return replace(one, indices=Indices(0.4, 0.01, 0.005, 0.02, *known))
 
 
 def test_every_table_has_the_factors_in_the_order_of_the_picture():
@@ -132,13 +134,13 @@ def test_the_picture_has_the_factors_in_the_same_order():
     assert left.get_ylim()[0] > left.get_ylim()[1]
 
 
-def test_a_first_order_index_above_its_total_is_called_chance():
+def test_indices_that_were_crossed_are_said_to_be_one_mean():
     """Before: 1.00 beside 0.86 without a word."""
-    one = with_indices([1.2, 0.301, 0.2], [0.86, 0.3, 0.4])
+    one = with_indices([0.93, 0.3, 0.2], [0.93, 0.3, 0.4], (True, False, False))
     assert [row["crossed"] for row in index_rows([one])] == [True, False, False]
     told = "\n".join(lines_of([one], [most_influential(one, LOGS)], FACTS))
-    assert "total-effect index 0.86 (0.10 to 1.00) (the first-order one, 1.00, is above it, which is chance" in told
-    assert told.count("is above it") == 1
+    assert "total-effect index 0.93 (0.10 to 1.00) (with the first-order one, estimated above it by chance" in told
+    assert told.count("above it") == 1
 
 
 def test_as_it_is_says_of_which_logs_and_at_which_fidelity():

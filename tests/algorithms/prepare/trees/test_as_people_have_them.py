@@ -34,6 +34,21 @@ def test_a_girth_is_divided_by_pi_and_reported(imported, said, field):
     assert "is read as the girth in" in " ".join(said.warnings)
 
 
+@pytest.mark.parametrize(
+    ("fields", "times"),
+    [
+        (("diametro_cm", "altezza_m"), (1, 1)),
+        (("Durchmesser_mm", "hoehe_m"), (10, 1)),
+        (("diam_m", "h_ft"), (0.01, 1 / 0.3048)),
+    ],
+)
+def test_a_unit_behind_a_usual_name_is_no_other_name(imported, fields, times):
+    rows = [f"{dbh * times[0]:.8f};{height * times[1]:.8f}" for dbh, height in SIZES]
+    trees = imported(table(f"x;y;{';'.join(fields)}", *rows))
+    assert trees["dbh_cm"].tolist() == pytest.approx([dbh for dbh, _ in SIZES], abs=1e-3)
+    assert trees["height_m"].tolist() == pytest.approx([height for _, height in SIZES], abs=1e-3)
+
+
 def test_a_girth_that_is_called_dbh_is_doubted(imported, said):
     imported(table("x;y;BHD;Baumhöhe", *(f"{np.pi * dbh};{height}" for dbh, height in SIZES)))
     assert "--dbh-unit girth-cm" in " ".join(said.warnings)
@@ -133,7 +148,8 @@ def test_places_in_a_third_system_are_not_called_exchanged():
         ("mort sur pied", DEAD), ("arbre sec", DEAD), ("morto in piedi", DEAD), ("secco", DEAD),
         ("Dead standing", DEAD), ("liegend tot", GONE), ("Totholz, liegend", GONE), ("Windwurf", GONE),
         ("gefällt", GONE), ("Stock", GONE), ("chablis", GONE), ("souche", GONE), ("mort couché", GONE),
-        ("abattu", GONE), ("schiantato", GONE), ("ceppaia", GONE), ("morto a terra", GONE), ("lying dead", GONE),
+        ("abattu", GONE), ("schiantato", GONE), ("schianto", GONE), ("ceppaia", GONE),
+        ("morto a terra", GONE), ("lying dead", GONE),
         ("stump", GONE), ("uprooted", GONE), ("lebend", LIVE), ("vivant", LIVE), ("vivo", LIVE), ("sano", LIVE),
         ("Live, insect damaged", LIVE), ("nicht tot", None), ("XB7", None), ("Stockausschlag", None),
         ("mortadella", None),
