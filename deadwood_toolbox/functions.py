@@ -391,6 +391,7 @@ def import_trees(
     crown_field: str | None = None,
     crown_measure: Literal["diameter", "radius", "area", None] = None,
     missing_value: float | None = None,
+    read_as: str | list[str] | None = None,
     status_field: str | None = None,
     dead_values: str | list[str] | None = None,
     gone_values: str | list[str] | None = None,
@@ -526,6 +527,9 @@ def import_trees(
         the diameter.
     missing_value : optional
         Number that marks a missing value. For example -1 (FINT-CH) or 0.
+    read_as : optional
+        Words in the columns of DBH and height, and their numbers. For open classes and words: >60=65;
+        Starkholz=55. Nothing behind the = is a gap.
     status_field : optional
         Field that distinguishes dead trees from living ones.
     dead_values : optional

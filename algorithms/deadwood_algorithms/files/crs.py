@@ -13,7 +13,7 @@ from pyproj.exceptions import CRSError, ProjError
 from deadwood_algorithms.params.tool import UserError
 
 # A CRS is used beyond its area: UTM zone 32 for all of Germany, which reaches 3 degrees farther.
-AREA_MARGIN_DEG = 5.0
+AREA_MARGIN_DEG = 3.5
 EXCHANGED = (
     "x and y are exchanged (in Swiss and Austrian surveys Y is the easting): name the fields, --x-field for the "
     "easting and --y-field for the northing, or exchange them in the layer"
@@ -142,10 +142,13 @@ def swiss_code(x: float, y: float) -> str:
     return ""
 
 
-def misplacement(x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float, float]) -> str:
+def misplacement(
+    x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float, float], crs: pyproj.CRS | None = None
+) -> str:
     """The usual mistake, and its fix, by which places [m] are off ``bounds`` (west, south, east, north); or nothing.
 
-    In Swiss and Austrian surveys Y is the easting and X the northing; LV03 lacks the leading digits of LV95.
+    In Swiss and Austrian surveys Y is the easting and X the northing; LV03 lacks the leading digits of LV95. Numbers
+    may also be kilometres, or degrees, which only ``crs`` (that of the bounds) can tell.
     """
     west, south, east, north = bounds
 
@@ -158,6 +161,14 @@ def misplacement(x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float
             if (exchanged or shift) and lie(e + shift * easting, n + shift * northing):
                 mistakes = (EXCHANGED if exchanged else "", _of_another(code) if code else "")
                 return "; ".join(each for each in mistakes if each)
+    if lie(1000.0 * x, 1000.0 * y):
+        return "these are kilometres: multiply them by 1000, or write [km] behind the names of their fields"
+    if crs is not None and not is_local(crs) and np.abs(x).max() <= 180.0 and np.abs(y).max() <= 180.0:
+        moved = pyproj.Transformer.from_crs("EPSG:4326", horizontal(crs), always_xy=True)
+        if lie(*moved.transform(x, y)):
+            return _of_another("EPSG:4326")
+        if lie(*moved.transform(y, x)):
+            return f"{EXCHANGED}; {_of_another('EPSG:4326')}"
     return ""
 
 

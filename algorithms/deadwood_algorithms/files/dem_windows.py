@@ -27,9 +27,10 @@ from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out, l
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.heights import (
     COLLAR_DROP_M,
-    FARTHEST_M,
     MARGIN_CELLS,
     Found,
+    lowest_inland,
+    nothing_words,
     warn_of_heights,
     without_ground,
 )
@@ -181,12 +182,12 @@ def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
     whole = Part(0, 0, dem.shape[1], dem.shape[0])
     values, found = _heights(dem, whole, feedback), Found()
     found.empty_far(values)
-    if _lowest(values) > COLLAR_DROP_M:
+    if (values == 0.0).any() and lowest_inland(values, dem.cell) > COLLAR_DROP_M:
         found.empty_zeros(values)
     found.empty_mixed(values, dem.cell)
     found.say(dem.path, feedback)
     if not np.isfinite(values).any():
-        raise UserError(NOTHING.format(path=dem.path))
+        raise UserError(nothing_words(dem.path, *found.numbers))
     return Grid(values, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
 
 
@@ -198,15 +199,12 @@ def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
     values, found = _heights(dem, wide, feedback), Found()
     inner = replace(part, column=part.column - wide.column, row=part.row - wide.row).slices
     found.empty_far(values, inner)
-    if (values == 0.0).any() and _zeros_mean_nothing(dem, values):
+    if (values == 0.0).any() and _zeros_mean_nothing(dem, values, inner):
         found.empty_zeros(values, inner)
     found.empty_mixed(values, dem.cell, inner)
     found.say(dem.path, feedback)
     whole = Grid.empty(dem.shape, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
     return whole.window(part, np.ascontiguousarray(values[inner]))
-
-
-NOTHING = "{path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
 
 
 def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.float32]:
@@ -223,41 +221,37 @@ def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.floa
     return values
 
 
-def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32]) -> bool:
+def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32], inner: tuple[slice, slice]) -> bool:
     """Whether 0 m is the only height of the whole DEM below `COLLAR_DROP_M`; usually the window shows that."""
-    if _lowest(values) <= COLLAR_DROP_M:
+    if lowest_inland(values, dem.cell, inner) <= COLLAR_DROP_M:
         return False
-    strips = (dem.file_window(rows, slice(0, dem.shape[1])) for rows in dem.strips())
-    return all(_lowest(read_values(dem.source, strip, np.float32)) > COLLAR_DROP_M for strip in strips)
+    return all(lowest_inland(strip, dem.cell, inner) > COLLAR_DROP_M for strip, inner in _wide_strips(dem))
 
 
-def _lowest(values: NDArray[np.float32]) -> float:
-    """The lowest height that is not 0 and is valid; infinite if there is none."""
-    with np.errstate(invalid="ignore"):
-        kept = (values != 0.0) & (np.abs(values) <= FARTHEST_M)
-    return float(np.min(values, where=kept, initial=np.inf))
+def _wide_strips(dem: DemWindows) -> Iterator[tuple[NDArray[np.float32], tuple[slice, slice]]]:
+    """The whole DEM strip by strip, each with a margin by which its cells are judged, and where it lies within."""
+    for rows in dem.strips():
+        wide = Part(0, rows.start - MARGIN_CELLS, dem.shape[1], rows.stop - rows.start + 2 * MARGIN_CELLS)
+        wide = wide.cut_to(dem.shape)
+        # one stage: two alternating ones would start again each time, and show nothing
+        yield _heights(dem, wide, Quiet()), (slice(rows.start - wide.row, rows.stop - wide.row), slice(None))
 
 
 def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
     """Scan the whole DEM once for invalid heights, and return whether cells of 0 m are invalid."""
     lowest, zeros, heights, found = np.inf, 0, 0, Found()
-    strips = dem.strips()
-    for done, rows in enumerate(strips):
+    strips = len(dem.strips())
+    for done, (values, inner) in enumerate(_wide_strips(dem)):
         if feedback.cancelled():
             raise Cancelled
-        wide = Part(0, rows.start - MARGIN_CELLS, dem.shape[1], rows.stop - rows.start + 2 * MARGIN_CELLS)
-        wide = wide.cut_to(dem.shape)
-        # one stage: two alternating ones would start again each time, and show nothing
-        values = _heights(dem, wide, Quiet())
-        inner = slice(rows.start - wide.row, rows.stop - wide.row), slice(None)
         found.empty_far(values, inner)
         zeros += int((values[inner] == 0.0).sum())
         heights += int(np.isfinite(values[inner]).sum())
-        lowest = min(lowest, _lowest(values[inner]))
+        lowest = min(lowest, lowest_inland(values, dem.cell, inner))
         found.empty_mixed(values, dem.cell, inner)
-        feedback.progress(done + 1, len(strips), "looking through the DEM")
+        feedback.progress(done + 1, strips, "looking through the DEM")
     if not heights:
-        raise UserError(NOTHING.format(path=dem.path))
+        raise UserError(nothing_words(dem.path, *found.numbers))
     collar = bool(zeros) and COLLAR_DROP_M < lowest < np.inf
     found.zero = zeros if collar else 0
     found.say(dem.path, feedback)

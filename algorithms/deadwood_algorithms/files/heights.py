@@ -31,10 +31,12 @@ COLLAR_DROP_M = 100.0
 # Heights in feet turn a slope of 30 degrees into one of 62. No hillside of any size has such a median slope.
 STEEPEST_DEG = 58.0
 FOOT_M = 0.3048
+SMALLER_UNITS = {"decimetres": 0.1, "centimetres": 0.01, "millimetres": 0.001}
 
 STEP_M = 0.2  # lower ones hold no log
-# Shares of pairs of neighbouring differences: at least the first are not level in both, and of these the second are
-# between level ground and a step. On surveyed ground hardly any pair is; on whole metres and repeated cells most are.
+# Shares of pairs of neighbouring differences, along rows or along columns: at least the first are not level in both,
+# and of these the second are between level ground and a step. On surveyed ground hardly any pair is; on whole metres
+# and repeated cells most are.
 SLOPING_SHARE, STEPPED_SHARE = 0.05, 0.3
 JUDGED_BY = 200  # pairs of cells; fewer do not decide
 UNEVEN_SHARE = 0.2  # of multiples of a step that are not a plane
@@ -70,6 +72,16 @@ def without_ground(heights: NDArray[np.floating], cell: float) -> NDArray[np.boo
             break
         bad[rows[fallen], columns[fallen]] = mixed[rows[fallen], columns[fallen]] = True
     return bad | (_grown(mixed) & ~outside)  # the last ring, of which less than one part in 150 is nodata
+
+
+def lowest_inland(heights: NDArray[np.floating], cell: float, inner: tuple[slice, slice] = EVERYWHERE) -> float:
+    """The lowest height where cells of 0 m, and those mixed with them, are none: what tells whether 0 m is nodata."""
+    zero = heights == 0.0
+    with np.errstate(invalid="ignore"):
+        fit = ~zero & (np.abs(heights) <= FARTHEST_M)
+        if zero.any() and (heights[inner] <= COLLAR_DROP_M)[fit[inner]].any():  # mixed, or low ground
+            fit &= ~without_ground(np.where(zero, np.nan, heights), cell)
+    return float(np.min(heights[inner], where=fit[inner], initial=np.inf))
 
 
 def _grown(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -115,24 +127,25 @@ class Steps:
 
 def steps_of(samples: list[NDArray[np.floating]]) -> Steps | None:
     """The steps in samples of a terrain model, or None of ground that has none."""
-    pairs = sloping = stepped = uneven = 0
+    pairs, sloping, stepped, uneven = np.zeros((4, 2), int)  # along rows, and along columns
     all_rises, gaps = [np.empty(0)], [np.empty(0, int)]
     for heights in samples:
-        for along in (heights, heights.T):
+        for axis, along in enumerate((heights, heights.T)):
             rise = np.diff(along.astype(np.float64), axis=1)
             one, two = rise[:, :-1], rise[:, 1:]
             both = np.isfinite(one) & np.isfinite(two)
-            pairs += int(both.sum())
-            sloping += int((both & ((one != 0.0) | (two != 0.0))).sum())
-            stepped += int((both & ((one == 0.0) & _is_step(two) | _is_step(one) & (two == 0.0))).sum())
-            uneven += int((both & (np.abs(one - two) >= STEP_M)).sum())
+            pairs[axis] += int(both.sum())
+            sloping[axis] += int((both & ((one != 0.0) | (two != 0.0))).sum())
+            stepped[axis] += int((both & ((one == 0.0) & _is_step(two) | _is_step(one) & (two == 0.0))).sum())
+            uneven[axis] += int((both & (np.abs(one - two) >= STEP_M)).sum())
             all_rises.append(np.abs(rise[np.isfinite(rise) & (rise != 0.0)]))
             gaps.append(np.diff(np.flatnonzero((np.abs(rise) > 0.0).any(axis=0))))
-    if pairs < JUDGED_BY or sloping <= SLOPING_SHARE * pairs:
+    judged = (pairs >= JUDGED_BY) & (sloping > SLOPING_SHARE * pairs)
+    if not judged.any():
         return None
     rises = np.concatenate(all_rises)
-    rounded = _unit_of(rises) if uneven > UNEVEN_SHARE * sloping else 0.0
-    if not rounded and stepped < STEPPED_SHARE * sloping:
+    rounded = _unit_of(rises) if uneven.sum() > UNEVEN_SHARE * sloping.sum() else 0.0
+    if not rounded and not (judged & (stepped >= STEPPED_SHARE * sloping)).any():
         return None
     between = np.concatenate(gaps)
     least = int(between.min()) if between.size else 1
@@ -162,10 +175,12 @@ class Found:
     def __init__(self) -> None:
         self.far, self.zero, self.mixed = 0, 0, 0
         self.shown, self.lowest, self.highest = 0.0, np.inf, -np.inf
+        self.numbers = np.inf, -np.inf  # lowest and highest in the file, whatever they are
 
     def empty_far(self, values: NDArray[Any], inner: tuple[slice, slice] = EVERYWHERE) -> None:
         """Remove undeclared nodata values that are not heights on Earth."""
         low, high = _extremes(values)
+        self.numbers = float(np.fmin(low, self.numbers[0])), float(np.fmax(high, self.numbers[1]))
         if max(-low, high) > FARTHEST_M:
             bad = np.abs(values) > FARTHEST_M
             self.far += int(bad[inner].sum())
@@ -281,12 +296,30 @@ def warn_of_heights(samples: list[NDArray[Any]], path: str, cell: float, feedbac
 
 
 def steep_words(path: str, slope_deg: float, where: str) -> str:
-    """The warning of a slope that heights in feet would explain."""
-    true = np.degrees(np.arctan(np.tan(np.radians(slope_deg)) * FOOT_M))
+    """The warning of a slope that heights in feet, or in decimetres, would explain."""
+    factor, unit = (FOOT_M, "feet") if _slope_with(slope_deg, FOOT_M) <= STEEPEST_DEG else (0.1, "decimetres")
     return (
         f"{path}: the median slope {where} is {slope_deg:.0f} degrees, steeper than almost any ground; are its heights "
-        f"in feet (then it is {true:.0f} degrees), or in another unit than metres? Fix: {remedies.times(path, FOOT_M)}"
+        f"in {unit} (then it is {_slope_with(slope_deg, factor):.0f} degrees), or in another unit than metres? "
+        f"Fix: {remedies.times(path, factor)}"
     )
+
+
+def _slope_with(slope_deg: float, factor: float) -> float:
+    return float(np.degrees(np.arctan(np.tan(np.radians(slope_deg)) * factor)))
+
+
+def nothing_words(path: str, low: float, high: float) -> str:
+    """Why a DEM has no height at all: every cell is nodata (its lowest and highest number are infinite), or its numbers
+    are no heights in metres."""
+    if not low <= high:
+        return f"{path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
+    said = f"{path}: the DEM's numbers, {low:g} to {high:g}, are no heights in metres"
+    for unit, factor in SMALLER_UNITS.items():
+        if low > 0.0 and high * factor <= HIGHEST_M:
+            span = f"{low * factor:.0f} to {high * factor:.0f} m"
+            return f"{said}; in {unit} they would be {span}, fix: {remedies.times(path, factor)}"
+    return f"{said}; check the band, its sign and its unit"
 
 
 def slopes_of(heights: NDArray[Any], cell: float) -> NDArray[np.float64]:

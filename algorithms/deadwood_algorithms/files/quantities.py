@@ -1,12 +1,14 @@
-"""Sizes as people write them in cells of text: 41,4 cm, 40-45, 40 bis 45, k.A.
+"""Sizes as people write them in cells of text: 41,4 cm, 40-45, [40,45), 40 bis unter 45, k.A.
 
-For columns of sizes that are not plain numbers. A class counts as its middle, a word for a gap as a gap; anything else
+For columns of sizes that are not plain numbers. A class counts as its middle, a word for a gap as a gap, and a word that
+the user explains as the number given for it; anything else, such as an open class (>60), which has no middle,
 stays unread, so that the message can name its row.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,9 +25,21 @@ GAP_WORDS = frozenset(
     | {"nondisponibile", "nonrilevato", "sconosciuto", "sindato", "unknown", "missing", "nodata"}
     | {"#na", "#nv", "#n/v", "#n/d", "#nd", "#wert!", "#value!", "#valeur!", "#valore!", "#div/0!", "#ref!"}
     | {"#bezug!", "#rif!", "#num!", "#zahl!", "#null!", "#name?"}
+    | {"ø", "keine", "(leer)", "(blank)", "(vide)", "(vuoto)"}
+)
+# No letter and no digit; n.e. and ss.dd.; "nicht gemessen", "non rilevato".
+GAP = re.compile(
+    r"\W*|<na>|(?:[a-zà-ü]{1,2}\.\s*){2,3}[a-zà-ü]{0,2}"
+    r"|(?:nicht|kein\w*|ohne|not|no|non|pas|sans|senza|nessun\w*)\s+[^\d]+"
 )
 NUMBER = r"\d+(?:[.,]\d*)?|[.,]\d+"
-SIZE = re.compile(rf"([-+]?(?:{NUMBER}))(?:\s*(?:-|–|—|bis|to|à|a)\s*({NUMBER}))?\s*([a-zäöüß\"']*)\.?")
+BEFORE = r"(?:(?:circa|environ|approx|about|von|from|de|da|ca|env|klasse|classe|class|kl)\b\.?|[~≈±])?\s*"
+BETWEEN = r"(?:-|–|—|\.\.+|…|bis(?:\s+unter)?|to|à|a)"
+UNIT = r"([a-zäöüß\"']*)\.?"
+SIZE = re.compile(rf"{BEFORE}([-+]?(?:{NUMBER}))(?:\s*{BETWEEN}\s*({NUMBER}))?\s*{UNIT}")
+INTERVAL = re.compile(rf"[\[\](]\s*({NUMBER})\s*(?:;|{BETWEEN})\s*({NUMBER})\s*[\])\[]\s*{UNIT}")
+COMMA_INTERVAL = re.compile(rf"[\[\](]\s*(\d+(?:\.\d*)?|\d+,\d+(?=,\s))\s*,\s*({NUMBER})\s*[\])\[]\s*{UNIT}")
+GROUPED = re.compile(r"\d[.,]\d{3}(?!\d)")  # the point or comma of which may stand before every third digit
 
 
 @dataclass(frozen=True)
@@ -40,36 +54,41 @@ class Sizes:
 
 
 def is_gap(text: str) -> bool:
-    return re.sub(r"\s+", "", text).lower() in GAP_WORDS
+    plain = text.replace("\u00a0", " ").strip().lower()
+    return re.sub(r"\s+", "", plain) in GAP_WORDS or GAP.fullmatch(plain) is not None
 
 
-def read_sizes(column: Any, unit: str) -> Sizes:
-    """The cells of a column (a Series) as numbers in ``unit``; a unit behind a number counts before it."""
-    values, unread = np.full(len(column), np.nan), np.zeros(len(column), bool)
-    texts = [cell for cell in column.tolist() if isinstance(cell, str) and not is_gap(cell)]
-    if any("," in text for text in texts) and any("." in text for text in texts):
-        return Sizes(
-            values, np.ones(len(column), bool), 0, ""
-        )  # 1.234 beside 35,5: the meaning of the point is ambiguous
+def read_sizes(column: Any, unit: str, words: Mapping[str, float] | None = None) -> Sizes:
+    """The cells of a column (a Series) as numbers in ``unit``; a unit behind a number counts before it.
+
+    ``words`` gives the numbers of words (in lower case) that the user explains.
+    """
+    values, unread, words = np.full(len(column), np.nan), np.zeros(len(column), bool), words or {}
+    cells = column.tolist()
+    texts = [cell for cell in cells if isinstance(cell, str) and not is_gap(cell)]
+    both = any("," in text for text in texts) and any("." in text for text in texts)
+    if both and any(map(GROUPED.search, texts)):  # 1.234 beside 35,5: the meaning of the point is ambiguous
+        return Sizes(values, np.ones(len(column), bool), 0, "")
     classes, example = 0, ""
-    for row, cell in enumerate(column.tolist()):
-        if cell is None or cell != cell or (isinstance(cell, str) and is_gap(cell)):
+    for row, cell in enumerate(cells):
+        if isinstance(cell, str) and cell.strip().lower() in words:
+            values[row] = words[cell.strip().lower()]
+        elif cell is None or cell != cell or (isinstance(cell, str) and is_gap(cell)):
             continue
-        if not isinstance(cell, str):
+        elif not isinstance(cell, str):
             values[row] = float(cell)
-            continue
-        size = _read(cell, unit)
-        if size is None:
+        elif (size := _read(cell, unit)) is None:
             unread[row] = True
-            continue
-        values[row] = size[0]
-        if size[1]:
-            classes, example = classes + 1, example or cell.strip()
+        else:
+            values[row] = size[0]
+            if size[1]:
+                classes, example = classes + 1, example or cell.strip()
     return Sizes(values, unread, classes, example)
 
 
 def _read(text: str, unit: str) -> tuple[float, bool] | None:
-    match = SIZE.fullmatch(text.replace("\u00a0", " ").strip().lower())
+    plain = text.replace("\u00a0", " ").strip().lower()
+    match = SIZE.fullmatch(plain) or INTERVAL.fullmatch(plain) or COMMA_INTERVAL.fullmatch(plain)
     if not match:
         return None
     lower, upper, word = match[1], match[2], WORDS.get(match[3], match[3])

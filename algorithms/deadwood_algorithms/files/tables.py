@@ -20,11 +20,14 @@ import pandas as pd
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.quantities import MISSING_WORDS, is_gap
+from deadwood_algorithms.files.units import KINDS, WORDS, named
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 
 TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".xyz")
 SUM_WORDS = r"(summe|total|totale|somme|suma|sum|mittel|mittelwert|mean|average|moyenne|media|anzahl|nombre|count)\W*"
+UNITS = frozenset(unit for kind in KINDS.values() for unit in kind)
+NO_UNIT = ("", "-", "–", "%", "nr", "nr.", "no", "no.", "id", "text", "txt")  # beside units in a row of them
 SAMPLE_LINES = 50
 MOST_TITLE_LINES = 12
 MEMORY_TIMES = 20  # the file's size, while it is cut into cells; 16 measured on 600 000 rows
@@ -80,13 +83,14 @@ def read_text_table(path: str | Path, what: str) -> pd.DataFrame:
         names = [f"column_{i + 1}" for i in range(len(first))]
     if not lines:
         raise UserError(f"{path}: the {what} table holds a header but no row")
-    frame = _without_sums(pd.DataFrame(_columns(lines, separator, names, path)))
-    return _typed(frame)
+    return _typed(_rows_of_things(pd.DataFrame(_columns(lines, separator, names, path))))
 
 
 def sheet_table(frame: pd.DataFrame) -> pd.DataFrame:
     """A spreadsheet's cells as a table: named by its header, also below a title, and without sums at the end."""
     cells = frame.astype(object).where(frame.notna(), "").map(lambda cell: str(cell).strip())
+    if frame.columns.str.fullmatch(r"Field\d+").all():
+        cells = cells.loc[:, (cells != "").any()]  # a margin left empty
     if all(re.fullmatch(r"Field\d+", str(name)) for name in frame.columns):  # GDAL's, where it sees no header
         rows = cells.to_numpy().tolist()
         at = header_row(rows[:SAMPLE_LINES])
@@ -96,7 +100,7 @@ def sheet_table(frame: pd.DataFrame) -> pd.DataFrame:
         if len(set(names)) < len(names):
             return frame
         cells = pd.DataFrame(rows[at + 1 :], columns=pd.Index(names), dtype=object)
-    return _typed(_without_sums(cells))
+    return _typed(_rows_of_things(cells))
 
 
 def _typed(cells: pd.DataFrame) -> pd.DataFrame:
@@ -106,21 +110,51 @@ def _typed(cells: pd.DataFrame) -> pd.DataFrame:
     return typed
 
 
-def _without_sums(cells: pd.DataFrame) -> pd.DataFrame:
-    """Without the sums and means that stand below a table: rows named so, of which most cells are empty."""
+def _rows_of_things(cells: pd.DataFrame) -> pd.DataFrame:
+    """The rows that hold something: without one of units, headers that come again on each page, sums and remarks."""
+    notes: list[str] = []
+    unnamed = [name for name in cells.columns if re.fullmatch(r"column_\d+", str(name))]
+    if len(unnamed) < cells.shape[1]:
+        cells = cells.drop(columns=[name for name in unnamed if not (cells[name] != "").any()])
+    if len(cells) > 1 and (units := _units_of(cells.iloc[0])):
+        cells = cells.iloc[1:].rename(columns=units)
+        notes.append("the row below the header holds units")
+    again = (cells == [str(name) for name in cells.columns]).all(axis=1)
+    if again.any() and not again.all():
+        cells = cells[~again]
+        notes.append(
+            f"{counted(int(again.sum()), 'row')} left out that {'is' if again.sum() == 1 else 'are'} the header"
+        )
+    last = _last_row(cells)
+    if last < len(cells):
+        notes.append(f"{counted(len(cells) - last, 'row')} below the table (sums, means, remarks or blank) left out")
+    cells = cells.iloc[:last].reset_index(drop=True)
+    cells.attrs["notes"] = tuple(notes)
+    return cells
+
+
+def _units_of(row: pd.Series) -> dict[Any, str]:
+    """The columns with the units of a row that holds nothing else (m, [cm]) in their names; else nothing."""
+    units = {name: re.sub(r"[\[\]()\s]", "", str(cell).lower()) for name, cell in row.items()}
+    known = {name: unit for name, unit in units.items() if WORDS.get(unit, unit) in UNITS}
+    if not known or any(unit not in NO_UNIT for name, unit in units.items() if name not in known):
+        return {}
+    return {name: f"{name} [{unit}]" if not named(name).unit else str(name) for name, unit in known.items()}
+
+
+def _last_row(cells: pd.DataFrame) -> int:
+    """The number of rows down to the last that is none of sums, means and remarks: named so, or filled in one cell."""
     last = len(cells)
     while last > 1:
         row = [str(cell).strip() for cell in cells.iloc[last - 1]]
-        named = any(re.fullmatch(SUM_WORDS, cell, re.IGNORECASE) for cell in row)
-        blank = sum(not cell for cell in row)
-        if not (blank == len(row) or (named and 2 * blank >= len(row))):
+        named_so = any(re.fullmatch(SUM_WORDS, cell, re.IGNORECASE) for cell in row)
+        filled = [cell for cell in row if cell]
+        blank = len(row) - len(filled)
+        remark = len(filled) == 1 and len(row) > 3 and not _is_number(filled[0])
+        if filled and not remark and not (named_so and (2 * blank >= len(row) or blank >= 2)):
             break
         last -= 1
-    if last == len(cells):
-        return cells
-    kept = cells.iloc[:last].copy()
-    kept.attrs["notes"] = (f"{counted(len(cells) - last, 'row')} below the table (sums, means or blank) left out",)
-    return kept
+    return last
 
 
 def _below_title(lines: list[str], separator: str) -> list[str]:
@@ -140,8 +174,12 @@ def header_row(rows: list[list[str]]) -> int:
     """
     filled = [sum(bool(cell) for cell in row) for row in rows]
     usual = sorted(filled)[len(filled) // 2]
-    if not rows or usual < 3 or filled[0] > usual / 2:
+    if not rows or usual < 3:
         return 0
+    if filled[0] > usual / 2:  # names of groups with gaps (merged cells) may still stand above those of the columns
+        below = rows[1] if len(rows) > 2 else []
+        named_below = len(set(below)) == len(below) >= usual and not any(map(_is_number, below))
+        return int(filled[0] < usual and named_below and any(map(_is_number, rows[2])))
     for at, row in enumerate(rows[:MOST_TITLE_LINES]):
         names = [cell for cell in row if cell]
         if len(names) >= max(2, 0.8 * usual) and not any(_is_number(cell) for cell in names):

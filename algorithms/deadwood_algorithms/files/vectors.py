@@ -21,6 +21,7 @@ from pyogrio.errors import CRSError, DataLayerError, DataSourceError, FeatureErr
 from shapely.errors import GEOSException
 
 from deadwood_algorithms.files import geopackage_words, styles
+from deadwood_algorithms.files.axes import Axes, axes_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.crs import (
     accuracy_words,
@@ -45,36 +46,6 @@ from deadwood_algorithms.schemas.written import geometry_named
 # is not a single place and is therefore rejected.
 SHEETS = (".xlsx", ".xls", ".ods")  # spreadsheets: rows of cells
 TYPE_CODES = {"point": (0,), "line": (1, 2, 5), "polygon": (3, 6)}
-# Pairs of column names that hold coordinates, in the order in which they are looked for.
-XY_NAMES = (
-    ("x", "y"),
-    ("easting", "northing"),
-    ("east", "north"),
-    ("e", "n"),
-    ("east_m", "north_m"),
-    ("x_m", "y_m"),
-    ("x_coord", "y_coord"),
-    ("xcoord", "ycoord"),
-    ("coord_x", "coord_y"),
-    ("rechtswert", "hochwert"),
-    ("rechts", "hoch"),
-    ("ost", "nord"),
-    ("est", "nord"),
-    ("este", "norte"),
-    ("e_lv95", "n_lv95"),
-    ("x_lv95", "y_lv95"),
-    ("e_coord", "n_coord"),
-    ("coord_e", "coord_n"),
-    ("koord_e", "koord_n"),
-    ("utm_e", "utm_n"),
-    ("utm_x", "utm_y"),
-    ("point_x", "point_y"),
-    ("pos_x", "pos_y"),
-    ("tree_x", "tree_y"),
-    ("x_tree", "y_tree"),
-    ("lon", "lat"),
-    ("longitude", "latitude"),
-)
 CURVES = re.compile(
     r"\s*(CIRCULARSTRING|COMPOUNDCURVE|CURVEPOLYGON|MULTICURVE|MULTISURFACE|CURVE|SURFACE)\b|.*\b"
     r"(CIRCULARSTRING|COMPOUNDCURVE|CURVEPOLYGON)\b",
@@ -83,8 +54,8 @@ CURVES = re.compile(
 WKT_NAMES = ("wkt", "wkt_geom", "geometry", "geom", "the_geom")  # columns that may hold shapes as text
 # Memory of a layer while it is read, measured on a million releases with 13 fields (620 a row).
 ROW_BYTES, FIELD_BYTES = 150, 60
+RINGS_CLOSED = "rings that do not close were closed; check these polygons"
 FARTHEST = 1e9  # a coordinate beyond this is in no CRS on Earth, in whatever unit
-DEGREE_NAMES = ("lon", "longitude", "lat", "latitude")
 
 
 def read_vector(
@@ -125,13 +96,16 @@ def read_vector(
     xy_fields = (x_field, y_field) if x_field else None
     rows = read_table(path, what=what, geometry=geometry) if rows is None else rows
     where = where_of(rows)
-    for words in rows.attrs.get("notes", ()):
+    said = rows.attrs.get("notes", ())
+    for words in said:
         feedback.note(f"{where}: {words}")
     if rows.empty:
         full = rows.attrs.get("full_layers")
         fix = f"; the file has features in another: {', '.join(full)}" if full else ""
         raise UserError(f"{where}: the {what} layer is empty (no feature){fix}")
     frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else _shapes_of_table(rows, what, xy_fields)
+    for words in rows.attrs.get("notes", ())[len(said) :]:
+        feedback.note(f"{where}: {words}")
     frame.geometry = _welcome(frame.geometry, geometry, what, where, feedback)
     frame = _in_crs(frame, target_crs, crs, what, where, feedback)
     frame = gpd.GeoDataFrame(with_schema_names(frame, what, where, feedback))
@@ -194,7 +168,7 @@ def _read_features(name: str, layer: str, place: Path) -> pd.DataFrame:
             raise UserError(
                 f"{name}, row {int(np.argmax(lost)) + 1}: the geometry is broken and cannot be repaired; draw it again"
             ) from None
-        frame.attrs["notes"] = ("rings that do not close were closed; check these polygons",)
+        frame.attrs["notes"] = (RINGS_CLOSED,)
         return frame
 
 
@@ -366,20 +340,23 @@ def _shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, s
     """Points from two columns of coordinates, else the shapes of a column of well-known text."""
     where = where_of(frame)
     names = {str(column).strip().lower(): column for column in frame.columns}
-    for plain in list(names):  # X [m], Y (LV95)
-        names.setdefault(re.sub(r"\s*[\[(].*[\])]$", "", plain), names[plain])
-    pairs = [(str(fields[0]).lower(), str(fields[1]).lower())] if fields else XY_NAMES
-    x, y = next(((names[x], names[y]) for x, y in pairs if x in names and y in names), (None, None))
+    axes = axes_of(frame.columns)
+    if fields:
+        x, y = (names.get(str(each).lower()) for each in fields)
+        asked = None if x is None or y is None else axes_of([x, y])
+        axes = asked if asked and asked.x == x else Axes(x, y, (1.0, 1.0), False)
     text = next((names[name] for name in WKT_NAMES if name in names), None)
-    if x is None and not fields and text is not None and frame[text].dtype == object:
+    if axes is None and text is not None and frame[text].dtype == object:
         return _shapes_of_text(frame, text, where)
-    if x is None or y is None:
-        asked = " and ".join(str(each) for each in fields) if fields else "x and y"
+    if axes is None or axes.x is None or axes.y is None:
+        wanted = " and ".join(str(each) for each in fields) if fields else "x and y"
+        fix = "" if fields else "; name them so, or say which they are (--x-field, --y-field of import-trees)"
         raise UserError(
-            f"{where}: the {what} table has no columns {asked} with the coordinates; it has {field_names(frame)}"
+            f"{where}: the {what} table has no columns {wanted} with the coordinates; it has {field_names(frame)}{fix}"
         )
-    degrees = str(x).strip().lower() in DEGREE_NAMES and str(y).strip().lower() in DEGREE_NAMES
-    points = gpd.points_from_xy(number_column(frame, x), number_column(frame, y))
+    x, y, factors, degrees = axes
+    places = [number_column(frame, str(name)) * times for name, times in zip((x, y), factors, strict=True)]
+    points = gpd.points_from_xy(*places)
     kept = pd.DataFrame(frame.drop(columns=[x, y, "geometry"], errors="ignore"))
     own_crs = frame.crs if isinstance(frame, gpd.GeoDataFrame) else None
     return gpd.GeoDataFrame(kept, geometry=points, crs="EPSG:4326" if degrees else own_crs)
@@ -394,6 +371,10 @@ def _shapes_of_text(frame: pd.DataFrame, column: Any, where: str) -> gpd.GeoData
             "give; give straight lines (in QGIS: Segmentize), or the layer as a GeoPackage"
         )
     shapes = shapely.from_wkt(texts, on_invalid="ignore")
+    if (open_rings := shapely.is_missing(shapes)).any():
+        shapes[open_rings] = shapely.from_wkt(np.array(texts, object)[open_rings], on_invalid="fix")
+        if not shapely.is_missing(shapes[open_rings]).all():
+            frame.attrs["notes"] = (*frame.attrs.get("notes", ()), RINGS_CLOSED)
     if shapely.is_missing(shapes).any():
         row = int(np.argmax(shapely.is_missing(shapes)))
         raise UserError(

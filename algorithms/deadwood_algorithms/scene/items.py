@@ -206,7 +206,7 @@ def extent_words(x: NDArray[np.float64], y: NDArray[np.float64], ground: Grid | 
     from deadwood_algorithms.files.crs import misplacement
 
     west, south, east, north = ground.frame.bounds
-    fix = misplacement(x, y, (west, south, east, north)) or "check the CRS of both"
+    fix = misplacement(x, y, (west, south, east, north), ground.crs) or "check the CRS of both"
     return (
         f" ({x.min():.0f} to {x.max():.0f} east, {y.min():.0f} to {y.max():.0f} north; the DEM has {west:.0f} to "
         f"{east:.0f}, {south:.0f} to {north:.0f}); {fix}"

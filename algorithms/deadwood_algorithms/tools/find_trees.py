@@ -23,8 +23,9 @@ With a canopy model: ``deadwood-tool find-trees --chm chm.tif --output trees.gpk
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,13 +38,16 @@ from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS
 from deadwood_algorithms.prepare.trees.dbh_filling import chosen_law, warn_of_another_region
-from deadwood_algorithms.prepare.trees.tops import WINDOWS, Window, find_tops
+from deadwood_algorithms.prepare.trees.tops import WINDOWS, Tops, Window, find_tops
 from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.schemas import TREE_M
 
 if TYPE_CHECKING:
+    import geopandas
+
     from deadwood_algorithms.files.dem_windows import DemWindows
 
+PIECE_TREES = 100_000  # written at once
 SAME_PLACE_CELLS = 0.05  # grids farther apart than this part of a cell, in any corner, are two
 
 
@@ -75,9 +79,8 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
-    import geopandas
-
     from deadwood_algorithms.files.columns import warn_implausible
+    from deadwood_algorithms.files.streams import Stream
     from deadwood_algorithms.files.vectors import write_vector
 
     if bool(ask.chm) == bool(ask.dsm) or bool(ask.dsm) != bool(ask.dem):
@@ -118,16 +121,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 else "no cell is that high"
             )
             raise UserError(f"{path}: no tree of {ask.min_height_m:g} m or more is found; {why}")
-        height, dbh = height[fit], dbh[fit]
-        places = np.asarray(
-            shapely.points(canopy.x0 + tops.column[fit] * canopy.cell, canopy.y0 + tops.row[fit] * canopy.cell)
-        )
+        found = replace(tops, row=tops.row[fit], column=tops.column[fit], height=height[fit])
+        height, dbh = found.height, dbh[fit]
+        middle = np.median(canopy.x0 + found.column * canopy.cell), np.median(canopy.y0 + found.row * canopy.cell)
         warn_implausible(height, schemas.TREES.column("height_m"), path, feedback)
         warn_implausible(dbh, column, f"{path}, computed DBH", feedback, fix="check the law (--dbh-law)")
-        warn_of_another_region(law, places, canopy.plan_crs, feedback)
-        columns = {"tree_id": np.arange(1, dbh.size + 1), "dbh_cm": dbh, "height_m": height}
-        columns["dbh_source"] = np.full(dbh.size, "modelled", object)
-        write_vector(temporary, {"trees": geopandas.GeoDataFrame(columns, geometry=places, crs=canopy.plan_crs)})
+        warn_of_another_region(law, np.array([shapely.Point(*middle)]), canopy.plan_crs, feedback)
+        write_vector(temporary, {"trees": Stream("Point", lambda: trees_in_pieces(found, dbh, canopy))})
         hectares = canopy.shape[0] * canopy.shape[1] * canopy.cell**2 / 1e4
     dropped = int((~fit).sum())
     lines = [
@@ -139,6 +139,18 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         lines.append(f"{counted(dropped, 'tree')} dropped: by the law, a DBH that no tree has")
     facts = {"trees": int(dbh.size), "dropped": dropped, "cells_too_high": tops.too_high}
     return Outcome({"output": Path(ask.output)}, facts, tuple(lines))
+
+
+def trees_in_pieces(tops: Tops, dbh: np.ndarray, canopy: DemWindows) -> Iterator[geopandas.GeoDataFrame]:
+    """The trees layer: its shapes take some forty times the memory of the numbers, so it is never held whole."""
+    import geopandas
+
+    for start in range(0, dbh.size, PIECE_TREES):
+        piece = slice(start, min(dbh.size, start + PIECE_TREES))
+        x, y = canopy.x0 + tops.column[piece] * canopy.cell, canopy.y0 + tops.row[piece] * canopy.cell
+        columns = {"tree_id": np.arange(piece.start + 1, piece.stop + 1), "dbh_cm": dbh[piece]}
+        columns |= {"height_m": tops.height[piece], "dbh_source": np.full(x.size, "modelled", object)}
+        yield geopandas.GeoDataFrame(columns, geometry=shapely.points(x, y), crs=canopy.plan_crs)
 
 
 def opened_rows(path: str | None, ask: Ask, feedback: Feedback):

@@ -15,7 +15,7 @@ from rasterio.transform import from_origin
 from deadwood_algorithms.files.dem_windows import open_windows, read_dem, read_part
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.files.heights import Holes, holes_in, steps_of, without_ground
-from deadwood_algorithms.params.tool import Quiet
+from deadwood_algorithms.params.tool import Quiet, UserError
 
 ROWS, COLUMNS = 240, 160
 X, Y = np.meshgrid(np.arange(COLUMNS) + 0.5, np.arange(ROWS)[::-1] + 0.5)
@@ -90,6 +90,41 @@ def test_a_window_holds_what_the_whole_holds(tmp_path_factory, column, row, colu
         assert np.array_equal(dem.grid(*part.slices).values, whole[part.slices], equal_nan=True)
 
 
+def test_an_undeclared_collar_of_0_m_is_found_behind_the_cells_mixed_with_it(tmp_path, said):
+    """The lowest height is then a mixed one; a window and a whole answer alike, and a low coast stays as it is."""
+    heights, _ = mixed(0.0)
+    path = write(tmp_path / "d.tif", np.where(np.isfinite(heights), heights, 0.0), nodata=-9999.0)
+    whole = read_dem(path, feedback=said).values
+    assert np.nanmin(whole) > 799.0
+    assert any("exactly 0 m" in each for each in said.warnings)
+    part = Part(3, 100, 60, 90)
+    with open_windows(path, crs=None, feedback=Quiet()) as dem:
+        assert np.array_equal(read_part(dem, part, Quiet()).values, whole[part.slices], equal_nan=True)
+        assert np.array_equal(dem.grid(*part.slices).values, whole[part.slices], equal_nan=True)
+    coast = np.maximum(HILL - 800.0, 0.0)
+    coast[HILL < 805.0] = 0.0
+    assert np.isfinite(read_dem(write(tmp_path / "c.tif", coast)).values).all()
+
+
+@pytest.mark.parametrize(
+    ("times", "dtype", "words"),
+    [
+        (100.0, "int32", "in centimetres they would be 800 to 926 m"),
+        (1000.0, "int32", "in millimetres"),
+        (-1.0, "float32", "its sign"),
+    ],
+)
+def test_numbers_that_are_no_heights_in_metres_are_not_called_nodata(tmp_path, times, dtype, words):
+    path = write(tmp_path / "d.tif", np.rint(HILL * times), dtype=dtype)
+    with pytest.raises(UserError, match=words):
+        read_dem(path)
+
+
+def test_decimetres_are_not_called_feet(tmp_path, said):
+    read_dem(write(tmp_path / "d.tif", np.rint((HILL - 400.0) * 10.0), dtype="int16"), feedback=said)
+    assert any("are its heights in decimetres (then it is 35 degrees)" in each for each in said.warnings)
+
+
 def test_walls_and_pits_of_the_ground_stay():
     """Of 300 m within the DEM, and of 40 m at its border: neither is a mean of ground and nodata."""
     walls = HILL.copy()
@@ -121,8 +156,21 @@ def blocks(times: int) -> np.ndarray:
         (blocks(2), 0.0, 2),
         (blocks(10), 0.0, 10),
         (np.rint(blocks(5)), 0.0, 5),
+        (np.rint(HILL * 2.0) / 2.0, 0.5, 1),
+        (HILL[::3, ::3][np.ix_(np.arange(118) * 2 // 3, np.arange(78) * 2 // 3)], 0.0, 1),
     ],
-    ids=["whole metres", "whole feet", "whole metres of coarse cells", "5 m", "5 x 5", "2 x 2", "10 x 10", "both"],
+    ids=[
+        "whole metres",
+        "whole feet",
+        "whole metres of coarse cells",
+        "5 m",
+        "5 x 5",
+        "2 x 2",
+        "10 x 10",
+        "both",
+        "half metres",
+        "3 m cells on 2 m ones",
+    ],
 )
 def test_steps_are_found_with_their_cause(heights, rounded, repeated):
     steps = steps_of([heights.astype(np.float32)])

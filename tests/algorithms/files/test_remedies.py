@@ -84,6 +84,7 @@ REFUSED: dict[str, Any] = {
     "control points": lambda f: tif(f / "d.tif", Affine.identity(), None, change=gcps),
     "heights in feet by the CRS": lambda f: tif(f / "d.tif", from_origin(5e5, 4e6, 2, 2), "EPSG:32611+6360", nodata=0),
     "heights in feet by the band": lambda f: tif(f / "d.tif", change=lambda m: setattr(m, "units", ("feet",))),
+    "centimetres": lambda f: tif(f / "d.tif", values=HEIGHTS * 100.0, dtype="int32"),
     "a quarry": lambda f: tif(f / "d.tif", crs='LOCAL_CS["quarry",UNIT["metre",1]]'),
 }
 

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import id_column, where_of
+from deadwood_algorithms.files.crs import misplacement
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.prepare.releases.places import area_m2, positions, weighted_positions
@@ -123,9 +124,12 @@ def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> N
     if on.all():
         return
     x, y = place[np.argmin(on)]
+    fix = "check the area's CRS, clip it, or use a larger DEM"
+    if not on.any():
+        fix = misplacement(place[:, 0], place[:, 1], ground.bounds, ground.crs) or fix
     share = "every release position lies" if not on.any() else f"{(~on).sum()} of {on.size} release positions lie"
     raise UserError(
         f"{where}: {share} off the DEM or on its nodata (one at {x:.1f}, {y:.1f}; the DEM spans "
         "{:.1f} to {:.1f} east, {:.1f} to {:.1f} north)".format(*(ground.bounds[i] for i in (0, 2, 1, 3)))
-        + "; check the area's CRS, clip it, or use a larger DEM"
+        + f"; {fix}"
     )

@@ -6,7 +6,8 @@ that tool decides what to do about them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import shlex
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ from deadwood_algorithms.files.quantities import read_sizes
 from deadwood_algorithms.files.units import named
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.prepare.trees.sources import ROLES, Layout, names_of
+from deadwood_algorithms.prepare.trees.sources import ROLES, Layout, names_of, plain_name, plain_names_of
 
 if TYPE_CHECKING:
     import geopandas
@@ -33,6 +34,7 @@ AREA_UNITS = ("m2", "m²", "qm", "sqm")  # of a crown, whose area is read in m2
 CROWN_MEASURES = ("diameter", "radius", "area")
 # A Z of points or a column z whose median is above this is the height of the ground above the sea, not of a tree.
 TALLEST_M = 80.0
+UNREAD_SHOWN = 4
 
 
 def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> str | None:
@@ -46,25 +48,51 @@ def candidates(source: pandas.DataFrame, asked: str | None, option: str, names: 
     if asked and asked.lower() not in there:
         has = ", ".join(dict.fromkeys(there.values()))
         raise UserError(f"{where_of(source)}: there is no field '{asked}' ({option}); it has {has}")
-    return list(dict.fromkeys(there[name] for name in ([asked.lower()] if asked else names) if name in there))
+    if asked:
+        return [there[asked.lower()]]
+    plain = plain_names_of(source)
+    found = (there.get(name) or plain.get(plain_name(name)) for name in names)
+    return list(dict.fromkeys(name for name in found if name))
+
+
+def words_of(text: str | None) -> dict[str, float]:
+    """The numbers of words by ``--read-as``: >60=65; Starkholz=55; with nothing behind the = a gap."""
+    words: dict[str, float] = {}
+    for part in filter(str.strip, (text or "").split(";")):
+        word, equals, number = part.rpartition("=")
+        try:
+            words[word.strip().lower()] = float(number) if number.strip() else np.nan
+        except ValueError:
+            equals = ""
+        if not equals or not word.strip():
+            raise UserError(
+                f"--read-as: '{part.strip()}' is not a word, = and a number (with a point); write it as '>60=65', and "
+                "several as '>60=65; Starkholz=55'"
+            )
+    return words
 
 
 def sizes(
-    source: pandas.DataFrame, name: str, unit: str, missing_value: float | None, feedback: Feedback
+    source: pandas.DataFrame,
+    name: str,
+    unit: str,
+    missing_value: float | None,
+    feedback: Feedback,
+    words: Mapping[str, float] | None = None,
 ) -> np.ndarray:
     """A column of sizes in ``unit``, NaN where it is empty, 0, or holds the missing value.
 
-    Text such as 41,4 cm is read, and a class such as 40-45 as its middle, and this is reported.
+    Text such as 41,4 cm is read, a class such as 40-45 as its middle, a word as ``words`` say, and this is reported.
     """
     import pandas
 
     where = where_of(source)
     if not pandas.api.types.is_numeric_dtype(source[name]):
-        read = read_sizes(source[name], unit)
-        if not read.unread.any():
-            source = source.assign(**{name: read.values})
-            source.attrs["where"] = where
-        if read.classes and not read.unread.any():
+        read = read_sizes(source[name], unit, words)
+        refuse_unread(source, name, read.unread)
+        source = source.assign(**{name: read.values})
+        source.attrs["where"] = where
+        if read.classes:
             feedback.warn(
                 f"{where}, field '{name}': {counted(read.classes, 'cell holds a class', 'cells hold classes')} such "
                 f"as {read.example}; the middle is taken"
@@ -82,6 +110,22 @@ def sizes(
         raise UserError(f"{error}, or say --missing-value if the number means missing") from error
 
 
+def refuse_unread(source: pandas.DataFrame, name: str, unread: np.ndarray) -> None:
+    """Refuse cells that are neither a size nor a gap, with the option that explains each such word."""
+    if not unread.any():
+        return
+    row = int(np.argmax(unread))
+    words = list(dict.fromkeys(str(cell).strip() for cell in source[name][unread]))
+    rows = f" and {unread.sum() - 1} more" if unread.sum() > 1 else ""
+    wanted = shlex.quote("; ".join(f"{word}=NUMBER" for word in words[:UNREAD_SHOWN]))
+    more = f", and {len(words) - UNREAD_SHOWN} words more" if len(words) > UNREAD_SHOWN else ""
+    raise UserError(
+        f"{where_of(source)}, field '{name}', row {int(source.index[row]) + 1}{rows}: '{words[0]}' is neither a size "
+        f"nor a class with two ends; correct it, or say what such words stand for: --read-as {wanted}{more} (nothing "
+        "in place of NUMBER: a gap)"
+    )
+
+
 def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> str:
     """The unit given, else the one in the field's name, else the usual one, and this is reported."""
     parsed = named(name)
@@ -97,6 +141,7 @@ def dbh_column(
     unit: str | None,
     missing_value: float | None,
     feedback: Feedback,
+    words: Mapping[str, float] | None = None,
 ) -> np.ndarray:
     """DBH in cm, NaN where missing; without ``unit`` the field's name determines it (``BHD [mm]``, ``dbh_in``), else
     cm.
@@ -112,11 +157,11 @@ def dbh_column(
     if girth is not None:
         measured = unit_of(girth, GIRTH_UNITS, None, "cm", where, feedback)
         feedback.warn(f"{where}: the field '{girth}' is read as the girth in {measured}; the DBH is the girth / pi")
-        return sizes(source, girth, measured, missing_value, feedback) * GIRTH_UNITS[measured] / np.pi
+        return sizes(source, girth, measured, missing_value, feedback, words) * GIRTH_UNITS[measured] / np.pi
     if name is None:
         return np.full(len(source), np.nan)
     measured = unit_of(name, DBH_UNITS, unit, "cm", where, feedback)
-    return sizes(source, name, SIZE_UNITS.get(measured, measured), missing_value, feedback) * DBH_UNITS[measured]
+    return sizes(source, name, SIZE_UNITS.get(measured, measured), missing_value, feedback, words) * DBH_UNITS[measured]
 
 
 def height_column(
@@ -126,6 +171,7 @@ def height_column(
     unit: str | None,
     missing_value: float | None,
     feedback: Feedback,
+    words: Mapping[str, float] | None = None,
 ) -> np.ndarray:
     """Height in m, NaN where missing: a column, else the Z of the points if that can be the height of a tree.
 
@@ -149,7 +195,7 @@ def height_column(
                 feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not the height of trees, and is not used")
                 continue
             feedback.note(f"{where}: the height is taken from {name}")
-        heights = sizes(source, name, measured, missing_value, feedback) * HEIGHT_UNITS[measured]
+        heights = sizes(source, name, measured, missing_value, feedback, words) * HEIGHT_UNITS[measured]
         known = heights[np.isfinite(heights)]
         if asked is None and known.size and float(np.median(known)) > TALLEST_M:
             feedback.warn(
@@ -162,13 +208,18 @@ def height_column(
 
 
 def not_understood(source: pandas.DataFrame, layout: Layout, asked: Iterable[str | None]) -> list[str]:
-    """Numeric fields from which nothing is read: one of them may contain what is about to be computed."""
+    """Fields of sizes from which nothing is read: one of them may contain what is about to be computed."""
     import pandas
+
+    def of_sizes(name: str) -> bool:
+        if pandas.api.types.is_numeric_dtype(source[name]):
+            return True
+        read = read_sizes(source[name], "cm")
+        return not read.unread.any() and bool(np.isfinite(read.values).any())
 
     used = {find(source, None, "", getattr(layout, role)) for role in ROLES}
     used |= {names_of(source).get(name.lower()) for name in asked if name}
-    numbers = (name for name in source.columns if name != "geometry" and name not in used)
-    return [str(name) for name in numbers if pandas.api.types.is_numeric_dtype(source[name])]
+    return [str(name) for name in source.columns if name != "geometry" and name not in used and of_sizes(name)]
 
 
 def has_z(source: pandas.DataFrame) -> bool:

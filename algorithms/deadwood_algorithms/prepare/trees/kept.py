@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 # Height / DBH [-] of the median tree of a stand: solitary oaks to dense spruce. A girth taken as DBH is a third of it.
 SLENDERNESS = (25, 150)
+IN_MM = 12  # below it the DBH is rather in millimetres (a tenth of 25 to 150) than a girth (a third)
 
 
 def trees_kept(
@@ -90,6 +91,7 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
         low, high = SLENDERNESS
         if not low <= slender <= high:
             fix = "a girth is divided by pi with --dbh-unit girth-cm" if slender < low else "inches: --dbh-unit in"
+            fix = "millimetres: --dbh-unit mm" if slender < IN_MM else fix
             feedback.warn(
                 f"{where}: the median of height / DBH is {slender:.0f}, stands have {low} to {high}; check the units "
                 f"of both ({fix})"

@@ -63,6 +63,11 @@ class TableOptions:
     missing_value: float | None = tool.number(
         "Number that marks a missing value", default=None, help="For example -1 (FINT-CH) or 0."
     )
+    read_as: str | None = tool.text(
+        "Words in the columns of DBH and height, and their numbers",
+        default=None,
+        help="For open classes and words: >60=65; Starkholz=55. Nothing behind the = is a gap.",
+    )
     status_field: str | None = tool.field_of(
         "trees", "Field that distinguishes dead trees from living ones", default=None
     )
@@ -125,8 +130,9 @@ def sizes(
     frame, layout = source.frame, source.layout
     where = where_of(frame)
     missing = layout.missing_value if table.missing_value is None else table.missing_value
-    dbh = tree_columns.dbh_column(frame, layout, table.dbh_field, table.dbh_unit, missing, feedback)
-    height = tree_columns.height_column(frame, layout, table.height_field, table.height_unit, missing, feedback)
+    words = tree_columns.words_of(table.read_as)
+    dbh = tree_columns.dbh_column(frame, layout, table.dbh_field, table.dbh_unit, missing, feedback, words)
+    height = tree_columns.height_column(frame, layout, table.height_field, table.height_unit, missing, feedback, words)
     refuse_nothing_known(frame, dbh, height)
     named_fields = (
         table.id_field,

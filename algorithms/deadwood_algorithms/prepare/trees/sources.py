@@ -7,6 +7,8 @@ manual, but for Rockyfor3D, whose manual was not available: there the third colu
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -54,6 +56,8 @@ class Layout:
 USUAL_DBH = ("dbh_cm", "dbh_m", "dbh_mm", "dbh_in", "dbh", "bhd_cm", "bhd_m", "bhd", "dhp", "stem_diameter_cm")
 USUAL_DBH += ("stem_diame", "stemdiameter", "brusthöhendurchmesser", "brusthoehendurchmesser", "stammdurchmesser")
 USUAL_DBH += ("stammdurchm", "durchmesser", "diametre", "diamètre", "diametro", "diameter", "d130", "diam", "d")
+USUAL_DBH += ("d13", "dbh13", "diamètre à 1,30 m", "diamètre à 1,3 m", "diametro a 1,30 m", "durchmesser in 1,3 m")
+USUAL_DBH += ("durchmesserklasse", "bhd_klasse", "dbh_class", "diameter_class", "classe_de_diamètre", "classe_diametro")
 # The circumference of the stem at breast height, where a table has that and no diameter.
 USUAL_GIRTH = ("girth", "gbh", "cbh", "circumference", "umfang", "stammumfang", "stamm_umfang", "stammumf", "st_umfang")
 USUAL_GIRTH += ("st_umf", "brusthöhenumfang", "circonference", "circonférence", "circonfere", "circ", "c130")
@@ -63,8 +67,15 @@ USUAL_GIRTH += tuple(f"{name}_{unit}" for name in USUAL_GIRTH for unit in ("cm",
 # The tree's own height before a bare "height", which may be above the sea.
 USUAL_HEIGHT = ("height_m", "tree_height_m", "tree_heigh", "tree_height", "treeheight", "baumhoehe", "baumhöhe")
 USUAL_HEIGHT += ("baum_hoehe", "hauteur_arbre", "hauteur_totale", "haut_tot", "altezza_albero", "altezza_totale")
+USUAL_HEIGHT += ("total_height", "gesamthöhe", "scheitelhöhe", "baumlänge")
 USUAL_HEIGHT += ("h_tot", "htot", "height", "hoehe", "höhe", "hauteur", "altezza", "altura", "hoogte", "th", "tth")
 USUAL_HEIGHT += ("h_m", "h", "z")
+
+USUAL_STATUS = ("live_dead", "plantstatus", "tree_status", "status", "zustand", "baumzustand", "lebend_tot")
+USUAL_STATUS += ("tot_lebend", "lebendstatus", "etat", "état", "etat_arbre", "statut", "vivant_mort", "stato")
+USUAL_STATUS += ("stato_albero", "vivo_morto", "estado", "condition", "tree_condition", "kondition", "condizione")
+USUAL_STATUS += ("condizioni", "vitality", "vitalität", "vitalitaet", "vitalité", "vitalite", "vitalità", "vitalita")
+USUAL_STATUS += ("état_sanitaire", "etat_sanitaire", "health", "gesundheitszustand", "mortality")
 
 USUAL = Layout(
     source="table",
@@ -80,19 +91,7 @@ USUAL = Layout(
     | {"crown_area_m2": "area", "crown_area": "area"}
     | {"kronendurchmesser": "diameter", "kronendurc": "diameter", "kr_durchm": "diameter"}
     | {"diametre_couronne": "diameter", "diametro_chioma": "diameter"},
-    status=(
-        "live_dead",
-        "plantstatus",
-        "tree_status",
-        "status",
-        "zustand",
-        "baumzustand",
-        "etat",
-        "état",
-        "statut",
-        "stato",
-        "estado",
-    ),
+    status=USUAL_STATUS,
 )
 
 LAYOUTS = (
@@ -250,14 +249,27 @@ SOURCES = ("auto", USUAL.source, *dict.fromkeys(each.source for each in LAYOUTS)
 def names_of(frame: pandas.DataFrame) -> dict[str, str]:
     """The columns in lower case -> original spelling; one with a unit, Höhe (m) or altezza_m, also without it."""
     names = {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
-    for joined in (False, True):
+    for joined in (False, True):  # and height_ft, where nothing is called height
         for name in list(names.values()):
             names.setdefault(named(name, joined=joined).plain, name)
     return names
 
 
+def plain_name(name: str) -> str:
+    """A name without unit, blanks, points and lines, and the year of the survey: Hauteur totale (m), Hoehe_2024."""
+    plain = re.sub(r"[\W_]+", "", named(name).plain)
+    return re.sub(r"(?<=[^\W\d])(19|20)\d\d$", "", plain)
+
+
+def plain_names_of(frame: pandas.DataFrame) -> dict[str, str]:
+    """The columns by their plain names; two of one such name, as of two surveys, are none of them."""
+    plain = [(plain_name(str(name)), str(name)) for name in frame.columns if name != "geometry"]
+    count = Counter(each for each, _ in plain)
+    return {each: name for each, name in plain if each and count[each] == 1}
+
+
 def headerless(frame: pandas.DataFrame) -> bool:
-    return "column_1" in frame
+    return all(re.fullmatch(r"column_\d+", str(name)) for name in frame.columns if name != "geometry")
 
 
 def layout_of(frame: pandas.DataFrame, path: str, source: str, *, mapped: bool) -> Layout:

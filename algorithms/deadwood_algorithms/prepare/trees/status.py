@@ -7,6 +7,7 @@ each are data of its `sources.Layout`.
 from __future__ import annotations
 
 import re
+import shlex
 from collections import Counter
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deadwood_algorithms.files.columns import where_of
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.columns import find
 from deadwood_algorithms.prepare.trees.sources import Layout
@@ -29,20 +31,30 @@ MOST_WORDS = 20  # in a field that may contain the status
 # lies, was thrown or felled, or is a stump no longer stands, dead or not: this is therefore tested first.
 GONE_PATTERN = re.compile(
     r"\b(lying|fallen|down(ed)?|(wind)?thrown|windthrows?|blowdown|uprooted|stump|cut|felled|removed|harvested|gone"
-    r"|liegend\w*|liegt|geworfen\w*|(wind|sturm)wurf\w*|umgest[uü]\w*|umgefallen\w*|wurzelteller|gefällt\w*|entnommen\w*"
-    r"|geerntet\w*|(wurzel|baum)?stock|(baum)?stumpf|stubben|strunk"
+    r"|blown down|on (the )?ground"
+    r"|liegend\w*|liegt|geworfen\w*|(wind|sturm)(wurf|bruch|holz)\w*|umgest[uü]\w*|umgefallen\w*|entwurzelt\w*"
+    r"|wurzelteller|gefällt\w*|entnommen\w*|entfernt\w*|genutzt\w*"
+    r"|geerntet\w*|(wurzel|baum)?stock|(baum)?stumpf|stubben|(baum)?strunk"
     r"|chablis|volis|tombée?s?|au sol|couchée?s?|renversée?s?|coupée?s?|abattue?s?|exploitée?s?|souches?|disparue?s?"
-    r"|schiantat[oaie]|schiant[oi]|a terra|atterrat[oaie]|cadut[oaie]|sradicat[oaie]|abbattut[oaie]|tagliat[oaie]"
-    r"|ceppai[ae]|ceppo)\b"
+    r"|déracinée?s?|schiantat[oaie]|schiant[oi]|a terra|atterrat[oaie]|cadut[oaie]|sradicat[oaie]"
+    r"|abbattut[oaie]|tagliat[oaie]|ceppai[ae]|ceppo)\b"
 )
 DEAD_PATTERN = re.compile(
     r"\b(dead|snags?|dürr\w*|duerr\w*|abgestorben\w*|tot|tote[rs]?|totholz|abgängig\w*"
-    r"|morte?s?|sur pied sec|sèche?s?|secs?|dépéri\w*|mort[oaie]|secc[oahi]+|in piedi mort\w+)\b"
+    r"|hochst[uü]mpfe?|chandelles?|morte?s?|sur pied sec|sèche?s?|secs?|dépérie?s?|mort[oaie]|secc[oahi]+"
+    r"|in piedi mort\w+)\b"
 )
 LIVE_PATTERN = re.compile(
-    r"^(a?live|living|l|healthy|ok|lebend\w*|lebt|vital|gesund|vivante?s?|vif|vive|saine?s?|viv[oaie]|san[oaie]"
-    r"|live, .*)$"
+    r"^(l|healthy|ok|vital\w*|gesund|vif|vive|saine?s?|san[oaie]|live, .*)$"
+    r"|\b(a?live|living|lebend\w*|lebt|vivante?s?|viv[oaie])\b"
 )
+# Fields that ask by their name whether a tree is dead, or lives, and answers to that.
+FLAGS = dict.fromkeys(
+    ("dead", "is_dead", "isdead", "tot", "abgestorben", "dürr", "mort", "morto", "secco", "snag"), "dead"
+)
+FLAGS |= dict.fromkeys(("alive", "is_alive", "live", "living", "lebend", "lebt", "vivant", "vivo"), "live")
+YES = ("1", "yes", "y", "true", "t", "ja", "j", "wahr", "oui", "o", "vrai", "sì", "si", "s", "vero", "x")
+NO = ("0", "no", "n", "false", "f", "nein", "falsch", "non", "faux", "falso", "")
 NEGATED = re.compile(r"\b(not|no|non|pas|nicht|kein\w*)\b")
 
 
@@ -59,10 +71,14 @@ def status_of(
     if name is None:
         if dead or gone:
             raise UserError(f"{where}: --dead-values and --gone-values need --status-field")
+        if (flagged := flags_of(source)) is not None:
+            name, is_dead = flagged
+            feedback.note(f"{where}, field '{name}': {counted(is_dead.sum(), 'tree is', 'trees are')} dead, standing")
+            return np.where(is_dead, DEAD, LIVE)
         if unread := passed_over(source):
             feedback.warn(
                 f"{where}: all trees count as living, but the field '{unread}' holds words such as "
-                f"'{_telling_word(source[unread])}'; --status-field {unread} reads it"
+                f"'{_telling_word(source[unread])}'; --status-field {shlex.quote(unread)} reads it"
             )
         return np.full(len(source), LIVE)
     words = [code_of(value) for value in source[name]]
@@ -100,6 +116,17 @@ def meaning_of(word: str, dead: str | None, gone: str | None) -> int | None:
     for kind, pattern, own in ((GONE, GONE_PATTERN, gone), (DEAD, DEAD_PATTERN, dead), (LIVE, LIVE_PATTERN, None)):
         if pattern.search(word):
             return LIVE if own else kind
+    return None
+
+
+def flags_of(source: pandas.DataFrame) -> tuple[str, np.ndarray] | None:
+    """The field that says of each tree by yes or no whether it is dead (or lives), and which are dead; None without."""
+    for name in source.columns:
+        asks = FLAGS.get(str(name).strip().lower())
+        words = [code_of(value) for value in source[name]] if asks else []
+        if words and set(words) <= {*YES, *NO} and set(words) & {*YES}:
+            yes = np.isin(words, YES)
+            return str(name), yes if asks == "dead" else np.isin(words, NO[:-1])  # a gap tells nothing
     return None
 
 

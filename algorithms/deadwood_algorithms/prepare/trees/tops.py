@@ -47,8 +47,8 @@ WINDOWS = {"mixed": Window(2.51503, 0.00901), "deciduous": Window(3.09632, 0.008
 class Tops:
     """Row, column and height [m] of each top, by row and column, and how many cells were too high for a tree."""
 
-    row: NDArray[np.int64]
-    column: NDArray[np.int64]
+    row: NDArray[np.int32]
+    column: NDArray[np.int32]
     height: NDArray[np.float64]
     too_high: int
 
@@ -85,11 +85,11 @@ def find_tops(
             bottom, top = max(0, start - margin), min(ny, stop + margin)
             parts = [_canopy(read, slice(bottom, start), highest), heights, _canopy(read, slice(stop, top), highest)]
             row, column, height = _tops_of(np.concatenate(parts), start - bottom, stop - bottom, cell, window, least)
-            found.append((row + bottom, column, height))
+            found.append(((row + bottom).astype(np.int32), column.astype(np.int32), height))
         if after_block:
             after_block(stop)
     if not found:
-        return Tops(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), too_high)
+        return Tops(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0), too_high)
     row, column, height = (np.concatenate([each[k] for each in found]) for k in range(3))
     return Tops(row, column, height, too_high)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+
 import geopandas as gpd
 import numpy as np
 import pandas as pd
@@ -209,3 +211,130 @@ def test_of_collections_the_polygons_are_the_crowns(imported, said):
     assert trees.geometry.tolist() == [Point(EAST + 2, NORTH + 1)] * 2
     assert trees["crown_diameter_m"].nunique() == 1
     assert "1 geometry collection, of which points and polygons are used" in " ".join(said.notes)
+
+
+@pytest.mark.parametrize(
+    "cell", ["[40,45)", "(40;45]", "[40 - 45[", "40 bis unter 45", "de 40 à 45", "ca. 42,5", "[40.0, 45.0)"]
+)
+def test_a_class_counts_as_its_middle_in_any_brackets_and_words(imported, cell):
+    assert imported(f'x;y;dbh;h\n{EAST};{NORTH};"{cell}";27')["dbh_cm"].tolist() == [42.5]
+
+
+@pytest.mark.parametrize("cell", [">60", "< 20", "60+", "≥ 60", "Starkholz", "über 60", "10.05.2026"])
+def test_an_open_class_is_refused_with_the_option_that_explains_it(imported, said, cell):
+    """The command that the message prints, with a number put in, gives that number; with nothing, a gap."""
+    rows = (f"{cell};27", "30;20", f"{cell};31")
+    with pytest.raises(UserError, match=r"field 'dbh', row 1 and 1 more: .* --read-as") as refused:
+        imported(table("x;y;dbh;h", *rows))
+    words = shlex.split(str(refused.value).split("--read-as ")[1])[0]
+    assert words == f"{cell}=NUMBER"
+    trees = imported(table("x;y;dbh;h", *rows), read_as=words.replace("NUMBER", "65"))
+    assert trees["dbh_cm"].tolist() == [65.0, 30.0, 65.0]
+    trees = imported(table("x;y;dbh;h", *rows), read_as=words.replace("NUMBER", ""))
+    assert trees["dbh_source"].tolist() == ["modelled", "measured", "modelled"]
+
+
+@pytest.mark.parametrize("words", ["Starkholz", "=60", "Starkholz=6,5", "Starkholz=dick"])
+def test_words_that_explain_nothing_are_refused(imported, words):
+    with pytest.raises(UserError, match="is not a word, = and a number"):
+        imported(table("x;y;dbh;h", "Starkholz;27"), read_as=words)
+
+
+GAPS = ["ss.dd.", "n.e.", "nicht gemessen", "non rilevato", "*", ".", "<NA>", "(leer)", "kein Wert", "pas mesuré", "Ø"]
+
+
+@pytest.mark.parametrize("gap", GAPS)
+def test_any_word_for_a_gap_is_one(imported, gap):
+    trees = imported(table("x;y;dbh;h", f"{gap};27", "30;20"))
+    assert trees["dbh_source"].tolist() == ["modelled", "measured"]
+
+
+HEADS = [
+    "E-Koordinate;N-Koordinate", "X-Koordinate;Y-Koordinate", "Coord. E;Coord. N", "X_L93;Y_L93", "Koord_E;Koord_N",
+    "E [m];N [m]", "POINT_X;POINT_Y", "x_utm32;y_utm32", "Ost;Nord", "Coordonnée X;Coordonnée Y",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("axes", HEADS)
+def test_coordinates_by_more_names(imported, axes):
+    assert imported(table(f"{axes};N.;dbh;h", "1;40;27")).geometry[0] == Point(EAST, NORTH)
+
+
+@pytest.mark.parametrize("axes", ["Längengrad;Breitengrad", "longitudine;latitudine", "long;lat"])
+def test_degrees_by_their_names(imported, slope, axes):
+    place = gpd.GeoSeries([Point(EAST, NORTH)], crs=2056).to_crs(4326)[0]
+    trees = imported(f"{axes};dbh;h\n{place.x:.9f};{place.y:.9f};40;27", dem=slope())
+    assert trees.geometry[0].distance(Point(EAST, NORTH)) < 0.1
+
+
+def test_kilometres_and_degrees_are_recognised_and_their_way_out_leads_to_the_trees(imported, slope):
+    dem, place = slope(), gpd.GeoSeries([Point(EAST, NORTH)], crs=2056).to_crs(4326)[0]
+    rows = f"{EAST / 1000:.4f};{NORTH / 1000:.4f};40;27"
+    with pytest.raises(UserError, match=r"these are kilometres: .* write \[km\] behind"):
+        imported(f"E;N;dbh;h\n{rows}", dem=dem)
+    assert imported(f"E [km];N [km];dbh;h\n{rows}", dem=dem).geometry[0].distance(Point(EAST, NORTH)) < 0.1
+    degrees = f"x;y;dbh;h\n{place.x:.9f};{place.y:.9f};40;27"
+    with pytest.raises(UserError, match="--crs EPSG:4326"):
+        imported(degrees, dem=dem)
+    assert imported(degrees, dem=dem, crs="EPSG:4326").geometry[0].distance(Point(EAST, NORTH)) < 0.1
+
+
+FORMS = {
+    "units": ["Nr;E;N;BHD;Höhe", ";m;m;mm;m", *(f"{k};{EAST + k};{NORTH};414;27" for k in range(4))],
+    "merged": ["Baum;Koordinaten;;Masse;", "Nr;E;N;BHD;Höhe", *(f"{k};{EAST + k};{NORTH};41.4;27" for k in range(4))],
+    "pages": ["Nr;E;N;BHD;Höhe", *(f"{k};{EAST + k};{NORTH};41.4;27" for k in range(4))] * 2,
+    "means": ["Nr;E;N;BHD;Höhe", *(f"{k};{EAST + k};{NORTH};41.4;27" for k in range(4)), "Mittel;;;41.4;27"],
+    "remark": ["Nr;E;N;BHD;Höhe", *(f"{k};{EAST + k};{NORTH};41.4;27" for k in range(4)), "* geschätzt;;;;"],
+    "margin": [";Nr;E;N;BHD;Höhe", *(f";{k};{EAST + k};{NORTH};41.4;27" for k in range(4))],
+    "year": ["Nr;E;N;BHD_2026;Hoehe_2026", *(f"{k};{EAST + k};{NORTH};41.4;27" for k in range(4))],
+    "feet": ["Nr;E;N;dbh_in;height_ft", *(f"{k};{EAST + k};{NORTH};16.2992;88.5827" for k in range(4))],
+    "point and comma": ["Nr;E;N;BHD;Höhe", f"1;{EAST};{NORTH};41,4;27", f"2;{EAST + 1};{NORTH};41.4;27"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_tables_in_the_forms_that_people_give_them(imported, form):
+    trees = imported("\n".join(FORMS[form]))
+    assert len(trees) == {"pages": 8, "point and comma": 2}.get(form, 4)
+    assert trees["dbh_cm"].tolist() == pytest.approx([41.4] * len(trees), abs=1e-3)
+    assert trees["height_m"].tolist() == pytest.approx([27.0] * len(trees), abs=1e-3)
+
+
+def test_of_the_years_of_two_surveys_none_is_chosen_in_silence(imported, said):
+    imported(table("x;y;BHD_2016;BHD_2026;h", "30;41;27"))
+    assert "if one of BHD_2016, BHD_2026 holds it, say --dbh-field NAME" in " ".join(said.warnings)
+
+
+@pytest.mark.parametrize("field", ["condizione", "État sanitaire", "Vitalität", "tree_condition", "Lebend/tot"])
+def test_the_status_by_more_names(imported, field):
+    head, rows = f"x;y;dbh;h;{field}", ("40;27;vivo", "50;30;morto in piedi", "45;28;ceppaia")
+    assert imported(table(head, *rows))["dbh_cm"].tolist() == [40]
+
+
+@pytest.mark.parametrize(
+    ("field", "values"),
+    [
+        ("dead", ("0", "1")),
+        ("tot", ("nein", "ja")),
+        ("morto", ("no", "sì")),
+        ("alive", ("TRUE", "FALSE")),
+        ("snag", ("", "x")),
+    ],
+)
+def test_a_field_that_asks_whether_a_tree_is_dead_is_read_and_said(imported, said, field, values):
+    assert imported(table(f"x;y;dbh;h;{field}", f"40;27;{values[0]}", f"50;30;{values[1]}"))["dbh_cm"].tolist() == [40]
+    assert f"field '{field}': 1 tree is dead, standing" in " ".join(said.notes)
+
+
+def test_a_dbh_in_millimetres_is_doubted_as_such(imported, said):
+    imported(table("x;y;BHD;Baumhöhe", *(f"{10 * dbh};{height}" for dbh, height in SIZES)))
+    assert "millimetres: --dbh-unit mm" in " ".join(said.warnings)
+    trees = imported(table("x;y;BHD;Baumhöhe", *(f"{10 * dbh};{height}" for dbh, height in SIZES)), dbh_unit="mm")
+    assert trees["dbh_cm"].tolist() == pytest.approx([dbh for dbh, _ in SIZES])
+
+
+def test_a_ring_as_text_that_does_not_close_is_closed_and_said(imported, said):
+    ring = f"{EAST} {NORTH}, {EAST + 4} {NORTH}, {EAST + 4} {NORTH + 2}, {EAST} {NORTH + 2}"
+    trees = imported(f'id;WKT;h\n1;"POLYGON (({ring}))";20')
+    assert trees.geometry[0] == Point(EAST + 2, NORTH + 1)
+    assert "rings that do not close were closed" in " ".join(said.notes)
