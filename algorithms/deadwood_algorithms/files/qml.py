@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr, unescape
 
-# The last of 3.22, which takes a project of an earlier 3.22 for an old one and warns of it; from 3.26 on QGIS warns only
-# of projects of later versions and of QGIS 2.
+# The last of 3.22, which takes a project of an earlier 3.22 for an old one and warns of it; from 3.26 on QGIS warns
+# only of projects of later versions and of QGIS 2.
 VERSION = "3.22.16-Białowieża"
 CATEGORIES = "LayerConfiguration|Symbology|Symbology3D|Labeling|Temporal"
 EDGE = "#232323"

@@ -28,7 +28,7 @@ from deadwood_algorithms.report.figures import INK, WIDTH, Drawing, plain
 from deadwood_algorithms.report.plan import (
     MOST_DOTS,
     draw_relief,
-    legend_below,
+    legend_of_map,
     lines_of_shapes,
     map_frame,
     roads,
@@ -83,7 +83,7 @@ def _slope(source: ReportedRun, words: Words) -> tuple[Figure, Any, list[Any]]:
 
 def _finished(figure: Figure, axes: Any, handles: list[Any]) -> Figure:
     scale_and_north(axes)
-    legend_below(figure, handles)
+    legend_of_map(figure, handles)
     return figure
 
 

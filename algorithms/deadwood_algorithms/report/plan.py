@@ -6,6 +6,7 @@ and deposits, is one path of dots each: a marker each would be ten times as larg
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -37,6 +38,8 @@ MOST_WAYS = 150
 WAY_STEP_M = 3.0
 LONGEST, SHORTEST = 4.4, 3.0  # inches, of the map's height: as much as paper has room for (`page.css`)
 SHORT_WORDS = 32  # letters of an entry of a legend, of which three stand side by side
+# Inches beside a map that its coordinates and its scale take, and its legend, whose lines have so many letters
+SIDES_IN, BESIDE_IN, BESIDE_WORDS = 1.6, 2.1, 22
 SMALL = 0.55  # of the size of dots, on a map beside others
 ABREAST, HIGHEST = 3, 4.4  # maps side by side, and inches of the height of all rows
 # The quantities over the map, and the look of each
@@ -58,12 +61,29 @@ def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) ->
     handles += _scene(axes, source, words)
     handles += _logs(axes, source, words, every_layer)
     scale_and_north(axes)
-    legend_below(figure, handles)
+    legend_of_map(figure, handles)
     return figure
 
 
+def legend_of_map(figure: Figure, handles: list[Any]) -> None:
+    """The legend of a map: beside a tall one, else below, in as many columns as its words leave room for."""
+    (west, east), (south, north) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()
+    if has_room_beside((west, south, east, north), figure.get_figwidth()):
+        for each in handles:
+            each.set_label(textwrap.fill(str(each.get_label()), BESIDE_WORDS))
+        figure.legend(handles=handles, loc="outside right upper", handlelength=1.4, labelspacing=0.8)
+        return
+    legend_below(figure, handles)
+
+
+def has_room_beside(extent: Extent, width: float) -> bool:
+    """Whether a map is so tall that its legend fits beside it in a figure so wide [in]."""
+    west, south, east, north = extent
+    return LONGEST * (east - west) / (north - south) + SIDES_IN + BESIDE_IN <= width
+
+
 def legend_below(figure: Figure, handles: list[Any]) -> None:
-    """The legend of a map, in as many columns as its words leave room for."""
+    """The legend of maps side by side, in as many columns as its words leave room for."""
     longest = max((len(str(each.get_label())) for each in handles), default=0)
     columns = 3 if longest <= SHORT_WORDS else 2
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=1.4)
@@ -73,7 +93,8 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     """An empty map with the coordinates of its CRS along its sides."""
     west, south, east, north = extent
     tall = float(np.clip((width - 1.6) * (north - south) / (east - west), SHORTEST, LONGEST))
-    figure = Figure(figsize=(width, tall + 1.1), layout="constrained")
+    below = 0.6 if has_room_beside(extent, width) else 1.1
+    figure = Figure(figsize=(width, tall + below), layout="compressed")  # about a map, whose sides keep their ratio
     axes = figure.subplots()
     axes.set_aspect("equal")
     axes.set(xlim=(west, east), ylim=(south, north), xlabel=words.say("east"), ylabel=words.say("north"))

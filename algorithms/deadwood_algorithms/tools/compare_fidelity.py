@@ -24,7 +24,7 @@ from pathlib import Path
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation, recommend
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
@@ -156,12 +156,12 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
         table.append(
             [
                 name,
-                f"{of['cpu_per_log', ''].value:.3g} ms per log",
+                f"{significant(of['cpu_per_log', ''].value, 3)} ms per log",
                 "-" if worst is None else "judge" if judge else f"{points(worst)} ({worst.item})",
-                "judge" if judge else f"{apart.difference:.2g} m apart",
-                "judge" if judge else f"{map_apart.difference:.2g} apart",
+                "judge" if judge else f"{significant(apart.difference, 2)} m apart",
+                "judge" if judge else f"{significant(map_apart.difference, 2)} apart",
                 f"{top.value:.1f} m/s",
-                f"{100 * of['penetration_max', ''].value:.2g} cm",
+                f"{significant(100 * of['penetration_max', ''].value, 2)} cm",
             ]
         )
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
