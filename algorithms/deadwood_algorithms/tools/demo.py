@@ -156,7 +156,8 @@ def made_with(ask: Ask, summaries: Mapping[str, Mapping[str, Any]]) -> str:
     seconds = sum(each["cost"]["cpu_s"] for each in summaries.values())
     return (
         f"scenario: {counted(ask.logs, 'log')} per forest, {ask.fidelity}, seed {ask.seed}; "
-        f"deadwood-tool {tool.VERSION}, {versions}; {seconds:.0f} CPU seconds of sliding on {os.cpu_count()} cores ({platform.machine()})"
+        f"deadwood-tool {tool.VERSION}, {versions}; "
+        f"{seconds:.0f} CPU seconds of sliding on {os.cpu_count()} cores ({platform.machine()})"
     )
 
 
