@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,43 +22,38 @@ class Rasters:
         self.workers = workers
 
     @staticmethod
-    def allocate(scene: Scene, workers: int, bands: NDArray[np.int64] = NO_BANDS) -> Rasters:
-        """Empty rasters of the scene's grid: 28 bytes a cell and worker.
+    def allocate(scene: Scene, workers: int, bands: NDArray[np.int64] = NO_BANDS, *, maxima: bool = True) -> Rasters:
+        """Empty rasters of the scene's grid: 28 bytes a cell and worker, 12 without the maxima.
 
         ``bands`` says to which band of ``danger``, from 1, each line of the scene belongs, 0 for none; lines of one
         thing share a band. None asks for no danger; else 4 bytes a cell, worker and band are added, and 8 more.
         """
         shape = scene.arrays.terrain.heights.shape
-        return Rasters([raster_arrays(shape, bands) for _ in range(max(1, workers))])
+        return Rasters([raster_arrays(shape, bands, maxima=maxima) for _ in range(max(1, workers))])
 
-    def totals(self) -> dict[str, NDArray]:
-        """hit_count, deposit_count (uint32); speed_max [m/s], energy_max [J], jump_max, height_max [m] (float32,
-        NaN = no log).
+    def totals(self, names: Collection[str] | None = None) -> dict[str, NDArray]:
+        """All of them, or those of these names: hit_count, deposit_count (uint32); speed_max [m/s], energy_max [J],
+        jump_max, height_max [m] (float32, NaN = no log; not of rasters without maxima).
 
         With lines also danger (uint32, bands x rows x columns): how many of the logs that hit the cell touched any
         line then or later (band 0), and each (the others).
         """
-        first, *others = self.workers
-        hits, deposits = first.hits[:, :, HITS].copy(), first.deposits.copy()
-        maxima = [first.maxima[:, :, k].copy() for k in (SPEED, ENERGY, JUMP, HEIGHT)]
-        danger = first.danger.copy()
-        for other in others:
-            hits += other.hits[:, :, HITS]
-            deposits += other.deposits
-            danger += other.danger
-            for k, total in enumerate(maxima):
-                np.maximum(total, other.maxima[:, :, k], out=total)
-        for total in maxima:
-            total[hits == 0] = np.nan
-        totals = {
-            "hit_count": hits,
-            "deposit_count": deposits,
-            "speed_max": maxima[SPEED],
-            "energy_max": maxima[ENERGY],
-            "jump_max": maxima[JUMP],
-            "height_max": maxima[HEIGHT],
-        }
-        return totals | {"danger": danger.reshape(len(danger), *hits.shape)} if len(danger) else totals
+        workers, shape = self.workers, self.workers[0].deposits.shape
+
+        def asked(name: str, table: NDArray) -> bool:
+            return len(table) > 0 and (names is None or name in names)
+
+        hits = _together(np.add, [each.hits[:, :, HITS] for each in workers])
+        found = {"hit_count": hits} if asked("hit_count", hits) else {}
+        if asked("deposit_count", hits):
+            found["deposit_count"] = _together(np.add, [each.deposits for each in workers])
+        for k, name in _MAXIMA:
+            if asked(name, workers[0].maxima):
+                found[name] = _together(np.maximum, [each.maxima[:, :, k] for each in workers])
+                found[name][hits == 0] = np.nan
+        if asked("danger", workers[0].danger):
+            found["danger"] = _together(np.add, [each.danger for each in workers]).reshape(-1, *shape)
+        return found
 
     def add(self, totals: dict[str, NDArray]) -> None:
         """Add totals of an earlier run (a resumed one)."""
@@ -69,14 +66,21 @@ class Rasters:
             first.danger[...] += totals["danger"].reshape(first.danger.shape)
 
 
-def raster_arrays(shape: tuple[int, int], bands: NDArray[np.int64] = NO_BANDS) -> RasterArrays:
+def _together(join: np.ufunc, tables: list[NDArray]) -> NDArray:
+    total = tables[0].copy()
+    for each in tables[1:]:
+        join(total, each, out=total)
+    return total
+
+
+def raster_arrays(shape: tuple[int, int], bands: NDArray[np.int64] = NO_BANDS, *, maxima: bool = True) -> RasterArrays:
     count = int(bands.max(initial=0))
     cells = shape[0] * shape[1] if count else 0
     order = np.full(count + 1, -1)
     order[LISTED] = 0
     return RasterArrays(
         np.zeros((*shape, 2), np.uint32),
-        np.zeros((*shape, 4), np.float32),
+        np.zeros((*(shape if maxima else (0, 0)), 4), np.float32),
         np.zeros(shape, np.uint32),
         np.asarray(bands if count else NO_BANDS, np.int64),
         np.zeros(cells, np.uint32),  # pages that no list reaches are never given out

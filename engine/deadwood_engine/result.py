@@ -117,7 +117,7 @@ def result_of(
     centre = state[:, 0:3] + origin
     axis = state[:, 13:16]
     duration = summary["duration"]
-    reason, owner = summary["reason"].astype(np.int8), summary["item_row"].astype(np.int64)
+    reason, owner = summary["reason"].astype(np.int8), summary["item_row"].copy()
     # in the kernels lying logs are numbered after the trees, blocks after these
     owner[reason == HELD_BY_LYING_LOG] -= scene.tree_count
     owner[reason == HELD_BY_BLOCK] -= scene.tree_count + scene.lying_count
@@ -143,16 +143,16 @@ def result_of(
         energy_max=summary["energy_max"] * body[:, MASS],
         jump_max=summary["jump_max"],
         height_max=summary["height_max"],
-        tree_hits=summary["tree_hits"].astype(np.int64),
-        barrier_hits=summary["barrier_hits"].astype(np.int64),
+        tree_hits=summary["tree_hits"],
+        barrier_hits=summary["barrier_hits"],
         energy_error=summary["energy_error"],
         penetration_max=np.maximum(summary["penetration"], summary["overlap"]),
         overlap_max=summary["overlap"],
         residual_max=summary["residual"],
-        unconverged=summary["unconverged"].astype(np.int64),
-        steps=summary["steps"].astype(np.int64),
+        unconverged=summary["unconverged"],
+        steps=summary["steps"],
         grip=summary["grip"],
-        started_in_contact=summary["started_in_contact"] > 0,
+        started_in_contact=summary["started_in_contact"],
         reach=touched,
         reach_time=np.where(np.isfinite(touch_time), touch_time, np.nan),
         barrier_reached=fences,

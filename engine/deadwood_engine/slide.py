@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 
 
 LOGS_A_CALL = 16  # most logs a call; to hand a scene over costs as much as ten steps, and other workers wait for it
+POSES_AT_ONCE = 16384  # room for those of the logs of a call; only what is written to takes memory
 
 
 class Interrupted(Exception):
@@ -115,16 +116,29 @@ def slide(
     fidelity = fidelity_in(scene, fidelity, restitution, stems, fences)
     breaks = bool(np.isfinite(arrays.cores.solid["capacity"]).any())
     settings = Settings(
-        float(fidelity.time_step), float(longest_travel(fidelity, cell)), float(fidelity.tolerance),
-        int(fidelity.sweeps),
-        float(trace_step(fidelity, cell)), float(restitution), float(time_limit), float(rest_speed), float(gravity),
-        float(fidelity.obstacle_travel), int(fidelity.ring_points), bool(fidelity.backward), float(rolling_friction),
-        -1.0 if tree_friction is None else float(tree_friction), stems,
-        -1.0 if barrier_friction is None else float(barrier_friction), fences,
-        0 if stages is None or going_on is not None or breaks else STAGE_STEPS, bool(until_reached), breaks,
-        *_slip_law(shape, friction_max, friction_kappa, friction_beta),
-        *_scar_law(shape, soil_strength, scar_drag),
-    )  # fmt: skip
+        time_step=float(fidelity.time_step),
+        travel=float(longest_travel(fidelity, cell)),
+        tolerance=float(fidelity.tolerance),
+        sweeps=int(fidelity.sweeps),
+        trace_step=float(trace_step(fidelity, cell)),
+        restitution=float(restitution),
+        time_limit=float(time_limit),
+        rest_speed=float(rest_speed),
+        gravity=float(gravity),
+        obstacle_travel=float(fidelity.obstacle_travel),
+        ring_points=int(fidelity.ring_points),
+        backward=bool(fidelity.backward),
+        rolling_friction=float(rolling_friction),
+        tree_friction=-1.0 if tree_friction is None else float(tree_friction),
+        tree_restitution=stems,
+        barrier_friction=-1.0 if barrier_friction is None else float(barrier_friction),
+        barrier_restitution=fences,
+        stage_steps=0 if stages is None or going_on is not None or breaks else STAGE_STEPS,
+        until_reached=bool(until_reached),
+        breaks=breaks,
+        **_slip_law(shape, friction_max, friction_kappa, friction_beta),
+        **_scar_law(shape, soil_strength, scar_drag),
+    )
     stations = stations_for(start.body[:, LENGTH], station_spacing(fidelity, cell))
     keep = np.zeros(number, np.bool_) if keep_poses is None else np.asarray(keep_poses, np.bool_)
     state = start.state.copy()
@@ -169,11 +183,11 @@ def slide(
             influences,
             StageTable.allocate(MOST_STAGES, lines, barriers) if settings.stage_steps else table,
         )
-        room, hit_room = np.zeros((4096, trace.POSE_WIDTH)), np.zeros((64 * chunk, HIT_WIDTH))
+        room, hit_room = np.zeros((POSES_AT_ONCE, trace.POSE_WIDTH)), np.zeros((64 * chunk, HIT_WIDTH))
         note_room = np.zeros(64 * chunk if influences else 0, NOTE).view(np.recarray)
         # workers that wrote every step to neighbouring rows of one array would wait for each other's cache lines
         own, told = np.zeros(state.shape[1]), np.zeros(2, SUMMARY).view(np.recarray)
-        told.item_row, told.grip = -1.0, np.nan
+        told.item_row, told.grip = -1, np.nan
         while not stop[0]:
             with lock:
                 row = next(queue, number)
@@ -196,18 +210,19 @@ def slide(
                         note_room = np.zeros(2 * len(note_room), NOTE).view(np.recarray)
                 elif settings.stage_steps:
                     keeper.add(row, scratch.stages, scratch.notes, int(scratch.book[NOTED]))
-                first = noted = 0
+                first = noted = posed = 0
                 for each in range(row, reached):
-                    struck = int(summary[each].hits)
+                    struck = summary[each].hits
                     if struck:
                         hits[each] = hit_room[first : first + struck].copy()
                     first += struck
-                    mattered = int(summary[each].influences)
+                    mattered = summary[each].influences
                     if mattered:
                         notes[each] = note_room[noted : noted + mattered].copy()
                     noted += mattered
-                if reached > row and keep[reached - 1]:
-                    poses[reached - 1] = room[:wanted].copy()
+                    if keep[each]:
+                        poses[each] = room[posed : posed + summary[each].poses].copy()
+                        posed += len(poses[each])
                 done[worker] += reached - row
                 row = reached
         cpu[worker] = clock.thread_time() - began
@@ -224,8 +239,8 @@ def slide(
     try:
         for thread in pool:
             thread.start()
-        while any(thread.is_alive() for thread in pool):
-            pool[-1].join(0.2) if pool[-1].is_alive() else clock.sleep(0.02)
+        while alive := [thread for thread in pool if thread.is_alive()]:
+            alive[-1].join(0.2)
             if report is not None and report(sum(done)):
                 stop[0] = 1
     except BaseException:
@@ -258,10 +273,10 @@ def fidelity_in(
     return where_things_rebound(fidelity, restitution, stems * wood, fences * plates)
 
 
-def _slip_law(shape: Shape | None, most: float | None, kappa: float, beta: float) -> tuple[float, float, float]:
+def _slip_law(shape: Shape | None, most: float | None, kappa: float, beta: float) -> dict[str, float]:
     """What friction has to do with slip, as ``Settings`` says it; of logs it has nothing."""
     if most is None:
-        return 0.0, 0.0, 0.0
+        return {}
     if shape is None:
         raise ValueError("friction that grows with slip is of bodies of points; give a shape")
     if not (np.isfinite([most, kappa, beta]).all() and most >= 0.0 and kappa > 0.0 and beta >= 0.0):
@@ -269,20 +284,20 @@ def _slip_law(shape: Shape | None, most: float | None, kappa: float, beta: float
             "friction_kappa must be more than nothing, friction_max and friction_beta at least nothing, "
             f"not {kappa}, {most} and {beta}"
         )
-    return float(most), float(kappa), float(beta)
+    return {"friction_max": float(most), "friction_kappa": float(kappa), "friction_beta": float(beta)}
 
 
-def _scar_law(shape: Shape | None, strength: float | None, drag: float) -> tuple[float, float]:
+def _scar_law(shape: Shape | None, strength: float | None, drag: float) -> dict[str, float]:
     """How soft the ground is, as ``Settings`` says it; to logs it is hard."""
     if strength is None:
-        return 0.0, 0.0
+        return {}
     if shape is None:
         raise ValueError("only bodies of points scar the ground; give a shape")
     if not (np.isfinite([strength, drag]).all() and strength > 0.0 and drag >= 0.0):
         raise ValueError(
             f"soil_strength must be more than nothing, and scar_drag at least nothing, not {strength} and {drag}"
         )
-    return 1000.0 * float(strength), float(drag)
+    return {"strength": 1000.0 * float(strength), "scar_drag": float(drag)}
 
 
 def _check_tables(scene: Scene, start: Start, rasters: Rasters | None, keep_poses: NDArray[np.bool_] | None) -> None:

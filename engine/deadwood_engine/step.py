@@ -109,11 +109,11 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
     way.buried = False
     for k in range(count):
         if scratch.keys[k, 0] != TERRAIN and scratch.contacts[k].gap < 0.0:
-            summary.started_in_contact = 1.0
+            summary.started_in_contact = True
         way.buried = way.buried or (scratch.keys[k, 0] == TERRAIN and scratch.contacts[k].gap < -body[BASE_RADIUS])
     for k in range(scratch.near[0].cores):
         if scratch.near_cores[k].kind == BARRIER and pierced(body, state, scratch.near_cores[k]):
-            summary.started_in_contact = 1.0
+            summary.started_in_contact = True
             if scratch.noted.shape[0] > 0:
                 note(scratch.noted, scratch.notes, scratch.book, scratch.listed[k])
     way.gap = lowest_gap(scene, frame, state, body, stations, scratch)
@@ -256,13 +256,11 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
         standing = count
         if settings.breaks:
             fall = 0.5 * gravity * dt
-            standing = break_trees(
-                scene, state, body, settings, scratch, way, hits, int(summary.hits), count, fall, bounces
-            )
+            standing = break_trees(scene, state, body, settings, scratch, way, hits, summary.hits, count, fall, bounces)
             if standing < count:
                 gained = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))
         if way.residual > way.tolerance:
-            summary.unconverged += 1.0
+            summary.unconverged += 1
         summary.residual = max(summary.residual, way.residual)
         way.work += gained
         summary.energy_gain += max(0.0, gained)
@@ -279,7 +277,7 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
                 deepest = max(deepest, depth)
                 below = depth > body[BASE_RADIUS] + settings.travel
                 way.lost = way.lost or (below and way.time - way.sunk > BELOW_GROUND)
-            if not ground and summary.started_in_contact == 0.0:  # not the overlap that a log was released with
+            if not ground and not summary.started_in_contact:  # not the overlap that a log was released with
                 summary.overlap = max(summary.overlap, depth)
                 deepest = max(deepest, depth)
                 both = body[BASE_RADIUS] + scene.cores.solid[keys[k, 1]].wide
@@ -290,23 +288,23 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
                 is_barrier, item = owner_of(scene, keys[k])
                 if is_barrier:
                     marks.fences[item] = True
-                    summary.barrier_hits = insert_sorted(scratch.hit_barriers, int(summary.barrier_hits), item)
+                    summary.barrier_hits = insert_sorted(scratch.hit_barriers, summary.barrier_hits, item)
                 else:
-                    summary.tree_hits = insert_sorted(scratch.hit_trees, int(summary.tree_hits), item)
+                    summary.tree_hits = insert_sorted(scratch.hit_trees, summary.tree_hits, item)
         if pushed:
             fall = 0.5 * gravity * dt
             struck = energy_of(state, body) + fall * (state[VZ] + 0.5 * fall) - gained
             summary.hits = note_pushes(
                 scene, frame, state, scratch.free, contacts, keys, count,
-                (way.time, dt, int(summary.steps), gravity), struck, hits, int(summary.hits),
+                (way.time, dt, summary.steps, gravity), struck, hits, summary.hits,
             )  # fmt: skip
         if standing < count:
-            note_broken(scene, keys, standing, count, hits, int(summary.hits), way.time)
+            note_broken(scene, keys, standing, count, hits, summary.hits, way.time)
             count = way.count = standing  # what is broken holds nothing any more
         rolling.moment_before = rolling.moment
     else:
         rolling.moment_before = 0.0
-        summary.airborne += 1.0
+        summary.airborne += 1
     if settings.strength > 0.0:
         way.work += way.dragged
         way.scar = way.scar_ahead
@@ -361,7 +359,7 @@ def move_on(scene, frame, state, body, stations, settings, scratch, way, summary
         if rocks_in_place(scratch.rocking, settings.rest_speed):
             reason, summary.item_row, summary.grip = holder(scene, scratch, way.count)
             return reason
-    elif int(summary.steps) % POLL_STEPS == 0 and stop[0] != 0:
+    elif summary.steps % POLL_STEPS == 0 and stop[0] != 0:
         return INTERRUPTED
     return -1
 
@@ -421,9 +419,9 @@ def slide_log(
         if settings.until_reached and all_reached(marks):
             reason = ON_ITS_WAY
             break
-        if settings.stage_steps > 0 and int(summary.steps) % settings.stage_steps == 0:
+        if settings.stage_steps > 0 and summary.steps % settings.stage_steps == 0:
             keep_stage(scratch.stages, scratch, state, summary, marks, settings.travel)
-        summary.steps += 1.0
+        summary.steps += 1
         choose_step(scene, frame, state, body, settings, scratch, way)
         push(scene, frame, state, body, stations, settings, scratch, way, summary)
         keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, summary)
@@ -444,46 +442,49 @@ def slide_logs(
     scene, frames, starts, bodies, stations, settings, scratch, rasters, stamps, marks, poses, keep, hits, notes, own,
     told, states, summaries, going_on, first, last, stop,
 ):  # fmt: skip
-    """Slide the logs from row ``first`` to before ``last``, one after the other, up to one whose poses are kept.
+    """Slide the logs from row ``first`` to before ``last``, one after the other.
 
     Parameters are those of ``slide_log``, of all logs; own (16,), told (2,) : room for one log's state and summary,
     which come to lie in their rows of states and summaries, and the summary of a log of which nothing is known yet. The
-    hits of one log follow those of another in ``hits``, and so do in ``notes`` the obstacles that mattered to it.
+    hits of one log follow those of another in ``hits``, and so do its kept poses in ``poses`` and in ``notes`` the
+    obstacles that mattered to it; the summaries have how many.
     going_on : int64 (n,), rows of the stages from which logs go on, -1: from their start
 
-    Of logs whose stages are kept one at a time, too.
+    Of logs whose stages are kept one at a time, and none is begun where less than half of the room for poses is left:
+    a log that finds too little has to slide again.
 
-    Returns (row of the next log, number of poses wanted by the last one): the first row where that one found too little
-    room for its poses or, as ``told`` has it, its hits or notes.
+    Returns (row of the next log, number of poses wanted by it where it found too little room for them, or, as ``told``
+    has it, for its hits or notes).
     """
-    used, filled = 0, 0
+    used, filled, posed = 0, 0, 0
     for row in range(first, last):
         for k in range(own.shape[0]):
             own[k] = starts[row, k]
         told[0] = told[1]
         if going_on[row] >= 0:
             told[0] = scratch.stages.summary[going_on[row]]
-            told[0].hits, told[0].tree_hits, told[0].barrier_hits = 0.0, 0.0, 0.0
+            told[0].hits, told[0].tree_hits, told[0].barrier_hits = 0, 0, 0
         open_notes(scratch.noted, scratch.notes, scratch.book)
         each = Marks(marks.lines[row], marks.fences[row], marks.crossed[row], marks.line_time[row], marks.inside[row])
         wanted = slide_log(
             scene, frames[row], own, bodies[row], stations[row], settings, scratch, rasters, stamps[row], each,
-            poses if keep[row] else poses[:0], keep[row], hits[used:], told[0], going_on[row], stop,
+            poses[posed:] if keep[row] else poses[:0], keep[row], hits[used:], told[0], going_on[row], stop,
         )  # fmt: skip
-        struck, mattered = int(told[0].hits), copy_notes(scratch.notes, scratch.book, notes, filled)
-        told[0].influences = mattered
-        if (keep[row] and wanted > poses.shape[0]) or struck > hits.shape[0] - used or filled + mattered > len(notes):
+        struck, mattered = told[0].hits, copy_notes(scratch.notes, scratch.book, notes, filled)
+        told[0].influences, told[0].poses = mattered, wanted if keep[row] else 0
+        full = keep[row] and wanted > poses.shape[0] - posed
+        if full or struck > hits.shape[0] - used or filled + mattered > len(notes):
             forget_touches(each)
             return row, wanted
         count_danger(rasters.passed, rasters.order, rasters.danger)
-        used, filled = used + struck, filled + mattered
+        used, filled, posed = used + struck, filled + mattered, posed + told[0].poses
         for k in range(own.shape[0]):
             states[row, k] = own[k]
         summaries[row] = told[0]
-        reason = int(told[0].reason)
+        reason = told[0].reason
         if reason != LEFT_DEM and reason != FAILED and reason != INTERRUPTED and reason != ON_ITS_WAY:
             work = (scratch.points, scratch.hull, scratch.left, scratch.right)
             draw_deposit(scene, frames[row], own, bodies[row], scratch.memory, work, rasters)
-        if keep[row] or settings.stage_steps > 0:
+        if settings.stage_steps > 0 or 2 * posed > poses.shape[0]:
             return row + 1, wanted
     return last, 0

@@ -23,7 +23,8 @@ class RasterArrays(NamedTuple):
     What a passing log changes lies together cell by cell, for a log's cells are far apart in memory.
 
     hits : uint32 (rows, columns, 2), logs that hit the cell (HITS), and the last of them, row + 1 (STAMP)
-    maxima : float32 (rows, columns, 4), SPEED [m/s], ENERGY [J], JUMP, HEIGHT [m]; deposits : uint32 (rows, columns)
+    maxima : float32 (rows, columns, 4), SPEED [m/s], ENERGY [J], JUMP, HEIGHT [m], or 0 x 0: only hits are counted
+    deposits : uint32 (rows, columns)
 
     Of a scene with lines, where logs that pass a cell end (``outline.count_danger``); without, nothing is listed:
 
@@ -220,17 +221,18 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, part, left, right)
     now, fast, heavy, high = np.uint32(row + 1), np.float32(speed), np.float32(energy), np.float32(jump)
     tall = np.float32(memory[PEAK_HEIGHT])
-    listed = rasters.order[LISTED]
+    listed, maxima = rasters.order[LISTED], rasters.maxima.shape[0] > 0
     # the rows lie far apart in memory: asked for all at once, they come together
     for j in range(first, last + 1):
         place = j * columns + min(left[j], columns - 1)
         prefetch(rasters.hits, place * HIT_BYTES)
-        prefetch(rasters.maxima, place * MAXIMA_BYTES)
-        prefetch(rasters.maxima, place * MAXIMA_BYTES + CACHE_LINE)
+        if maxima:
+            prefetch(rasters.maxima, place * MAXIMA_BYTES)
+            prefetch(rasters.maxima, place * MAXIMA_BYTES + CACHE_LINE)
     for j in range(first, last + 1):
         # unsigned: Numba then asks of no index whether it counts from the end
         west, east = np.uint64(left[j]), np.uint64(right[j] + 1)
-        cells, most = rasters.hits[j], rasters.maxima[j]
+        cells = rasters.hits[j]
         if listed < rasters.passed.shape[0]:
             start = np.uint64(j * columns)
             for i in range(west, east):
@@ -241,6 +243,9 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
         for i in range(west, east):
             cells[i, HITS] += np.uint32(cells[i, STAMP] != now)
             cells[i, STAMP] = now
+        if not maxima:
+            continue
+        most = rasters.maxima[j]
         for i in range(west, east):
             a, b, c, d = most[i, SPEED], most[i, ENERGY], most[i, JUMP], most[i, HEIGHT]
             most[i, SPEED] = fast if a < fast else a

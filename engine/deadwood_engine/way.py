@@ -7,18 +7,19 @@ import numpy as np
 # A log's summary, a row a log
 SUMMARY = np.dtype(
     [
-        ("reason", "f8"), ("item_row", "f8"),  # as ``rest.holder``
+        ("reason", "i8"), ("item_row", "i8"),  # as ``rest.holder``
         ("grip", "f8"),  # [rad] as ``rest.holder``
         ("duration", "f8"), ("path", "f8"), ("speed_max", "f8"),  # s, m, m/s
         ("energy_max", "f8"), ("jump_max", "f8"),  # per mass J/kg, m
         ("height_max", "f8"),  # m, of the centre of mass above the terrain below it
         ("energy_error", "f8"), ("energy_gain", "f8"),  # of the energy to spend; J/kg made by contacts
         ("penetration", "f8"), ("overlap", "f8"),  # m in the ground, in obstacles
-        ("residual", "f8"), ("unconverged", "f8"),  # m/s of the worst solve; steps that hit the cap of sweeps
-        ("steps", "f8"), ("airborne", "f8"), ("contacts", "f8"), ("sweeps", "f8"),
-        ("tree_hits", "f8"), ("barrier_hits", "f8"), ("hits", "f8"),
-        ("influences", "f8"),  # obstacles that mattered (``influence``)
-        ("started_in_contact", "f8"),
+        ("residual", "f8"), ("unconverged", "i8"),  # m/s of the worst solve; steps that hit the cap of sweeps
+        ("steps", "i8"), ("airborne", "i8"), ("contacts", "i8"), ("sweeps", "i8"),
+        ("tree_hits", "i8"), ("barrier_hits", "i8"), ("hits", "i8"),
+        ("poses", "i8"),  # kept
+        ("influences", "i8"),  # obstacles that mattered (``influence``)
+        ("started_in_contact", "b1"),
     ]
 )  # fmt: skip
 

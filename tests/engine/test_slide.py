@@ -1,5 +1,6 @@
 """The entry point: the same bits however the logs are distributed, reports, interruptions, failures, what is kept."""
 
+import sys
 import threading
 
 import numpy as np
@@ -41,6 +42,24 @@ def test_every_log_is_that_of_a_run_of_its_own(scene, threads):
     assert same(together, run(scene, number))
     for row in (0, LOGS_A_CALL, number - 1):
         assert same(run(scene, logs=logs(number).take(np.arange(number) == row)), together, of=[row])
+
+
+@pytest.mark.parametrize("room", [1, 50, 100_000])
+def test_poses_are_those_of_their_own_log(scene, monkeypatch, room):
+    """Of every other log poses are kept: those of one call lie one behind the other, also where the room for them is
+    used up amid a call, or smaller than one log needs."""
+    number = 2 * LOGS_A_CALL
+    keep = np.arange(number) % 2 == 0
+    monkeypatch.setattr(sys.modules[slide.__module__], "POSES_AT_ONCE", room)
+    together = run(scene, number, keep_poses=keep, threads=2)
+    assert same(together, run(scene, number))
+    assert np.unique(together.poses.log_row).tolist() == np.flatnonzero(keep).tolist()
+    for row in np.flatnonzero(keep)[::3]:
+        alone = run(scene, logs=logs(number).take(np.arange(number) == row), keep_poses=np.ones(1, bool)).poses
+        assert len(alone.time) > 3
+        for name in ("time", "position", "base", "tip", "speed", "spin", "clearance", "height"):
+            of_all = getattr(together.poses, name)[together.poses.log_row == row]
+            assert np.array_equal(of_all, getattr(alone, name)), name
 
 
 def test_hits_and_notes_are_those_of_their_own_log(scene):

@@ -103,7 +103,7 @@ class Ensemble:
 
         def slide_part(on: SceneLayers) -> tuple[Arrays, list[str]]:
             layers = self._scene_of(variant, on)
-            rasters = Rasters.allocate(layers.scene, layers.threads) if hits else None
+            rasters = Rasters.allocate(layers.scene, layers.threads, maxima=False) if hits else None
             report = reporter(self.feedback, total, variant.what, before=before + parts[0].start)
             later: Iterable[Batch] = (batch(part) for part in parts[1:])
             result, sides = slide_batch(
@@ -153,7 +153,7 @@ def outcomes_of_logs(result: Result, lines: Items, releases: Releases) -> Arrays
 
 def cells_hit(rasters: Rasters, layers: SceneLayers) -> Arrays:
     """The cells that logs hit, numbered in the whole DEM, for these are few of a large terrain; and how many did."""
-    count, grid = rasters.totals()["hit_count"], layers.dem
+    count, grid = rasters.totals(("hit_count",))["hit_count"], layers.dem
     row, column = np.nonzero(count)
     cells = (row + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0]
     return {"cells": cells, "hits": count[row, column]}

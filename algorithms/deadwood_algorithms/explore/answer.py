@@ -42,31 +42,35 @@ class Hits:
     """How often logs hit the cells of a box; row 0 is the southernmost, ``first`` its column and row in the whole."""
 
     first: tuple[int, int]
-    count: NDArray[np.int64]
+    count: NDArray[np.uint32]
 
     @staticmethod
-    def of(rasters: Rasters, part: Part) -> Hits:
-        """What was drawn, all of it in this part of the rasters: they are as large as the terrain model, and pages of
-        their memory that nothing is drawn on, or looked at, are never given out."""
-        grid = np.zeros((part.rows, part.columns), np.int64)
+    def taken(rasters: Rasters, part: Part) -> Hits:
+        """What was drawn, all of it in this part of the rasters, which are empty again: they are as large as the
+        terrain model, and pages of their memory that nothing is drawn on, or looked at, are never given out."""
+        grid = np.zeros((part.rows, part.columns), np.uint32)
         for each in rasters.workers:
-            grid += each.hits[(*part.slices, HITS)]
+            drawn = each.hits[(*part.slices, HITS)]
+            grid += drawn
+            drawn[...] = 0
         return Hits((part.column, part.row), grid).trimmed()
 
     @staticmethod
-    def summed(parts: Sequence[Hits], signs: Sequence[int] = ()) -> Hits:
-        """Together, or with some of them taken away."""
+    def summed(parts: Sequence[Hits], less: Sequence[Hits] = ()) -> Hits:
+        """Together, without those of ``less``, which are among them."""
         boxes = [each.part for each in parts if each.count.size]
         if not boxes:
             return NOWHERE
         box = reduce(Part.joined, boxes)
-        grid = np.zeros((box.rows, box.columns), np.int64)
-        for each, sign in zip(parts, signs or [1] * len(parts), strict=True):
-            own = each.part
-            at = Part(own.column - box.column, own.row - box.row, own.columns, own.rows)
-            if own.cells:
-                grid[at.slices] += sign * each.count
-        return Hits((box.column, box.row), grid).trimmed()
+        grid = np.zeros((box.rows, box.columns), np.uint32)
+        for add, some in ((np.add, parts), (np.subtract, less)):
+            for each in some:
+                own = each.part
+                at = grid[Part(own.column - box.column, own.row - box.row, own.columns, own.rows).slices]
+                if own.cells:
+                    add(at, each.count, out=at)
+        summed = Hits((box.column, box.row), grid)
+        return summed.trimmed() if less else summed
 
     @property
     def part(self) -> Part:
@@ -81,7 +85,7 @@ class Hits:
         return Hits((self.first[0] + int(columns[0]), self.first[1] + int(rows[0])), self.count[inner].copy())
 
 
-NOWHERE = Hits((0, 0), np.zeros((0, 0), np.int64))
+NOWHERE = Hits((0, 0), np.zeros((0, 0), np.uint32))
 
 
 @dataclass(frozen=True)
@@ -142,6 +146,8 @@ class Answer:
     """A question and what of it is answered.
 
     layers : the scene as it was read; edited : as changed
+    base, changed : the batches that have slid in the one and in the other; hits, hits_changed : of all of these
+    spare : empty rasters that logs were drawn on before, whose memory need not be handed out again
     """
 
     question: Question
@@ -153,13 +159,16 @@ class Answer:
     start: Start
     base: list[Base] = field(default_factory=list)
     changed: list[Changed] = field(default_factory=list)
+    hits: Hits = NOWHERE
+    hits_changed: Hits = NOWHERE
+    spare: list[Rasters] = field(default_factory=list)
 
     @property
     def parts(self) -> list[slice]:
         return parts_of(len(self.releases))
 
     def with_changes(self, changes: Changes) -> None:
-        self.changes, self.changed = changes, []
+        self.changes, self.changed, self.hits_changed = changes, [], NOWHERE
         self.edited = changed_scene(self.layers, changes)
 
     def slide_base(self, part: slice, stop: Stale) -> None:
@@ -178,19 +187,24 @@ class Answer:
                 some_poses(poses, MOST_POSED - part.start),
             )
         )
+        self.hits = Hits.summed([self.hits, hits])
 
     def slide_changed(self, part: slice, stop: Stale) -> None:
-        """Slide the concerned logs of a batch in the changed scene, and put what they did in the place of what they
-        did before; where they are many, simply all of the batch."""
+        """Slide the next batch in the changed scene."""
         base = self.base[len(self.changed)]
+        batch = self._changed(base, part, stop)
+        self.changed.append(batch)
+        self.hits_changed = Hits.summed([self.hits_changed, batch.hits])
+
+    def _changed(self, base: Base, part: slice, stop: Stale) -> Changed:
+        """The logs of a batch that the changes concern slide again, and what they do replaces what they did; where
+        these are many, all of the batch slide."""
         rows = self.concerned(base)
         if 2 * rows.size > base.number:
             result, hits = self._slide(self.edited, part, stop)
-            self.changed.append(Changed(part, *self._what_became(self.edited, result, part), hits, rows.size))
-            return
+            return Changed(part, *self._what_became(self.edited, result, part), hits, rows.size)
         if not rows.size:
-            self.changed.append(Changed(part, base.reach, base.reason, base.end, base.held, base.hits, 0))
-            return
+            return Changed(part, base.reach, base.reason, base.end, base.held, base.hits, 0)
         some = rows + part.start
         (now, more), (before, gone) = (self._slide(layers, some, stop) for layers in (self.edited, self.layers))
         reach, reason, end = base.reach.copy(), base.reason.copy(), base.end.copy()
@@ -198,8 +212,7 @@ class Answer:
         held = Counter(base.held)
         held.update(held_now)
         held.subtract(trees_that_hold(self.layers, before))
-        hits = Hits.summed([base.hits, more, gone], [1, 1, -1])
-        self.changed.append(Changed(part, reach, reason, end, held, hits, rows.size))
+        return Changed(part, reach, reason, end, held, Hits.summed([base.hits, more], less=[gone]), rows.size)
 
     def poses_after(self, logs: int) -> Poses:
         """The poses of the first logs in the changed scene: these few are simply slid again, all of them."""
@@ -224,7 +237,7 @@ class Answer:
         self, layers: SceneLayers, which: slice | NDArray[np.int64], stop: Stale, *, influences: bool = False
     ) -> tuple[Result, Hits]:
         start = Start(self.start.frame[which], self.start.state[which], self.start.body[which])
-        rasters = Rasters.allocate(layers.scene, layers.threads)
+        rasters = self.spare.pop() if self.spare else Rasters.allocate(layers.scene, layers.threads, maxima=False)
         result, _ = slide_once(
             layers,
             start,
@@ -234,7 +247,9 @@ class Answer:
             influences=influences,
             keep_poses=np.ones(len(start.state), bool),
         )
-        return result, Hits.of(rasters, self._where(result.poses, start))
+        hits = Hits.taken(rasters, self._where(result.poses, start))
+        self.spare.append(rasters)
+        return result, hits
 
     def _where(self, poses: Poses, start: Start) -> Part:
         """A part of the terrain model that holds all that was drawn: each outline is that of two poses that were kept,

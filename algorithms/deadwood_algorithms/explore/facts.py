@@ -148,17 +148,16 @@ def block_facts(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
     ]
 
 
-def hits_frame(answer: Answer, number: int, began: float, corner: Corner) -> Frame:
-    """The first batches of an answer together, up to this one, in the scene as it was read."""
-    batches = answer.base[: number + 1]
-    done = batches[-1].rows.stop
-    facts = {"op": "hits", "id": answer.question.number, "reach": reach_facts(answer, batches)}
-    return pictured(answer, facts, batches, "hits", done, began, corner)
+def hits_frame(answer: Answer, began: float, corner: Corner) -> Frame:
+    """What is answered so far, in the scene as it was read."""
+    facts = {"op": "hits", "id": answer.question.number, "reach": reach_facts(answer, answer.base)}
+    return pictured(answer, facts, answer.base, "hits", answer.hits, began, corner)
 
 
-def difference_frame(answer: Answer, number: int, asked: Any, began: float, corner: Corner) -> Frame:
-    """What the changes do to the first batches: the same logs before and after."""
-    base, changed = answer.base[: number + 1], answer.changed[: number + 1]
+def difference_frame(answer: Answer, asked: Any, began: float, corner: Corner) -> Frame:
+    """What the changes do to the logs that have slid in the changed scene, too: the same before and after."""
+    changed = answer.changed
+    base = answer.base[: len(changed)]
     done = changed[-1].rows.stop
     before, after = (np.concatenate([each.reach for each in batches]) for batches in (base, changed))
     lines = []
@@ -184,7 +183,7 @@ def difference_frame(answer: Answer, number: int, asked: Any, began: float, corn
         "lines": lines,
         "reach": reach_facts(answer, changed),
     }
-    return pictured(answer, facts, changed, "hits_after", done, began, corner)
+    return pictured(answer, facts, changed, "hits_after", answer.hits_changed, began, corner)
 
 
 def reach_facts(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, Any]]:
@@ -199,13 +198,14 @@ def pictured(
     facts: Mapping[str, Any],
     batches: Sequence[Batch],
     name: str,
-    done: int,
+    box: Hits,
     began: float,
     corner: Corner,
 ) -> Frame:
     """With the cells that were hit, row 0 in the north, and where the logs ended."""
-    box = Hits.summed([each.hits for each in batches])
     column, south = box.first
+    done, most = batches[-1].rows.stop, box.count.max(initial=0)
+    count = np.minimum(box.count, 65535) if most > 65535 else box.count
     reason = np.concatenate([each.reason for each in batches])
     ends = np.concatenate([each.end for each in batches]) - corner
     total = len(answer.releases)
@@ -222,7 +222,7 @@ def pictured(
         "final": done == total,
     }
     arrays = {
-        name: np.minimum(box.count[::-1], 65535).astype(np.uint16),
+        name: count[::-1].astype(np.uint8 if most <= 255 else np.uint16),
         "deposits_x": ends[:, 0].astype(np.float32),
         "deposits_y": ends[:, 1].astype(np.float32),
         "deposits_reason": reason.astype(np.uint8),

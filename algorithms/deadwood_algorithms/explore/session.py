@@ -126,11 +126,11 @@ class Session:
                     return
                 if number >= len(answer.base):
                     answer.slide_base(part, stop)
-                    receiver.send(hits_frame(answer, number, receiver.began, corner))
+                    receiver.send(hits_frame(answer, receiver.began, corner))
                 if receiver.changes:
                     if number >= len(answer.changed):
                         answer.slide_changed(part, stop)
-                    receiver.send(difference_frame(answer, number, receiver.number, receiver.began, corner))
+                    receiver.send(difference_frame(answer, receiver.number, receiver.began, corner))
         except Cancelled:
             return
 

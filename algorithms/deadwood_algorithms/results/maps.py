@@ -33,7 +33,7 @@ def write_run_rasters(
 
     def band(name: str, number: int | None = None) -> ByRows:
         def of(rows: slice) -> NDArray:
-            values = totals.rows(rows)[name]
+            values = totals.rows(rows, (name,))[name]
             if name == "energy_max":
                 return values / np.float32(1000.0)
             return values if number is None else values[number]

@@ -3,7 +3,7 @@ and 4 for each line whose danger is counted, while most of it no log has touched
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import cached_property
 
 import numpy as np
@@ -34,15 +34,17 @@ class Totals:
     def names(self) -> tuple[str, ...]:
         return tuple(self.untouched)
 
-    def rows(self, rows: slice) -> dict[str, NDArray]:
-        """These rows of all rasters; of danger the bands come first."""
+    def rows(self, rows: slice, names: Collection[str] | None = None) -> dict[str, NDArray]:
+        """These rows of all rasters, or of those of these names; of danger the bands come first."""
+        asked = [name for name in self.names if names is None or name in names]
         if self.whole is not None:
-            return {name: values[..., rows, :] for name, values in self.whole.items()}
+            return {name: self.whole[name][..., rows, :] for name in asked}
         parts = [each.hits[rows] for each in self.workers], [each.deposits[rows] for each in self.workers]
         columns = self.shape[1]
         if not any(hits[:, :, HITS].any() for hits in parts[0]) and not any(each.any() for each in parts[1]):
             shape = (parts[1][0].shape[0], columns)
-            return {name: np.broadcast_to(each, (*each.shape[:-2], *shape)) for name, each in self.untouched.items()}
+            empty = {name: self.untouched[name] for name in asked}
+            return {name: np.broadcast_to(each, (*each.shape[:-2], *shape)) for name, each in empty.items()}
         cells = slice(rows.start * columns, rows.stop * columns)
         return Rasters(
             [
@@ -54,7 +56,7 @@ class Totals:
                 )
                 for each in self.workers
             ]
-        ).totals()
+        ).totals(asked)
 
     def strips(self) -> Iterator[tuple[int, dict[str, NDArray]]]:
         """All rows in turn, each strip with its first row."""

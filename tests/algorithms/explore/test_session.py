@@ -175,13 +175,15 @@ def test_all_that_is_drawn_lies_where_it_is_looked_for(
         place.write_text("\n".join(f"{x} {y} {z}" for x in (-1, 1) for y in (-0.5, 0.5) for z in (-2, 2)) + "\n")
         shape = str(place)
     seen = []
-    of = Hits.of
+    taken = Hits.taken
 
     def looked(rasters: Rasters, part: Part) -> Hits:
         seen.append((rasters.totals()["hit_count"].sum(), part.cells))
-        return of(rasters, part)
+        found = taken(rasters, part)
+        assert not rasters.totals()["hit_count"].any()
+        return found
 
-    monkeypatch.setattr(Hits, "of", staticmethod(looked))
+    monkeypatch.setattr(Hits, "taken", staticmethod(looked))
     with opened(layers, shape=shape) as asked:
         told = asked.release(fidelity=fidelity, n=60)
         asked.edit(**CHANGES[3])
@@ -194,16 +196,19 @@ def test_all_that_is_drawn_lies_where_it_is_looked_for(
 def test_hits_add_up_and_are_taken_away_wherever_their_boxes_lie():
     rng = np.random.default_rng(5)
     parts, grid = [], np.zeros((40, 50), np.int64)
-    for sign in (1, 1, -1, 1):
+    for _ in range(4):
         row, column = rng.integers(0, 20, 2)
-        count = rng.integers(0, 9, rng.integers(1, 20, 2))
+        count = rng.integers(0, 9, rng.integers(1, 20, 2), dtype=np.uint32)
         parts.append(Hits((int(column), int(row)), count))
-        grid[row : row + count.shape[0], column : column + count.shape[1]] += sign * count
-    together = Hits.summed([*parts, NOWHERE], [1, 1, -1, 1, 1])
+        grid[row : row + count.shape[0], column : column + count.shape[1]] += count
+    less = Hits(parts[2].first, parts[2].count // 2)  # what is taken away was counted before
+    row, column = less.first[::-1]
+    grid[row : row + less.count.shape[0], column : column + less.count.shape[1]] -= less.count
+    together = Hits.summed([*parts, NOWHERE], less=[less])
     rows, columns = np.flatnonzero(grid.any(axis=1)), np.flatnonzero(grid.any(axis=0))
     assert together.first == (columns[0], rows[0])
     assert np.array_equal(together.count, grid[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
-    assert Hits.summed([parts[0], parts[0]], [1, -1]) is NOWHERE
+    assert Hits.summed([parts[0]], less=[parts[0]]) is NOWHERE
     assert Hits.summed([]) is NOWHERE
 
 
