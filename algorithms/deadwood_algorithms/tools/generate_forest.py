@@ -162,7 +162,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         )
     if redrawn:
         lines.append(
-            f"{redrawn} draws were not a tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
+            f"{counted(redrawn, 'draw was', 'draws were')} not a tree (DBH < {LEAST_DBH_CM:g} cm or height < "
+            f"{LEAST_HEIGHT_M:g} m), redrawn"
         )
     facts: dict[str, Any] = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
     facts |= {"basal_area_m2_per_ha": planted}

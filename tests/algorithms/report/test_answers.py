@@ -116,7 +116,7 @@ def test_the_worth_is_that_of_the_layer(page, results):
     for line in frame["line_id"].unique():
         of_line = frame[(frame["line_id"] == line) & (frame["kind"] == "tree")]
         keep, bring = (of_line["gain_logs"] > 0).sum(), (of_line["gain_logs"] < 0).sum()
-        assert f"{line}: of {len(of_line)} trees, {keep} keep logs away and {bring} bring some." in shown.said
+        assert f"{line}, trees: {len(of_line)} in all; logs are kept away by {keep}, brought by {bring}." in shown.said
     best = frame[frame["gain_logs"] > 0].sort_values(["line_id", "rank"]).groupby("line_id").head(10)
     told = sorted((row[0], row[1]) for row in shown.rows if len(row) == 5 and row[1].isdigit())
     assert told == sorted((str(row.id), str(int(row.gain_logs))) for row in best.itertuples())
