@@ -12,7 +12,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr, unescape
 
-VERSION = "3.22.0-Białowieża"
+# The last of 3.22, which takes a project of an earlier 3.22 for an old one and warns of it; from 3.26 on QGIS warns
+# only of projects of later versions and of QGIS 2.
+VERSION = "3.22.16-Białowieża"
 CATEGORIES = "LayerConfiguration|Symbology|Symbology3D|Labeling|Temporal"
 EDGE = "#232323"
 # QGIS's key of a marker symbol layer's, line's and fill's simplest kind.

@@ -1,7 +1,7 @@
 """Sizes as people write them in cells of text: 41,4 cm, 40-45, [40,45), 40 bis unter 45, k.A.
 
-For columns of sizes that are not plain numbers. A class counts as its middle, a word for a gap as a gap, and a word that
-the user explains as the number given for it; anything else, such as an open class (>60), which has no middle,
+For columns of sizes that are not plain numbers. A class counts as its middle, a word for a gap as a gap, and a word
+that the user explains as the number given for it; anything else, such as an open class (>60), which has no middle,
 stays unread, so that the message can name its row.
 """
 

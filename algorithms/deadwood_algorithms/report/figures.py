@@ -35,12 +35,14 @@ from deadwood_algorithms.stats.directions import spread_of_release
 
 INK = "#0a0b0c"  # stands for the page's text colour
 WIDTH = 7.2  # inches, of a figure as wide as the page
+TEXT = 9.5  # points; on paper a figure is printed at 0.7 of its size at least (`page.css`), which leaves 6.5
 STYLE: Any = {
     "svg.fonttype": "none",
+    "legend.fontsize": TEXT,
     "svg.hashsalt": "deadwood",
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 9.0,
+    "font.size": TEXT,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
     "text.color": INK,
@@ -177,7 +179,7 @@ def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Prof
 def reach_figure(source: ReportedRun, words: Words) -> Figure:
     """A bar a line with its 95 % interval."""
     records = source.summary["reach"][:12]
-    figure, (axes,) = _panels(1, 0.8 + 0.32 * len(records))
+    figure, (axes,) = _panels(1, 0.8 + 0.29 * len(records))
     value = np.array([share_of(each) for each in records])
     ends = np.array([[100.0 * each["ci_low"], 100.0 * each["ci_high"]] for each in records]).T
     error = np.abs(ends - value)
@@ -249,7 +251,8 @@ def rose_figure(source: ReportedRun, words: Words) -> Figure:
     found = sorted(counted_azimuths(source).items(), key=lambda item: -item[1].size)[:6]
     columns = min(3, len(found))
     rows = -(-len(found) // columns)
-    figure = Figure(figsize=(min(WIDTH, 1.0 + 3.0 * columns), 3.2 * rows), layout="constrained")
+    tall = 3.2 if rows == 1 else 2.3
+    figure = Figure(figsize=(min(WIDTH, 1.0 + 3.0 * columns), tall * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, subplot_kw={"projection": "polar"}).ravel()
     for axes in panels[len(found) :]:
         axes.set_axis_off()
@@ -266,9 +269,8 @@ def rose_figure(source: ReportedRun, words: Words) -> Figure:
         axes.set_yticks(
             [np.sqrt(share * azimuths.size / count.max()) for share in rings], [f"{100 * share:g} %" for share in rings]
         )
-        axes.tick_params(axis="y", labelsize=7)
         axes.set_xticks(np.radians([0, 90, 180, 270]), words.say("compass").split(","))
-        axes.set_title(f"{words.say('release')} {plain(release_id)} (n = {azimuths.size})", fontsize=9)
+        axes.set_title(f"{words.say('release')} {plain(release_id)} (n = {azimuths.size})", fontsize=TEXT)
     return figure
 
 
@@ -310,7 +312,7 @@ def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
     ground = axes.plot(profile.way, profile.terrain, color=INK, linewidth=1.0, label=words.say("terrain"))
     middle = axes.plot(profile.way, profile.z, color=colour, linewidth=1.3, label=words.say("centre"))
     axes.set(xlabel=words.say("way"), ylabel=words.say("elevation"), aspect="equal", adjustable="datalim")
-    axes.set_title(words.say(f"chosen_{profile.chosen}", id=profile.log_id), loc="left", fontsize=9)
+    axes.set_title(words.say(f"chosen_{profile.chosen}", id=profile.log_id), loc="left", fontsize=TEXT)
     fast = right.plot(profile.way, profile.speed, color=colour, linewidth=1.1, linestyle="--", label=words.say("speed"))
     right.set(xlabel=words.say("way"), ylabel=words.say("speed_axis"), ylim=(0.0, None), xlim=(0.0, None))
     up = right.twinx()
@@ -319,7 +321,7 @@ def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
     up.set(ylabel=words.say("clearance_axis"), ylim=(0.0, 1.6 * max(float(np.nanmax(profile.clearance)), 0.5)))
     up.grid(visible=False)
     up.spines["right"].set_visible(True)
-    figure.legend(handles=[*ground, *middle, *fast, gap], loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(handles=[*ground, *middle, *fast, gap], loc="outside lower center", ncols=4)
     return figure
 
 

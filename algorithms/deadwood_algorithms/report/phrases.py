@@ -122,6 +122,7 @@ PHRASES = {
     "lacks_shape": "No energies of arrival: {reason}",
     "gone": "missing",
     "model_tree_capacity_kj": "capacity of trees [kJ]",
+    "model_break_trees": "trees break",
     "model_log_capacity_kj": "capacity of logs [kJ]",
     "input_dem": "terrain model",
     "input_trees": "trees",
@@ -383,6 +384,8 @@ PHRASES = {
     "parameters_differ": "In what the runs differ",
     "parameters_same": "The runs differ in no parameter (their layers may).",
     "none": "none",
+    "yes": "yes",
+    "no": "no",
     "made": "Made by deadwood-tool {version}",
 }
 MESSAGES = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.stats.statistics import decimals_of, percent_with_interval, to_decimals
 from deadwood_algorithms.stats.statistics import percent as share_in_percent
@@ -26,7 +27,7 @@ def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
         return _grouped(int(value))
     places = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
     if abs(value) < 1e-3:
-        return in_signs(f"{value:.{digits - 1}g}", words)
+        return in_signs(significant(value, digits - 1), words)
     return in_signs(f"{value:.{places}f}", words)
 
 

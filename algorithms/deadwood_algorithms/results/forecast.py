@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import UserError
 
 # For results with one row per log [bytes]: memory while they are written, and size in the working folder
@@ -201,7 +201,7 @@ def words_of_forecast(found: Forecast, output: str) -> tuple[str, ...]:
     off = f" (±{100 * found.off:.0f} %)" if found.off else ""
     rows = {
         "logs": f"{found.logs}, of which {found.kept} keep their trajectory",
-        "core-hours": f"{found.cpu_s / 3600.0:.3g}{off}",
+        "core-hours": f"{significant(found.cpu_s / 3600.0, 3)}{off}",
         "memory": _size(found.memory) + (f"; {_size(free)} are free" if free is not None else ""),
         "disk": f"{_size(found.disk)}, of which {_size(found.disk_at_end)} stay; {_size(free_disk(output))} are free",
         "this machine": f"{_span(found.wall_s)}, {counted(found.threads, 'thread')}",

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.simulate.fidelity_trade import COSTS
 from deadwood_algorithms.simulate.promise import logs_for, sampling_of, sigma_for, sigma_of, together_of
@@ -58,7 +59,9 @@ class Option:
     def why(self) -> str:
         if self.fidelity == "reference":
             return "reference is the reference"
-        return f"{self.fidelity} is assumed to have an error of ±{100 * max(self.bounds):.2g} points at most"
+        return (
+            f"{self.fidelity} is assumed to have an error of ±{significant(100 * max(self.bounds), 2)} points at most"
+        )
 
 
 @dataclass(frozen=True)

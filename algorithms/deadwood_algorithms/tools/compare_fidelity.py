@@ -25,7 +25,7 @@ from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation, recommend
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.commands import following
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
@@ -149,6 +149,8 @@ def settings_of(names: list[str]) -> dict[str, dict[str, float]]:
 
 def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, n_logs: int) -> tuple[str, ...]:
     """A table with a line a fidelity, and the recommendation in one sentence."""
+    from deadwood_algorithms.stats.statistics import points_with_interval
+
     head = ["fidelity", "CPU", "reach of lines, points", "run-outs", "hit raster", "top speed", "deepest"]
     table = [head]
     for name in names:
@@ -156,16 +158,17 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
         reach = [row for key, row in of.items() if key[0] == "reach"]
         worst = max(reach, key=lambda row: abs(row.difference), default=None)
         judge = name == names[-1]
+        points = "-" if worst is None else points_with_interval(worst.difference, worst.ci_low, worst.ci_high)
         apart, map_apart, top = (of[key, ""] for key in ("deposit_distance", "hit_raster_distance", "speed_max_mean"))
         table.append(
             [
                 name,
-                f"{of['cpu_per_log', ''].value:.3g} ms per log",
-                "-" if worst is None else "judge" if judge else f"{points(worst)} ({worst.item})",
-                "judge" if judge else f"{apart.difference:.2g} m apart",
-                "judge" if judge else f"{map_apart.difference:.2g} apart",
+                f"{significant(of['cpu_per_log', ''].value, 3)} ms per log",
+                points if worst is None else "judge" if judge else f"{points}, {worst.item}",
+                "judge" if judge else f"{significant(apart.difference, 2)} m apart",
+                "judge" if judge else f"{significant(map_apart.difference, 2)} apart",
                 f"{top.value:.1f} m/s",
-                f"{100 * of['penetration_max', ''].value:.2g} cm",
+                f"{significant(100 * of['penetration_max', ''].value, 2)} cm",
             ]
         )
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
@@ -173,10 +176,6 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
     if advice.silent_lines:
         lines.append(f"reached by all logs or by none, so not assessed: line {', '.join(advice.silent_lines)}")
     return (f"{counted(n_logs, 'log')}, each fidelity against {names[-1]}:", *lines, advice.sentence)
-
-
-def points(row: FidelityRow) -> str:
-    return f"{100 * row.difference:+.2g} [{100 * row.ci_low:+.2g}, {100 * row.ci_high:+.2g}]"
 
 
 TOOL = Tool(

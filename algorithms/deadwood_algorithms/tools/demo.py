@@ -158,9 +158,9 @@ def made_with(ask: Ask, summaries: Mapping[str, Mapping[str, Any]]) -> str:
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "numba", "rasterio"))
     seconds = sum(each["cost"]["cpu_s"] for each in summaries.values())
     return (
-        f"{counted(ask.logs, 'log')} per forest, {posture_words(logs)}, friction {FRICTION:g}, {ask.fidelity}, seed "
-        f"{ask.seed}; deadwood-tool {tool.VERSION}, {versions}; {seconds:.0f} CPU seconds of sliding on "
-        f"{os.cpu_count()} cores ({platform.machine()})"
+        f"scenario: {counted(ask.logs, 'log')} per forest, {posture_words(logs)}, friction {FRICTION:g}, "
+        f"{ask.fidelity}, seed {ask.seed}; deadwood-tool {tool.VERSION}, {versions}; "
+        f"{seconds:.0f} CPU seconds of sliding on {os.cpu_count()} cores ({platform.machine()})"
     )
 
 

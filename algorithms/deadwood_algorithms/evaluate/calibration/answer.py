@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Watched
 from deadwood_algorithms.evaluate.calibration.score import Observation, Range, Scores, energy_score
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.presets import FRICTION_CELL_M
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results import lost as lost_logs
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
 
 FEW_LOGS = 100
+LEAST_LIKELY = 1e-3  # of a relative likelihood that is printed as a number
 SHOWN = 6  # coefficients for which that is reported
 
 
@@ -154,8 +155,13 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
 
 
 def varied(found: Range, best: float) -> dict[str, Any]:
-    """The values of ``vary`` for the range that was found; its own of those of one name that mean another thing."""
+    """The values of ``vary`` for the range that was found; options that mean something else there are unset."""
     return {"friction": best, "vary": f"friction={found.low:.4g}:{found.high:.4g}", "fidelity": None, "logs": None}
+
+
+def small_or(likelihood: float) -> str:
+    """Two digits, of what can still be told from none."""
+    return "< 0.001" if likelihood < LEAST_LIKELY else significant(likelihood, 2)
 
 
 def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
@@ -167,8 +173,8 @@ def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[st
     head += ["if lost ones do"] * with_bounds + ["in range"]
     table = [head]
     for row in rows:
-        spread = f"{row['relative_ci_low']:.2g} to {row['relative_ci_high']:.2g}"
-        cells = [f"{row['friction']:g}", f"{row['relative_likelihood']:.2g} ({spread})", f"{row['p_range']:.2f}"]
+        likely, low, high = (small_or(row[f"relative_{name}"]) for name in ("likelihood", "ci_low", "ci_high"))
+        cells = [f"{row['friction']:g}", f"{likely} ({low} to {high})", f"{row['p_range']:.2f}"]
         cells.append(f"{row['runout_median_m']:.0f} m ({row['runout_p05_m']:.0f} to {row['runout_p95_m']:.0f})")
         cells += [percent_of(row["without_deposit"], n_logs)] * with_lost
         cells += [f"{row['energy_score_m']:.1f} m"] * with_score

@@ -24,7 +24,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 
 if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
@@ -92,8 +92,9 @@ def recommend(
             sentence = (
                 f"Recommended: {name}, the cheapest fidelity shown to have an error below the sampling noise of "
                 f"{planned} "
-                f"logs ({error_words(max(of[name], key=farthest))}); {cost[name]:.2g} ms of CPU time per log against "
-                f"{cost[finest]:.2g} ms at {finest}."
+                f"logs ({error_words(max(of[name], key=farthest))}); {significant(cost[name], 2)} ms of CPU "
+                f"time per log against "
+                f"{significant(cost[finest], 2)} ms at {finest}."
             )
             return Recommendation(name, sentence, judged_by, verdicts, silent)
     if UNDECIDED in verdicts.values():
@@ -174,7 +175,12 @@ def error_words(row: FidelityRow) -> str:
     """The difference with its interval, and the noise that it is measured by."""
     if row.quantity == "reach":
         span = f"{100 * row.ci_low:+.2g} to {100 * row.ci_high:+.2g}"
-        return f"reach of line {row.item} {100 * row.difference:+.2g} points ({span}), noise ±{100 * row.noise:.2g}"
+        return (
+            f"reach of line {row.item} {significant(100 * row.difference, 2, sign=True)} points ({span}), noise "
+            f"±{significant(100 * row.noise, 2)}"
+        )
     if row.quantity == "deposit_distance":
-        return f"run-outs {row.difference:.2g} m apart, noise {row.noise:.2g} m"
-    return f"hit rasters {row.difference:.2g} apart (0 alike, 1 disjoint), noise {row.noise:.2g}"
+        return f"run-outs {significant(row.difference, 2)} m apart, noise {significant(row.noise, 2)} m"
+    return (
+        f"hit rasters {significant(row.difference, 2)} apart (0 alike, 1 disjoint), noise {significant(row.noise, 2)}"
+    )

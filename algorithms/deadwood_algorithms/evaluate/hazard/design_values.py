@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.params import presets
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import many, warn_of_lost
 from deadwood_algorithms.results.passages import Passages
@@ -65,11 +65,11 @@ def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) 
     shown = []
     for row in rows:
         if not math.isnan(row["design_value"]):
-            high = (
-                f"up to {row['design_high']:.3g}" if not math.isnan(row["design_high"]) else "no upper end can be given"
-            )
+            most = row["design_high"]
+            high = "no upper end can be given" if math.isnan(most) else f"up to {significant(most, 3)}"
             shown.append(
-                f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: {row['design_value']:.3g} "
+                f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: "
+                f"{significant(row['design_value'], 3)} "
                 f"{row['unit']} ({high}), {row['percentile']:g} % times {row['factor']:.4g}"
             )
     return [*shown, rule.said]

@@ -47,7 +47,7 @@ class Measured:
 
     @property
     def strongest_first(self) -> list[int]:
-        """The order of the factors in every table and picture: by their total index if there is one, else by swing."""
+        """The factors by their total index if there is one, else by their swing."""
         if self.indices is not None and self.by_index:
             strength = self.indices.total
         else:

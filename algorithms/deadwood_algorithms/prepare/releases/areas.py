@@ -11,6 +11,7 @@ import shapely
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.crs import misplacement
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.prepare.releases.places import area_m2, positions, weighted_positions
 from deadwood_algorithms.prepare.releases.weights import Weights, read_weights
@@ -58,7 +59,8 @@ class ReleaseAreas:
         counts = np.rint(area * logs_per_ha / 1e4).astype(np.int64)
         if not counts.any():
             raise UserError(
-                f"--logs-per-ha {logs_per_ha:g} on {area.sum() / 1e4:.4g} ha gives no log; raise it, or give --count"
+                f"--logs-per-ha {logs_per_ha:g} on {significant(area.sum() / 1e4, 4)} ha gives no log; raise "
+                f"it, or give --count"
             )
         if counts.max() > MOST_LOGS:
             raise UserError(f"--logs-per-ha {logs_per_ha:g} is {counts.max()} logs in one area; lower it")

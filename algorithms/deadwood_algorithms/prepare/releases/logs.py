@@ -122,7 +122,7 @@ def draw_logs(
         )
         if redrawn:
             limits = f"DBH < {LEAST_DBH_CM:g} cm or length < {LEAST_LENGTH_M:g} m"
-            said.append(f"{redrawn} draws were not a log ({limits}), redrawn")
+            said.append(f"{counted(redrawn, 'draw was', 'draws were')} not a log ({limits}), redrawn")
     if spreads["density_sd_kg_m3"].any() and "density_kg_m3" not in (deadwood or {}):
         columns["density_kg_m3"] = densities(columns["density_kg_m3"], spreads["density_sd_kg_m3"], log_id, seed)
     for name, unit, label in (

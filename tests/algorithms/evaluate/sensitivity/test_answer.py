@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from matplotlib.colors import to_rgba
@@ -11,9 +12,10 @@ from matplotlib.figure import Figure
 from deadwood_algorithms.evaluate.sensitivity.answer import Measured, most_influential, order_of_strength
 from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
 from deadwood_algorithms.evaluate.sensitivity.indices import Indices, weights_of
-from deadwood_algorithms.evaluate.sensitivity.tables import index_rows, lines_of, tornado_rows
+from deadwood_algorithms.evaluate.sensitivity.tables import index_rows, lines_of, order_of_factors, tornado_rows
 from deadwood_algorithms.evaluate.sensitivity.tornado import bars_of
 from deadwood_algorithms.evaluate.sensitivity.tornado_figure import TOTAL, bars, indices
+from deadwood_algorithms.files.pictures import show_ends
 from deadwood_algorithms.stats.statistics import wilson_interval
 
 FACTORS = factors_of("friction=0.2:0.3,rolling_friction,log_density_factor")
@@ -111,14 +113,37 @@ def test_every_table_has_the_factors_in_the_order_of_the_picture():
     one = with_indices([0.1, 0.3, 0.2], [0.2, 0.7, 0.4])
     names = ["rolling_friction", "log_density_factor", "friction"]
     assert [one.bars[k].factor.name for k in one.strongest_first] == names
-    assert [row["factor"] for row in tornado_rows([one])] == names
-    assert [row["factor"] for row in index_rows([one])] == names
-    assert [row["total"] for row in index_rows([one])] == [0.7, 0.4, 0.2]
-    plain = measured(5, 60, 0)
-    assert [row["factor"] for row in tornado_rows([plain])][:2] == ["rolling_friction", "friction"]
+    order = order_of_factors([one], [most_influential(one, LOGS)])
+    assert [row["factor"] for row in tornado_rows([one], order)] == names
+    assert [row["factor"] for row in index_rows([one], order)] == names
+    assert [row["total"] for row in index_rows([one], order)] == [0.7, 0.4, 0.2]
     shown = lines_of([one], [most_influential(one, LOGS)], FACTS)
     assert [next(k for k, line in enumerate(shown) if line.startswith(f"  {each}")) for each in (
         "rolling friction", "density", "friction")] == [2, 3, 4]  # fmt: skip
+
+
+def test_every_outcome_has_the_factors_in_one_order():
+    """That of the outcome whose sentence stands for all; before, each outcome had its own."""
+    weak, strong = measured(30, 2, 0, share=False), measured(5, 60, 0)
+    both, names = [weak, strong], ["rolling_friction", "friction", "log_density_factor"]
+    answers = [most_influential(each, LOGS) for each in both]
+    rows = tornado_rows(both, order_of_factors(both, answers))
+    assert [row["factor"] for row in rows] == 2 * names
+    assert weak.strongest_first != strong.strongest_first
+    shown = [line.split(" 0.")[0].strip() for line in lines_of(both, answers, FACTS) if line.startswith("  ")]
+    assert shown[:3] == shown[3:]
+    assert shown[0] == "rolling friction"
+
+
+def test_a_bar_never_hides_another():
+    """Both ends of a range may move the outcome the same way, even as far."""
+    axes = Figure().subplots()
+    show_ends(axes, 0.0, 10.0, 7.0, 7.0)
+    show_ends(axes, 1.0, 10.0, 7.0, 12.0)
+    boxes = [each.get_bbox() for each in axes.patches]
+    assert len(boxes) == 4
+    for one, other in combinations(boxes, 2):
+        assert min(one.x1, other.x1) <= max(one.x0, other.x0) or min(one.y1, other.y1) <= max(one.y0, other.y0) + 1e-12
 
 
 def test_the_picture_has_the_factors_in_the_same_order():
@@ -137,7 +162,7 @@ def test_the_picture_has_the_factors_in_the_same_order():
 def test_indices_that_were_crossed_are_said_to_be_one_mean():
     """Before: 1.00 beside 0.86 without a word."""
     one = with_indices([0.93, 0.3, 0.2], [0.93, 0.3, 0.4], (True, False, False))
-    assert [row["crossed"] for row in index_rows([one])] == [True, False, False]
+    assert [row["crossed"] for row in index_rows([one], [0, 1, 2])] == [True, False, False]
     told = "\n".join(lines_of([one], [most_influential(one, LOGS)], FACTS))
     assert "total-effect index 0.93 (0.10 to 1.00) (with the first-order one, estimated above it by chance" in told
     assert told.count("above it") == 1
