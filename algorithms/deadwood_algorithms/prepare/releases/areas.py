@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import id_column, where_of
-from deadwood_algorithms.files.crs import misplacement
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
@@ -128,6 +127,8 @@ def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> N
     x, y = place[np.argmin(on)]
     fix = "check the area's CRS, clip it, or use a larger DEM"
     if not on.any():
+        from deadwood_algorithms.files.crs import misplacement
+
         fix = misplacement(place[:, 0], place[:, 1], ground.bounds, ground.crs) or fix
     share = "every release position lies" if not on.any() else f"{(~on).sum()} of {on.size} release positions lie"
     raise UserError(
