@@ -94,7 +94,7 @@ def test_design_values(run, n_lost, tmp_path, said):
     done = design_values.TOOL(run=str(run), lines=near, output=str(tmp_path / "values.csv"), feedback=said)
     rows = {row["place_id"]: row for row in done.facts["rows"]}
     assert (rows["road"]["n_lost"], rows["road"]["n"]) == (n_lost, 0)
-    assert rows["near"]["n_lost"] == 0  # all that left had come to it
+    assert rows["near"]["n_lost"] == 0  # all that left had reached it
     assert "the percentiles of line road are of the 0 logs" in of_road(said)
     assert "line near" not in of_road(said)
 
