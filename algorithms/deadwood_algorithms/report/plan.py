@@ -37,7 +37,7 @@ MOST_DOTS = 8000  # of a kind
 MOST_WAYS = 150
 WAY_STEP_M = 3.0
 LONGEST, SHORTEST = 4.4, 3.0  # inches, of the map's height: as much as paper has room for (`page.css`)
-SHORT_WORDS = 32  # letters of an entry of a legend, of which three stand side by side
+LETTER_IN, KEY_IN = 0.075, 0.45  # inches of a legend: a letter of its longest entry, and the key before it
 # Inches beside a map that its coordinates and its scale take, and its legend, whose lines have so many letters
 SIDES_IN, BESIDE_IN, BESIDE_WORDS = 1.6, 2.1, 22
 SMALL = 0.55  # of the size of dots, on a map beside others
@@ -85,7 +85,7 @@ def has_room_beside(extent: Extent, width: float) -> bool:
 def legend_below(figure: Figure, handles: list[Any]) -> None:
     """The legend of maps side by side, in as many columns as its words leave room for."""
     longest = max((len(str(each.get_label())) for each in handles), default=0)
-    columns = 3 if longest <= SHORT_WORDS else 2
+    columns = int(np.clip(figure.get_figwidth() / (longest * LETTER_IN + KEY_IN), 1, 3))
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=1.4)
 
 
