@@ -48,13 +48,13 @@ def provenance(results: Row) -> str:
         lines.append(
             f"- **the engine of sources {each['engine']} gives the same bits** as the measured one ({each['as']}): "
             f"every array of {each['combinations']} combinations of scene, fidelity and law with {each['logs']} logs "
-            f"each, compared on {each['date']}. What is said here of one holds for the other"
+            f"each, compared on {each['date']}. Statements about one are valid for the other"
         )
     if len(engines) > 1:
         lines.append("- **several engines**: rows are comparable within a line above; `python -m benchmarks` fixes it")
     of = {name: found["source"]["engine"] for name, found in results.items() if _sourced(found)}
     if older := sorted(name for name, engine in of.items() if engine not in {engine for _, _, engine in engines}):
-        lines.append(f"- **of an engine before that**: {', '.join(older)}")
+        lines.append(f"- **measured with an earlier engine**: {', '.join(older)}")
     if any(results["scenes"].get(c.name, {}).get("friction") != c.friction for c in CASES.values()):
         lines.append("- **the scenes have changed since**: the text tells of the new ones, the numbers are of the old")
     logs = [e["logs"] for e in entries]
@@ -206,7 +206,7 @@ def plane_table(results: Row) -> str:
 
 
 def switch_table(results: Row) -> str:
-    """What the engine saves where less is asked for."""
+    """The engine's savings where less is required."""
     rows = [
         [
             r["what"],
@@ -381,7 +381,7 @@ def snippet(results: Row) -> str:
 
 
 def with_snippet(text: str, results: Row) -> str:
-    """A page with the short table replaced; as it is, where no place is marked."""
+    """A page with the short table replaced; unchanged if no place is marked."""
     return MARKS.sub(lambda found: found[1] + snippet(results) + found[2], text)
 
 

@@ -200,8 +200,8 @@ def table(head: list[str], rows: list[list[str]]) -> str:
 
 
 def number(value: float) -> str:
-    """Three digits, without trailing noise."""
-    return f"{value:.3g}"
+    """Three digits, without trailing noise; whole numbers from a thousand on."""
+    return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
 
 
 def span(values: list[float]) -> str:

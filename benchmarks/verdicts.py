@@ -101,7 +101,7 @@ def _of_factor(results: Row, group: str) -> str:
     rows = tables.of_group(results, group)
     each = ", ".join(f"{tables.points(row['delta'])} at {SETTINGS[name].value:g}" for name, row in rows)
     most = max((row for _, row in rows), key=lambda row: abs(row["delta"]), default=None)
-    return f"{each} points (the most is as much as mu {tables.in_friction(results, most)})" if rows else ""
+    return f"{each} points (the largest corresponds to mu {tables.in_friction(results, most)})" if rows else ""
 
 
 def choice(results: Row) -> str:
@@ -116,11 +116,11 @@ def choice(results: Row) -> str:
     if draft:
         gain = 1.0 / tables.relative_cost(results, "draft")
         moved, least = (KNOWN * abs(yard[0]), KNOWN * (abs(yard[0]) - tables.Z_95 * yard[1])) if yard else (0.0, 0.0)
-        uses = "Look around, vary and calibrate" if least > _within(draft) else "Look around, and no more,"
+        uses = "Explore, vary and calibrate" if least > _within(draft) else "Explore only,"
         more = _more(least, _within(draft))
         words = f"Friction known to ±{KNOWN:g} leaves ±{100 * moved:.1f} points, which is {more}." if yard else ""
         found.append(
-            f"**{uses} with `draft`**: {gain:.1f} times as fast, in the mean off by {tables.with_interval(draft)} "
+            f"**{uses} with `draft`**: {gain:.1f} times as fast, with a mean error of {tables.with_interval(draft)} "
             f"points, at most by {tables.worst_of(draft)}. {words}".rstrip()
         )
     deep = {
@@ -142,25 +142,28 @@ def choice(results: Row) -> str:
             f"{_more(largest, draft['worst']['delta'])} than `draft` does where it is worst."
         )
     if words := _of_factor(results, "rolling"):
-        found.append(f"**Friction of rolling**, measured by nobody, moves it by {words} against {ROLLING:g}: vary it.")
+        found.append(
+            f"**Rolling friction**, for which no measured value is known, changes it by {words} against {ROLLING:g}: "
+            "vary it."
+        )
     if words := _of_factor(results, "tree restitution"):
-        found.append(f"**Stems that rebound** move it by {words} against none, in forests.")
+        found.append(f"**Restitution of stems** changes it by {words} against none, in forests.")
     if rows := tables.of_group(results, "posture"):
         name, most = max(rows, key=lambda row: abs(row[1]["delta"]))
         found.append(
-            f"**How logs are released** moves it by up to {tables.with_interval(most)} points ({name} instead of "
-            f"upright), as much as mu {tables.in_friction(results, most)}."
+            f"**The posture at the release** changes it by up to {tables.with_interval(most)} points ({name} instead "
+            f"of upright), as much as mu {tables.in_friction(results, most)}."
         )
     if records := _rebounds(results, "draft"):
         worst = max(records, key=lambda k: abs(records[k]["delta"]))
         word = "Not `draft`" if "missed" in _below(list(records.values()), DRAFT_POINTS) else "`draft`"
         off = f"{tables.with_interval(records[worst])} points, {worst}"
-        found.append(f"**{word} where things rebound** (restitution): it is off by at most {off}.")
+        found.append(f"**{word} with restitution** is off by at most {off}.")
     near = tables.friction_slope(results, ("sensitive",))
     if near and yard:
         found.append(
-            f"**Where friction comes near the slope's tangent** one hundredth of it is {near[0]:+.1f} points, in the "
-            f"usual scenes {yard[0]:+.1f}."
+            f"**If friction is close to the slope's tangent**, one hundredth of it is worth {near[0]:+.1f} points, in "
+            f"the usual scenes {yard[0]:+.1f}."
         )
     return "\n".join(f"- {line}" for line in found) if found else "*Not measured yet.*"
 

@@ -45,7 +45,7 @@ TerrainInput: TypeAlias = "RasterInput | Sequence[PathInput]"
 PathsInput: TypeAlias = "PathInput | Sequence[PathInput]"
 NumbersInput: TypeAlias = "float | str | Sequence[float]"
 
-ENDINGS_OF_FILES = {"gltf": ".glb"}  # of outputs whose kind does not say it, by the parameter; else .html
+ENDINGS_OF_FILES = {"gltf": ".glb"}  # of outputs whose kind does not determine it, by the parameter; else .html
 
 
 def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
@@ -156,7 +156,7 @@ def _welcome(parameter: Parameter) -> str:
 
 
 def _results_in(value: Any) -> Iterator[Result]:
-    """The results among what was given: their folders must last as long as what is made from them."""
+    """The results among the arguments: their folders must last as long as the result made from them."""
     if isinstance(value, Result):
         yield value
     elif isinstance(value, list | tuple):
@@ -185,9 +185,9 @@ def _removed_on_failure() -> Iterator[list[Path]]:
 
 
 class _Told(Quiet):
-    """What a tool says while it works: kept for its result, and where wanted shown or handed on at once.
+    """Messages of a tool while it works: stored for its result, and shown or passed on at once if requested.
 
-    Warnings become Python's own at the end of the call, unless somebody has seen them by then.
+    Warnings become Python's own at the end of the call, unless somebody has received them by then.
     """
 
     def __init__(self, feedback: Feedback | None, *, shown: bool) -> None:

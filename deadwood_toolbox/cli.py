@@ -96,7 +96,7 @@ def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
 
 
 def _carry_out(job: Job, speaker: Speaker) -> int:
-    """Run the tool of a job under the signal handlers, and report what it left."""
+    """Run the tool of a job under the signal handlers, and report its outputs."""
     config = {}
     if job.config is not None:
         changed = speaker.warn if job.changed_inputs else None
@@ -109,7 +109,7 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
         with interruptible(speaker.stop), warnings.catch_warnings():
             if not job.verbose:  # libraries warn in many lines; what concerns the user comes through the feedback
                 warnings.simplefilter("ignore")
-                logging.lastResort = None  # rasterio and GDAL log to whoever listens; here nobody does
+                logging.lastResort = None  # rasterio and GDAL log to any handler; here there is none
             speaker.detail(f"{job.tool.name} {VERSION}: {json.dumps(manifest(job.tool, ask)['parameters'])}")
             outcome = job.tool.run(ask, speaker)
         speaker.close()
@@ -149,8 +149,8 @@ def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job |
 
 def _following(tool: Tool, ask: Any, outcome: Outcome) -> str:
     """The command that mostly follows, with what was given and made in its place; of a plan nothing follows."""
-    if not tool.then or not outcome.outputs:
-        return ""
+    if outcome.then or not tool.then or not outcome.outputs:
+        return outcome.then
     given = {each.name: getattr(ask, each.name) for each in tool.parameters()}
     known = {name: shlex.quote(str(value)) if value else name.upper() for name, value in given.items()}
     return tool.then.format(**known | {name: shlex.quote(str(path)) for name, path in outcome.outputs.items()})
@@ -165,7 +165,7 @@ def _report(outcome: Outcome, then: str, speaker: Speaker, seconds: float) -> No
             _say("\n".join(lines))
     folders = {Path(path) for path in outcome.outputs.values()}
     for name, path in outcome.outputs.items():
-        if not speaker.as_json and not folders & set(Path(path).parents):  # what lies in a named folder goes unsaid
+        if not speaker.as_json and not folders & set(Path(path).parents):  # files in a named folder are not listed
             speaker.note(f"{name.replace('_', ' ')}: {path}")
     if then and not speaker.as_json:
         speaker.note(f"next: {then}")
@@ -175,7 +175,7 @@ def _report(outcome: Outcome, then: str, speaker: Speaker, seconds: float) -> No
 
 
 def _say(text: str) -> None:
-    """Print; where the reader has closed the pipe (`| head`) it has read what it wanted, and nothing is wrong."""
+    """Print; if the reader has closed the pipe (`| head`) it has read enough, which is not an error."""
     try:
         print(printable(text), flush=True)
     except BrokenPipeError:
@@ -227,7 +227,7 @@ def _fail(speaker: Speaker, message: str, status: int) -> int:
 
 
 def _let_go(stream: Any) -> None:
-    """Nobody reads any more: what is still buffered goes nowhere, and Python's own exit must not complain."""
+    """The reader is gone: discard what is still buffered, so that Python's own exit does not complain."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 

@@ -20,7 +20,7 @@ def put_off() -> None:
 
 
 def begin() -> None:
-    """As the work starts (again: nothing): what is there by now is never looked through again."""
+    """When the work starts (a second call has no effect): existing objects are never scanned again."""
     global _usual
     if _usual is not None:
         gc.freeze()

@@ -1,7 +1,7 @@
-"""The command line built from the tools' declarations: click commands whose callbacks say what is wanted.
+"""The command line built from the tools' declarations: click commands whose callbacks return what to do.
 
 Nothing runs in here. A callback returns a ``Job`` (run this tool with these values) or an ``Answer`` (print this), so
-that click's own handling of interrupts and errors never stands between a tool and ``cli.py``.
+that click's own handling of interrupts and errors never intervenes between a tool and ``cli.py``.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a command line asks for when no tool has to run: text for standard output."""
+    """A command line that needs no tool: text for standard output."""
 
     text: str
 
@@ -119,8 +119,9 @@ class _ToolCommand(click.Command):
 
 
 def laid_out(description: str, width: int) -> str:
-    """The description for click, which joins the lines of a paragraph unless there is a ``\\b``: lists with hanging
-    items, commands broken at the shell's continuation, no line wider than the terminal."""
+    """The description for click, which joins the lines of a paragraph unless there is a ``\b``: lists with hanging
+    items, commands broken at the shell's continuation, no line wider than the terminal.
+    """
     return "\n\n".join(_paragraph(each, width) for each in description.split("\n\n"))
 
 
@@ -167,8 +168,9 @@ class _Value(click.ParamType):
 
 
 def _option(parameter: Parameter) -> click.Option:
-    """An option without default: what is not given is distinguished from what is, so that flags override
-    ``--config``."""
+    """An option without default: given values are distinguished from absent ones, so that flags override
+    ``--config``.
+    """
     if parameter.is_switch:
         words = [f"{each}/{parameters.off(each)}" for each in (parameter.flag, *parameter.old_flags)]
         return click.Option([*words, parameter.name], default=None)
@@ -192,7 +194,7 @@ def _common_options() -> list[click.Parameter]:
 
 
 def build(tools: Sequence[Tool], listed: Sequence[Tool | Declared]) -> click.Group:
-    """The command line of these tools; the help of the whole, and ``list``, tell of the listed ones."""
+    """Build the command line of these tools; the main help, and ``list``, show the listed ones."""
     shelf = _Shelf(
         listed,
         name="deadwood-tool",

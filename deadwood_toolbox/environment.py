@@ -16,21 +16,21 @@ FOREIGN = ("PROJ_LIB", "PROJ_DATA", "GDAL_DATA", "GDAL_DRIVER_PATH")
 # Measured: below 2.2 GB the libraries' threads find no stacks, and the compiler aborts or never ends.
 LEAST_ADDRESS_SPACE = int(2.5 * 2**30)
 CACHE_MB = 256  # a row of tiles of 512 cells across 40 000 columns is 82 MB
-KEEP = "DEADWOOD_KEEP_GDAL_ENV"  # set to anything but 0 by those who point these variables at files of their own
+KEEP = "DEADWOOD_KEEP_GDAL_ENV"  # set to anything but 0 by users who direct these variables to their own files
 
 
 def drop_foreign_paths(environ: MutableMapping[str, str]) -> dict[str, str]:
-    """Remove the variables and return what they were; nothing is removed where ``KEEP`` is set."""
+    """Remove the variables and return their values; nothing is removed if ``KEEP`` is set."""
     if environ.get(KEEP, "0") not in ("", "0"):
         return {}
     return {name: environ.pop(name) for name in FOREIGN if name in environ}
 
 
 def stay_offline(environ: MutableMapping[str, str]) -> None:
-    """Forbid GDAL the network, where the user has not allowed it, for what `files.network` cannot find in a file.
+    """Forbid GDAL the network, unless the user has allowed it, for what `files.network` cannot detect in a file.
 
-    A name that no file ends with leaves nothing that /vsicurl/ and its kin may open; a proxy where nobody listens
-    stops the drivers that fetch by themselves.
+    An extension that no file has prevents /vsicurl/ and similar from opening anything; a proxy that does not exist
+    stops the drivers that download by themselves.
     """
     if environ.get(ALLOWED, "0") in ("", "0"):
         environ["CPL_VSIL_CURL_ALLOWED_EXTENSIONS"] = "{none}"
@@ -38,16 +38,16 @@ def stay_offline(environ: MutableMapping[str, str]) -> None:
 
 
 def keep_cache_small(environ: MutableMapping[str, str]) -> None:
-    """Limit what GDAL keeps of rasters, where the user has not: by itself it takes a twentieth of the machine's memory.
+    """Limit GDAL's raster cache, unless the user has: by default it takes a twentieth of the machine's memory.
 
-    1.2 GB of 23 GB, with which a DEM that is read by blocks was held in no less than 1.6 GB. The tools read and write
-    in the order of the file's blocks, and need a row of these.
+    1.2 GB of 23 GB, with which a DEM that is read by blocks occupied 1.6 GB or more. The tools read and write
+    in the order of the file's blocks, and need one row of these.
     """
     environ.setdefault("GDAL_CACHEMAX", str(CACHE_MB))
 
 
 def refuse_no_threads(environ: Mapping[str, str]) -> None:
-    """Refuse a number of threads that the compiler cannot start with; what is no number it ignores."""
+    """Reject a number of threads with which the compiler cannot start; it ignores what is not a number."""
     given = environ.get("NUMBA_NUM_THREADS", "").strip()
     if given.lstrip("+-").isdecimal() and int(given) < 1:
         raise UserError(
@@ -73,7 +73,7 @@ def as_the_command(environ: MutableMapping[str, str]) -> Iterator[None]:
 
 
 def refuse_small_address_space() -> None:
-    """Refuse to work under a limit (``ulimit -v``) in which the libraries would abort, or hang, without a word."""
+    """Refuse to work under a limit (``ulimit -v``) in which the libraries would abort, or hang, without a message."""
     try:
         import resource
     except ImportError:  # Windows has no such limit

@@ -16,7 +16,7 @@ from deadwood_toolbox import collector
 
 PROGRESS = ("auto", "bar", "plain", "json", "none")
 SECONDS_BETWEEN = {"json": 0.25, "plain": 10.0}
-FIRST_AFTER_S = 2.0  # of a stage the first plain line: in short runs, too, one sees that something goes on
+FIRST_AFTER_S = 2.0  # of a stage, the first plain line: even short runs show that something is happening
 YELLOW, RED = "33", "31"
 
 
@@ -128,7 +128,7 @@ class Speaker:
         self._print(json.dumps(plain({"event": event, **known})))
 
     def _print(self, text: str) -> None:
-        """To whoever reads; the work goes on where nobody does any more (``2>&1 | head``)."""
+        """To a reader; the work continues if it is gone (``2>&1 | head``)."""
         try:
             print(text, file=self.stream, flush=True)
         except BrokenPipeError:

@@ -101,7 +101,7 @@ class AssessMobilisationResult(Result):
     others = LayerPart("--assessed", "others")
     """Mapped deadwood that could not"""
     factors = RasterPart("--factors")
-    """What the susceptibility is made of"""
+    """Factors of the susceptibility"""
 
 
 def assess_mobilisation(
@@ -800,7 +800,7 @@ class WindthrowResult(Result):
     """What `windthrow` leaves."""
 
     stems = LayerPart("stems.gpkg", "stems")
-    """Every tree of windthrow, where it stood: what becomes of its stem in each scenario"""
+    """Every tree of windthrow, where it stood: the state of its stem in each scenario"""
 
 
 def windthrow(
@@ -1074,15 +1074,16 @@ class SlideLogsResult(Run):
     reach = LayerPart("run.gpkg", "reach")
     """Each line or polygon: how probably logs reach it; of all logs of the run"""
     reached_by = LayerPart("run.gpkg", "reached_by")
-    """One row for each log and line that it reached, where the log was released: from where is the road hit?"""
+    """One row for each log and line that it reached, where the log was released: where do arrivals come
+    from?"""
     barrier_hits = LayerPart("run.gpkg", "barrier_hits")
-    """Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without a push"""
+    """Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without contact"""
     tree_hits = LayerPart("run.gpkg", "tree_hits")
-    """Every tree that was hit, and what it took of the logs: its protective value"""
+    """Every tree that was hit, and the energy and impulse that it absorbed: its protective value"""
     lying_hits = LayerPart("run.gpkg", "lying_hits")
-    """Every lying log that was hit, and what it took of the sliding ones"""
+    """Every lying log that was hit, and the energy and impulse that it absorbed"""
     block_hits = LayerPart("run.gpkg", "block_hits")
-    """Every boulder that was hit, and what it took of the sliding logs"""
+    """Every boulder that was hit, and the energy and impulse that it absorbed"""
     poses = TablePart("poses.parquet")
     """poses.parquet: one row for each kept pose, world coordinates; ordered by log, then time"""
     hit_count = RasterPart("hit_count.tif")
@@ -2115,7 +2116,8 @@ class SiteBarriersResult(Result):
     pareto = TablePart("pareto.csv")
     """One row for each candidate alone, by what is left; then one per chosen set of barriers"""
     barriers = LayerPart("barriers.gpkg", "barriers")
-    """The run's own barriers and those chosen, with what each does when all stand; as slide-logs takes them"""
+    """The run's own barriers and those chosen, with the effect of each when all stand; as slide-logs reads
+    them"""
 
 
 def site_barriers(
@@ -2245,7 +2247,7 @@ class MapIntensityResult(Result):
     return_period = RasterPart("return_period.tif")
     """Mean time between events that reach the cell; NaN where no log passed"""
     lines = TablePart("lines.csv")
-    """Each line by the least energy that reaches it; the last seven but one only with a frequency"""
+    """Each line by the least energy that reaches it; the last eight but one only with a frequency"""
     process_area = LayerPart("process_area.gpkg", "process_area")
     """The outline of the ground that at least this share of the logs pass; an indication map"""
 
@@ -2345,7 +2347,7 @@ class MapOriginsResult(Result):
     summary_file = "origins.json"
 
     origins = RasterPart("origins.tif")
-    """From where the lines are reached: by the cells in which logs were released"""
+    """Origin of the logs that reach the lines, by release cell"""
     sources = LayerPart("origins.gpkg", "sources")
     """One row for each line and least share: the cells from which at least this share of the logs reach it"""
     affected = LayerPart("origins.gpkg", "affected")
@@ -3130,7 +3132,7 @@ class VaryResult(Result):
     runs = TablePart("runs.csv")
     """One row for each run of the same logs: the values of the factors, and the results"""
     tornado = TablePart("tornado.csv")
-    """One row for each outcome and factor: what it does alone between the ends of its range"""
+    """One row for each outcome and factor: its effect alone between the ends of its range"""
     indices = TablePart("indices.csv")
     """One row for each outcome and factor: its share of the variance over all ranges; with a design only"""
 

@@ -1,14 +1,14 @@
-"""Ctrl-C and SIGTERM end a run within two seconds, whatever it is doing, in three steps of growing force.
+"""Ctrl-C and SIGTERM end a run within two seconds, whatever it is doing, in three steps of increasing force.
 
-At once ``Feedback.cancelled`` says so, and a tool that asks (the engine does, several times a second) ends in its own
-order. After ``ASKED_S`` comes ``KeyboardInterrupt`` in the main thread, so that every ``with`` removes what it had
-begun; where it falls into a callback from which Python drops exceptions (of a weak reference, of ``ctypes``), it comes
-again. Python runs a handler only between two bytecodes of the main thread, so a long native call holds that back too;
-after ``GRACE_S`` the watchdog thread, which the C side tells of a signal through the wake-up socket, ends the process.
-Even then only temporary files stay: results get their names at the very end.
+Immediately ``Feedback.cancelled`` returns true, and a tool that checks it (the engine does, several times a second)
+ends in an orderly way. After ``ASKED_S`` follows ``KeyboardInterrupt`` in the main thread, so that every ``with``
+removes what it had begun; if it is raised in a callback from which Python drops exceptions (of a weak reference, of
+``ctypes``), it is repeated. Python runs a handler only between two bytecodes of the main thread, so a long native call
+delays that too; after ``GRACE_S`` the watchdog thread, which the C side notifies of a signal through the wake-up
+socket, ends the process. Even then only temporary files remain: results get their names at the very end.
 
-A program that starts the tool (QGIS does) may set ``DEADWOOD_STOP_WITH_STDIN``: then the end of standard input counts
-as Ctrl-C. That works on Windows too, which knows no SIGTERM, and ends the tool when the program itself dies.
+A program that starts the tool (such as QGIS) may set ``DEADWOOD_STOP_WITH_STDIN``: the end of standard input then
+counts as Ctrl-C. That works on Windows too, which has no SIGTERM, and ends the tool when the program itself dies.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
 
 
 def deaf() -> None:
-    """From here on no signal is heard: what there was to do is done, and Python's own end must not turn into -15."""
+    """From here on signals are ignored: the work is done, and Python's own end must not turn into -15."""
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(AttributeError, ValueError):
             signal.signal(number, signal.SIG_IGN)

@@ -20,7 +20,7 @@ LONGEST_LEFT = 76  # columns of the help: a flag with more choices has them on t
 
 
 def value_from_text(parameter: Parameter, text: str) -> Any:
-    """The value that a flag's text stands for; a number that is none is the user's error."""
+    """The value of a flag's text; an invalid number is the user's error."""
     return parameter.of_kind.from_text(parameter, text)
 
 
@@ -94,7 +94,7 @@ def facts(parameter: Parameter) -> str:
 
 
 def help_line(parameter: Parameter) -> tuple[str, str]:
-    """The two columns of the help: how the flag is written, and what it means."""
+    """The two columns of the help: how the flag is written, and its meaning."""
     metavar = parameter.metavar if len(parameter.metavar) <= LONG_CHOICES else "NAME"
     left = parameter.flag + (f" / {off(parameter.flag)}" if parameter.is_switch else f" {metavar}")
     known = facts(parameter)
@@ -108,7 +108,7 @@ def help_line(parameter: Parameter) -> tuple[str, str]:
     )
 
 
-LONG_CHOICES = 40  # letters: with more, they would push what they mean off the screen
+LONG_CHOICES = 40  # letters: with more, they would push their meaning off the screen
 
 
 def describe(tool: Tool) -> dict[str, Any]:

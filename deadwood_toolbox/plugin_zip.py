@@ -1,8 +1,8 @@
 """``deadwood-tool qgis-plugin``: pack the QGIS plugin, with the declarations of every tool, into an installable zip.
 
-For plugins.qgis.org the plugin also needs an address for mail, its repository and its tracker. They stand in
+For plugins.qgis.org the plugin also needs an e-mail address, its repository and its tracker. They are in
 ``pyproject.toml`` (``authors`` with ``email``, ``[project.urls]`` with ``Repository``, ``Issues`` and ``Homepage``) or
-nowhere: what is not there is left out of ``metadata.txt``, and the command says what an upload would miss.
+nowhere: missing ones are omitted from ``metadata.txt``, and the command reports what an upload would lack.
 """
 
 from __future__ import annotations

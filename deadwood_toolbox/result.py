@@ -1,4 +1,4 @@
-"""What a call from Python leaves: its files, and their contents as tables and arrays, read when they are asked for.
+"""The result of a call from Python: its files, and their contents as tables and arrays, read on access.
 
 The classes of the tools, with one attribute for each layer, raster and table, are in `functions`, which is written from
 the declarations (`schemas.written`).
@@ -26,12 +26,12 @@ Content = TypeVar("Content")
 
 
 class Part(Generic[Content]):
-    """An attribute of a result that stands for what is in one of its files.
+    """An attribute of a result that represents the content of one of its files.
 
     Parameters
     ----------
     place : str
-        A file in the result's folder, or the flag of the output that it is.
+        A file in the result's folder, or the flag of the output.
     layer : str
         Of a GeoPackage.
     """
@@ -99,7 +99,7 @@ class TablePart(Part["DataFrame"]):
 
 
 class Result:
-    """What a tool has left.
+    """The result of a tool.
 
     Attributes
     ----------
@@ -108,14 +108,14 @@ class Result:
     outputs : dict of str to Path
         Its files and folders by the parameters that name them.
     folder : Path
-        Where they stand: the output folder, or the one that holds the output file. Without an ``output`` it is a
+        Where they are: the output folder, or the one that contains the output file. Without an ``output`` it is a
         temporary one, which is removed with this object.
     facts : dict
-        What the tool tells of its work.
+        The content of the tool's summary.
     text : str
         What the command line would print.
     notes, warnings : tuple of str
-        What it said on the way.
+        Messages during the run.
     """
 
     summary_file = ""  # of the tools that write one
@@ -215,7 +215,7 @@ class Run(Result):
         return page
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw how many logs crossed each cell, the lines, and where the logs lie by why they stopped."""
+        """Draw how many logs crossed each cell, the lines, and the deposits by stop reason."""
         from deadwood_algorithms.files import quick_map
 
         ax = quick_map.map_axes() if ax is None else ax

@@ -1,9 +1,9 @@
-"""The catalogues brought up to date: ``python -m deadwood_toolbox.translations`` in a checkout.
+"""Update the catalogues: ``python -m deadwood_toolbox.translations`` in a checkout.
 
 ``report.po`` has the messages of `phrases`, ``plugin.po`` the texts that QGIS shows: of the plugin, and of the tools'
-declarations. What is new comes untranslated and is shown in English until somebody has translated it; what is gone
-goes. A text of the plugin whose English has changed a little keeps its translation, marked as fuzzy: it is shown in
-English until somebody has looked at it and taken the mark away. Translators take the files into any editor for gettext
+declarations. New texts are untranslated and shown in English until somebody has translated them; obsolete ones are
+removed. A text of the plugin whose English has changed slightly keeps its translation, marked as fuzzy: it is shown in
+English until somebody has checked it and removed the mark. Translators open the files in any editor for gettext
 (Poedit). Needs Babel (the extra ``test``).
 """
 

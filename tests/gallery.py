@@ -21,14 +21,19 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     if not (folder / "slide-logs").exists():
         run_every_tool(folder)
-    results = [folder / "value-trees/values.gpkg", folder / "map-intensity"]
-    make_report.TOOL(
-        runs=str(folder / "slide-logs"),
-        results=",".join(str(each) for each in results),
-        output=str(folder / "whole.html"),
-        figures=str(folder / "whole"),
-        overwrite=True,
-    )
+    # What each run was asked for afterwards, so that each kind of figure of the report is there
+    asked = {
+        "slide-logs": ("value-trees/values.gpkg", "map-intensity", "vary"),
+        "without": ("site-barriers", "map-origins"),
+    }
+    for run, results in asked.items():
+        make_report.TOOL(
+            runs=str(folder / run),
+            results=",".join(str(folder / each) for each in results),
+            output=str(folder / f"whole_{run}.html"),
+            figures=str(folder / f"whole_{run}"),
+            overwrite=True,
+        )
     (folder / "gallery.html").write_text(page_of(folder), encoding="utf-8")
     print(folder / "gallery.html")
 

@@ -80,7 +80,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
                 self.addOutput(output)
 
     def checkParameterValues(self, parameters: dict[str, Any], context: QgsProcessingContext) -> tuple[bool, str]:
-        """Only what is missing: a wrong value is refused by the tool, in the words of the command line."""
+        """Only missing values: a wrong value is rejected by the tool, with the message of the command line."""
         labels = {each["name"]: each["label"] for each in self.tool["parameters"]}
         for declared in self.tool["parameters"]:
             name, other = declared["name"].upper(), declared["unless"]
@@ -99,7 +99,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         self, parameters: dict[str, Any], context: QgsProcessingContext, feedback: QgsProcessingFeedback
     ) -> bool:
         """In QGIS's own thread, where its layers live: see to it that everything the tool shall read is in files."""
-        child.command()  # says at once how to install what is missing
+        child.command()  # fails at once with how to install what is missing
         self.inputs = Inputs(self, parameters, context, feedback)
         self.inputs.collect(self.tool["parameters"])
         check_places(self.inputs, context, feedback)
@@ -117,7 +117,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
             if feedback.isCanceled():
                 raise QgsProcessingException(inputs.after_cancel()) from None
             raise QgsProcessingException(inputs.in_the_users_words(str(error))) from None
-        # in a thread of its own the algorithm has a context of its own, whose layers take the place of those of prepare
+        # in a separate thread the algorithm has a separate context, whose layers replace those of prepare
         for path, details in inputs.to_load.items():
             if path not in context.layersToLoadOnCompletion():
                 context.addLayerToLoadOnCompletion(path, details)

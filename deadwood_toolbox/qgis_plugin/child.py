@@ -42,7 +42,7 @@ def run(
 ) -> Said:
     """Run one tool to its end; an exit status other than 0 is an exception with the tool's own line.
 
-    What the tool says of its input is put into the user's words by ``worded``.
+    Messages of the tool about its inputs are converted to the user's names by ``worded``.
     """
     words = [*command(), *arguments, "--progress=json"]
     feedback.pushCommandInfo(" ".join(_quoted(word) for word in words))

@@ -1,9 +1,9 @@
 """Parameters of QGIS's dialogs from the declarations: one place for widgets, units, bounds, geometries and flags.
 
-Which widget asks for a kind of parameter, the toolbox says (``kinds.py``); `WIDGETS` has those that there are.
+The toolbox determines the widget of a kind of parameter (``kinds.py``); `WIDGETS` has the available ones.
 
 ``log_radius`` of the declaration is LOG_RADIUS in QGIS. Enum members are spelt in full, which every QGIS from 3.22 to
-4.x understands. Bounds only serve the dialog's spin boxes: what is out of them is refused by the tool, in its words.
+4.x understands. Bounds only serve the dialog's spin boxes: values outside are rejected by the tool, with its message.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def _choice(declared: dict[str, Any], name: str, label: str, optional: bool) -> 
 
 
 def proposed(declared: dict[str, Any]) -> Any:
-    """The default of a choice: what the tool has, but pages come in QGIS's language, where there are such."""
+    """The default of a choice: the tool's, except that pages are in QGIS's language if available."""
     language = QgsApplication.locale()[:2]
     return language if declared["name"] == "language" and language in declared["choices"] else declared["default"]
 

@@ -1,7 +1,7 @@
-"""The toolbox's own environment made, verified, repaired and removed, step by step, while QGIS goes on.
+"""The toolbox's own environment created, verified, repaired and removed, step by step, while QGIS stays responsive.
 
-Each step is a child process that Qt listens to; nothing here waits. What is not finished is taken away again, and what
-was there before a repair comes back where the repair fails.
+Each step is a child process that Qt monitors; nothing here waits. Unfinished parts are removed, and if a repair fails
+the previous environment is restored.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PIP = ("-I", "-m", "pip", "--disable-pip-version-check", "--no-input")
 # Where each step of the way begins, in percent.
 MAKING, INSTALLING, UNPACKING, VERIFYING, COMPILING = 3, 10, 45, 80, 82
 TICK_MS = 2000  # while pip unpacks, of which it says nothing until the end
-TICK_SHARE = 0.04  # of what is left of that stage
+TICK_SHARE = 0.04  # of the remainder of that stage
 
 Steps = Generator[list[str], tuple[int, str], None]
 
@@ -34,7 +34,9 @@ class Failed(Exception):
 
 
 class Setup(QObject):
-    """One environment; ``moved`` tells percent and what is done, ``said`` a line of a step's, ``ended`` the outcome."""
+    """One environment; ``moved`` reports percent and activity, ``said`` a line of a step's output, ``ended`` the
+    outcome.
+    """
 
     moved = pyqtSignal(int, str)
     said = pyqtSignal(str)
@@ -60,7 +62,7 @@ class Setup(QObject):
         return script_in(self.place).is_file()
 
     def make(self, python: str = "", source: str = "") -> None:
-        """Make the environment anew; ``python`` and ``source`` are what the user names, if anything."""
+        """Create the environment; ``python`` and ``source`` are what the user names, if anything."""
         self.stopped, self.libraries = False, 0
         if self.place.exists():
             self._discard(self.before)
@@ -86,7 +88,7 @@ class Setup(QObject):
         self._discard(self.place, lambda: self.ended.emit(True, _("The environment was removed.")))
 
     def _steps(self, named: str, source: str) -> Steps:
-        """The way, as the words of one process after the other; each gives its exit status and what it said."""
+        """The steps, as the command line of one process after the other; each returns its exit status and output."""
         self._move(0, _("Looking for a Python …"))
         python = ""
         for program in own_python.candidates(named):

@@ -1,7 +1,8 @@
-"""The engine behind the panel: `deadwood-tool explore --stdio`, a process that stays, asked by lines of JSON.
+"""The engine behind the panel: `deadwood-tool explore --stdio`, a persistent process that takes requests as lines of
+JSON.
 
 Its answers are frames: the length of the frame, the length of a header, the header as JSON, and arrays. Nothing here
-waits: Qt tells when something came.
+waits: Qt signals when something has arrived.
 """
 
 from __future__ import annotations
@@ -92,7 +93,7 @@ class Engine(QObject):
 
     answered = pyqtSignal(object)  # a Frame
     loading = pyqtSignal(str)
-    died = pyqtSignal(str)  # what it said; only where nobody asked it to end
+    died = pyqtSignal(str)  # its last output; only if nobody requested its end
 
     def __init__(self) -> None:
         super().__init__()
@@ -101,7 +102,7 @@ class Engine(QObject):
         self.process: QProcess | None = None
 
     def start(self, arguments: Sequence[str]) -> None:
-        """Start it; where the toolbox is missing, the exception says how to install it."""
+        """Start it; if the toolbox is missing, the exception explains how to install it."""
         words = [*command(), "explore", *arguments, "--stdio", "--progress=json"]
         surroundings = environment()
         surroundings.remove("DEADWOOD_STOP_WITH_STDIN")  # its messages come that way, and it ends with them
@@ -149,7 +150,7 @@ class Engine(QObject):
             self.ears.hear(bytes(self.process.readAllStandardError()), b"")
 
     def _failed(self, error: QProcess.ProcessError) -> None:
-        """Only a process that never started reports this alone; all else shows in its end, too."""
+        """Only a process that never started reports this alone; other failures show in its end, too."""
         if error == QProcess.ProcessError.FailedToStart and self.process is not None:
             why = self.process.errorString()
             self.end()

@@ -1,4 +1,4 @@
-"""The form of the panel: layers of the scene, the question, what is answered, and what can be pressed.
+"""The form of the panel: layers of the scene, the request, the results, and the buttons.
 
 Labels, units, bounds and choices are those of the tool's declaration and of the page.
 """

@@ -1,7 +1,7 @@
 """Hits and deposits over the map, without a layer: a picture that the canvas draws, whatever the project's CRS.
 
-The cells lie in the CRS of the terrain model. Where the map has another one, the picture is cut into pieces so small
-that each can be moved to its place by an affine transformation, to a quarter of a cell.
+The cells are in the CRS of the terrain model. If the map has another one, the picture is cut into pieces so small
+that each can be placed by an affine transformation, to a quarter of a cell.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ HALO = "#ffffff"
 
 @dataclass(frozen=True)
 class Hits:
-    """Counts of a box of cells and the logs' ends, in the CRS of the terrain model.
+    """Counts of a box of cells and the ends of the logs, in the CRS of the terrain model.
 
-    counts : row by row from the north; west, north : of the box [m]; ends : by what stopped the logs
+    counts : row by row from the north; west, north : of the box [m]; ends : by stop reason
     """
 
     counts: Sequence[int]
@@ -57,7 +57,7 @@ class Hits:
     ends: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
 
     def picture(self, ramp: Sequence[Mapping[str, Any]], logs: int) -> QImage:
-        """Of each cell the share of so many logs, in the colour of the nearest share of the ramp; 0 is clear."""
+        """For each cell the share of the logs, in the colour of the nearest share of the ramp; 0 is transparent."""
         alpha = round(255 * OPAQUE) << 24
         known = [alpha | int(each["colour"][1:], 16) for each in ramp]
         bounds = [logs * 0.5 * (one["share"] + other["share"]) for one, other in zip(ramp, ramp[1:])]  # noqa: B905, RUF007
@@ -219,7 +219,7 @@ def polygon(places: Sequence[tuple[float, float]], moved: Callable[[float, float
 
 
 def saved_layer(hits: Hits, path: str, name: str, colours: Sequence[Mapping[str, Any]], logs: int) -> QgsRasterLayer:
-    """The counts as a GeoTIFF and a layer of it; 0 is no data, so that the map shows through."""
+    """The counts as a GeoTIFF and a layer of it; 0 is nodata, so that the map shows through."""
     east, south = hits.place(hits.columns, hits.rows)
     box = QgsRectangle(hits.west, south, east, hits.north)
     kind = Qgis.DataType.UInt16

@@ -188,7 +188,7 @@ class Panel(QDockWidget):
             self.canvas.unsetMapTool(self.tool)
 
     def _layers_change(self, *_signal: Any) -> None:
-        """Another scene: what is shown is not of it."""
+        """Another scene: the displayed results do not belong to it."""
         self._refresh()
         if self.engine is not None:
             self._end()
@@ -255,7 +255,7 @@ class Panel(QDockWidget):
             self.again.stop()
             self._start()
         if self.scene is None or self.engine is None:
-            return  # asked once the scene is there
+            return  # requested once the scene is loaded
         radius = self.form.radius.value()
         try:
             x, y = self.scene.local(*self.place)
@@ -321,7 +321,7 @@ class Panel(QDockWidget):
         self._draw()
 
     def _draw(self, *_signal: Any) -> None:
-        """Put on the map and into the panel what is known."""
+        """Show the available results on the map and in the panel."""
         self._refresh()
         if self.base is None or self.scene is None:
             return
@@ -392,7 +392,7 @@ class Panel(QDockWidget):
         QgsProject.instance().addMapLayer(layer)
 
     def _keep_run(self) -> None:
-        """Have the engine write the layers; the dialog of Slide logs opens once they are there."""
+        """Let the engine write the layers; the dialog of Slide logs opens once they exist."""
         if self.engine is None or self.base is None:
             return
         start = os.path.join(QgsProject.instance().homePath(), "explored")
@@ -430,7 +430,7 @@ class Panel(QDockWidget):
 
 
 class ReleaseTool(QgsMapTool):
-    """Logs start where one clicks; while the mouse is dragged, few of them, and all when it is let go."""
+    """Logs start where the user clicks; while the mouse is dragged, few of them, and all when it is released."""
 
     def __init__(self, panel: Panel) -> None:
         super().__init__(panel.canvas)

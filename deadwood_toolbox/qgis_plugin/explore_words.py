@@ -28,7 +28,7 @@ class Words:
         return re.sub(r"\{(\w+)\}", lambda gap: str(gaps[gap[1]]), phrase)
 
     def choices(self, group: str) -> dict[str, str]:
-        """The phrases whose names begin so, by what comes behind."""
+        """The phrases whose names have this prefix, by the rest of the name."""
         start = f"{group}_"
         return {name[len(start) :]: text for name, text in self.phrases.items() if name.startswith(start)}
 

@@ -128,5 +128,5 @@ def environment() -> QProcessEnvironment:
         if name in foreign or name.startswith("PYTHON"):
             clean.remove(name)
     clean.insert("PYTHONUTF8", "1")
-    clean.insert("DEADWOOD_STOP_WITH_STDIN", "1")  # the child ends when QGIS lets go of it, or dies
+    clean.insert("DEADWOOD_STOP_WITH_STDIN", "1")  # the child ends when QGIS releases it, or dies
     return clean

@@ -1,7 +1,7 @@
 """A list of folders as a parameter: in a dialog, in a row of the batch table, and in a step of the Model Designer.
 
-The parameter is a text, which scripts, batch files and models write with commas; no reader of a dialog has to. In the
-Model Designer a row is a folder, or a source of the model: a folder that it is given, or one that a step before makes.
+The parameter is a text, written with commas in scripts, batch files and models; users of the dialog need not know that.
+In the Model Designer a row is a folder, or a source of the model: an input folder, or one made by an earlier step.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The page behind a dialog's Help button: the tool's description with its picture, commands and every parameter.
 
-Written as HTML when it is asked for, in QGIS's language, so that it needs no address on the web and no network.
+Written as HTML on request, in QGIS's language, so that it needs no web address and no network.
 """
 
 from __future__ import annotations

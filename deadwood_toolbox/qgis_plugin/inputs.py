@@ -1,6 +1,6 @@
-"""QGIS's values as the command's words: layers of the map become files, and files what the command line takes.
+"""QGIS's values as arguments of the command: layers of the map become files, and files what the command line takes.
 
-A layer is handed over as the file that it is read from, unless the map holds what the file does not: a selection, a
+A layer is passed as the file from which it is read, unless the map holds what the file does not: a selection, a
 filter, unsaved edits, virtual or joined fields, cells without data, another CRS, or no file at all. Then it is saved
 for the tool.
 """
@@ -34,6 +34,8 @@ from .definitions import LAYER, is_hidden, proposed
 from .language import _
 
 LAYERNAME = "|layername="
+# With --fidelity auto a run keeps its work beside that of --resume in folders of these names too (auto_run, a test).
+AUTO_KEEPS = (".auto", ".auto-draft", ".auto-standard", ".auto-fine", ".auto-reference")
 
 
 class Inputs:
@@ -63,7 +65,7 @@ class Inputs:
         self.layers: list[tuple[dict[str, Any], QgsMapLayer | str]] = []
         self.folders: list[str] = []
         self.saved: dict[str, str] = {}  # file made for the tool -> name of its layer
-        self.copies: list[tuple[str, raster_copy.Copy]] = []  # layers' names, and what is to be written of them
+        self.copies: list[tuple[str, raster_copy.Copy]] = []  # names of layers, and what must be written of them
         self.crs_of_map = ""
         self.to_load: dict[str, QgsProcessingContext.LayerDetails] = {}  # by path, the files that the user wants opened
 
@@ -83,18 +85,19 @@ class Inputs:
             self.arguments.append(f"--crs={self.crs_of_map}")
 
     def in_the_users_words(self, message: str) -> str:
-        """The tool's line with layers in place of the files that were made of them."""
+        """The tool's message with layer names instead of the files made from them."""
         for path, name in self.saved.items():
             message = message.replace(path, _("layer '{name}'").format(name=name))
         return message
 
     def after_cancel(self) -> str:
-        """Remove what slide-logs keeps for --resume, unless the user has asked to resume; the message that says so."""
+        """Remove what slide-logs keeps for --resume, unless the user has chosen to resume; returns the message."""
         if "--resume" in self.arguments:
             return _("Canceled; what was finished is kept, and the same run can be continued")
         for folder in self.folders:
-            place = Path(folder)
-            shutil.rmtree(place.absolute().parent / f".{place.name}.part", ignore_errors=True)
+            place = Path(folder).absolute()
+            for kept in ("", *AUTO_KEEPS):
+                shutil.rmtree(place.parent / f".{place.name}{kept}.part", ignore_errors=True)
         return _("Canceled; nothing was left behind")
 
     def _add(self, declared: dict[str, Any]) -> None:

@@ -22,7 +22,7 @@ START_MS = 60_000  # the first start after an installation compiles what Python 
 
 
 def report() -> tuple[bool, str]:
-    """Whether the toolbox can be used, and the lines that say so or how to fix it."""
+    """Whether the toolbox can be used, and the lines that say so or explain how to fix it."""
     found = find()
     if isinstance(found, Missing):
         not_yet = _("The Deadwood Toolbox cannot be used yet: {why}.").format(why=found.why)

@@ -1,4 +1,4 @@
-"""QGIS's language: texts by the catalogues in ``locale``; what they lack stays English.
+"""QGIS's language: texts from the catalogues in ``locale``; missing ones stay English.
 
 The catalogues hold the plugin's own texts and those of the tools' declarations. Names that are typed (tools, flags,
 choices, files, columns) are never translated.
@@ -26,7 +26,7 @@ def catalogue() -> gettext.NullTranslations:
 
 
 def _(english: str) -> str:
-    """A text in QGIS's language; what it is about, as ``{name}``, is filled in afterwards."""
+    """A text in QGIS's language; placeholders such as ``{name}`` are filled in afterwards."""
     return catalogue().gettext(english) if english else ""
 
 

@@ -21,9 +21,10 @@ METRES = QgsUnitTypes.DistanceUnit.DistanceMeters
 
 
 def check_places(inputs: Inputs, context: QgsProcessingContext, feedback: QgsProcessingFeedback) -> None:
-    """Refuse a terrain in degrees or feet and a layer that lies wholly beside it; say what is reprojected.
+    """Reject a terrain in degrees or feet and a layer completely outside it; report what is reprojected.
 
-    What does not open here is the tool's to judge: it reads more than QGIS does, and says more of what it cannot read.
+    Layers that cannot be opened here are left to the tool: it reads more formats than QGIS, and reports problems
+    better.
     """
     layers = [(declared, _layer(source, declared["widget"])) for declared, source in inputs.layers]
     dem = next((layer for declared, layer in layers if declared["name"] == "dem" and layer is not None), None)

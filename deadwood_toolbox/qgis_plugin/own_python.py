@@ -48,7 +48,7 @@ def suitable(said: str) -> str:
 
 
 def remove(place: Path) -> None:
-    """An environment that the plugin has made, and nothing else."""
+    """Remove an environment made by the plugin, and nothing else."""
     if place.name.startswith(DISTRIBUTION) and place.is_dir():
         shutil.rmtree(place)
 

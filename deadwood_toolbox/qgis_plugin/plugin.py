@@ -1,4 +1,4 @@
-"""The plugin object: registers the provider and, where there is a window, the menu, the panel and the settings page."""
+"""The plugin object: registers the provider and, if there is a window, the menu, the panel and the settings page."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""What the layer's properties say of a raster and its file does not, put into a file for the tool.
+"""Properties of a raster layer that its file does not contain, written to a file for the tool.
 
-Cells that the user has declared to be without data (Properties > Transparency > Additional no data value), a nodata of
-the file that he has switched off, and a CRS that he has given to the layer in the map.
+Cells that the user has declared to be without data (Properties > Transparency > Additional no data value), a nodata
+value of the file that was switched off, and a CRS assigned to the layer in the map.
 
-Where single values are without data, that is a virtual raster over the file, which is there at once however large the
-file is. Ranges of values, scaled rasters and what is in no file are copied, in the algorithm's own thread.
+For single values without data, this is a virtual raster over the file, which takes no time however large the
+file is. Ranges of values, scaled rasters and layers without a file are copied, in the algorithm's own thread.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ SHORT = (Qgis.DataType.Byte, Qgis.DataType.Int16, Qgis.DataType.UInt16, Qgis.Dat
 
 
 def held_by_the_map(layer: QgsRasterLayer, path: str) -> list[str]:
-    """What of a raster layer is not in its file; a file without a CRS is handed over as it is, with that of the map."""
+    """Properties of a raster layer that are not in its file; a file without a CRS is passed unchanged, with that of the
+    map.
+    """
     provider, why = layer.dataProvider(), []
     bands = range(1, provider.bandCount() + 1)
     if any(provider.userNoDataValues(band) for band in bands):
@@ -120,7 +122,7 @@ class Copy:
 
     source: QgsRasterDataProvider
     crs: QgsCoordinateReferenceSystem
-    file: str  # whose unit of heights it has; empty where there is none
+    file: str  # whose unit of heights it has; empty if there is none
     path: str
 
     def write(self, feedback: QgsProcessingFeedback) -> bool:
@@ -180,7 +182,9 @@ def _band(
 
 
 def _units(source: str, path: str) -> None:
-    """The unit of the heights, by which the tool tells feet from metres; QGIS itself neither reads nor writes it."""
+    """The unit of the heights, by which the tool distinguishes feet from metres; QGIS itself neither reads nor writes
+    it.
+    """
     from osgeo import gdal
 
     one, other = gdal.Open(source), gdal.Open(path, gdal.GA_Update)

@@ -21,7 +21,7 @@ from qgis.utils import iface
 
 from .language import title_of
 
-# From the top of the group down; what is not named here comes between the layers and the rasters.
+# From the top of the group down; other layers come between these layers and the rasters.
 ORDER = (
     "reach",
     "reached_by",
@@ -100,7 +100,7 @@ def sources_of_file(path: str) -> list[tuple[str, str]]:
 
 
 def sources_of_folder(folder: str, left: dict[str, str]) -> list[tuple[str, str]]:
-    """Of each file that the tool names in its folder, in the order in which they shall lie in the map."""
+    """The files that the tool names in its folder, in their order in the map."""
     sources: list[tuple[str, str]] = []
     for path in dict.fromkeys(left.values()):
         if Path(folder) in Path(path).absolute().parents:

@@ -28,7 +28,7 @@ WIDTH, HEIGHT = 620, 300
 
 
 class SetupDialog(QDialog):
-    """Closing it hides it; the work goes on, and its end is reported in QGIS's message bar."""
+    """Closing it hides it; the work continues, and its end is reported in QGIS's message bar."""
 
     def __init__(self, iface: Any, changed: Callable[[], None], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -89,7 +89,7 @@ class SetupDialog(QDialog):
         layout.addLayout(buttons)
 
     def refresh(self) -> None:
-        """Buttons and state by what is there and what is going on."""
+        """Buttons and state according to what exists and what is in progress."""
         busy, there = self.setup.busy(), self.setup.installed()
         self.install.setText(_("Repair") if there else _("Install"))
         for each in (self.install, self.python, self.source):

@@ -114,7 +114,7 @@ class StartHere(QgsProcessingAlgorithm):
 
 
 def sources(folder: str) -> list[tuple[str, str]]:
-    """Name and source of what is laid on the map."""
+    """Name and source of the layers added to the map."""
     found = []
     for file, layers in LAYERS:
         path = os.path.join(folder, *file.split("/"))

@@ -1,4 +1,4 @@
-"""Widgets that QGIS does not have: a list of folders (`folder_lists`), and a number that a layer may stand in for.
+"""Widgets that QGIS does not have: a list of folders (`folder_lists`), and a number that a layer may replace.
 
 Named in the metadata of a parameter's definition (`definitions`), from where Processing's dialogs make them.
 """
@@ -14,7 +14,7 @@ from . import folder_lists
 
 
 def _of_qgis(definition: Any, dialog: Any) -> Any:
-    """QGIS's own widget for a parameter, as Processing makes it where nothing else is asked for."""
+    """QGIS's own widget for a parameter, as Processing makes it by default."""
     registry = QgsGui.processingGuiRegistry()
     if dialog.__class__.__name__ == "ModelerParametersDialog":
         made = registry.createModelerParameterWidget(dialog.model, dialog.childId, definition, dialog.context)

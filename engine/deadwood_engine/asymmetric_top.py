@@ -1,11 +1,11 @@
-"""Free rotation of a body with three different moments of inertia: a point cloud's; logs and cubes have ``rotation``.
+"""Free rotation of a body with three different moments of inertia (a point cloud); logs and cubes use ``rotation``.
 
-Implicit midpoint for the body's angular momentum y and Cayley's map for its orientation q,
+The implicit midpoint rule for the angular momentum y in the body frame and the Cayley map for the orientation q,
     y' - y = h m x w,   q' = q (1, h w / 2) / |.|,   m = (y + y') / 2, w = I^-1 m,
-keep energy and the momentum in the world exactly: the midpoint rule keeps every quadratic invariant, and its step is
-the very rotation by Cayley's map. Composed five times (Suzuki's fractal) the rule is of order four in time; steps are
-so short that the body turns by TURN at most in each. So neither energy nor momentum drift, and a spin about the middle
-axis tips over when it should (Dzhanibekov).
+conserve energy and the angular momentum in the world frame exactly: the midpoint rule conserves every quadratic
+invariant, and its step is exactly the rotation given by the Cayley map. In Suzuki's five-stage composition the rule is
+of fourth order in time; the steps are so short that the body turns by at most TURN in each. Energy and momentum
+therefore do not drift, and a rotation about the intermediate axis becomes unstable when it should (Dzhanibekov effect).
 
 symbol       in code               frame, unit
 y            momentum              body, m2/s (per mass)
@@ -43,7 +43,7 @@ from .rotation import (
 )
 from .vectors import cross, dot, norm
 
-_FIFTH = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))  # Suzuki's weight of the four outer steps
+_FIFTH = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))  # weight of the four outer stages in Suzuki's composition
 
 
 @kernel
@@ -60,7 +60,7 @@ def energy_of(state, body):
 
 @kernel
 def move_freely(state, body, time):
-    """Eq. [a], [i]: drift of any body without forces: position by velocity, orientation by its free rotation."""
+    """Eq. [a], [i]: drift of any body without forces: position from velocity, orientation from its free rotation."""
     if body[SKEW] == 0.0:
         drift(state, body[TRANSVERSE], body[AXIAL], time)
         return
@@ -72,7 +72,7 @@ def move_freely(state, body, time):
     spin = norm((wx, wy, wz))
     if spin == 0.0:
         return
-    # momentum in the body's axes
+    # angular momentum in body axes
     fx, fy, fz = first_axis(state)
     dx, dy, dz = state[DX], state[DY], state[DZ]
     gx, gy, gz = cross((dx, dy, dz), (fx, fy, fz))
@@ -80,7 +80,7 @@ def move_freely(state, body, time):
     y2 = dot((gx, gy, gz), (wx, wy, wz)) / i2
     y3 = dot((dx, dy, dz), (wx, wy, wz)) / i3
     a, b, c, e = state[Q0], state[Q1], state[Q2], state[Q3]
-    # the energy bounds the spin for all time: |w|^2 <= 2 E / least moment of inertia
+    # the energy bounds the angular velocity at all times: |w|^2 <= 2 E / least moment of inertia
     most = math.sqrt((i1 * y1 * y1 + i2 * y2 * y2 + i3 * y3 * y3) * max(i1, i2, i3))
     steps = max(1, int(math.ceil(most * time / TURN)))
     for _ in range(steps):

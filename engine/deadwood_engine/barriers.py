@@ -1,13 +1,14 @@
-"""Barriers: thin rigid vertical plates on a plan line, which stop a log and which a log can overjump (paper, 3.4).
+"""Barriers: thin rigid vertical plates along a line in plan, which stop a log or are overjumped by it (paper, 3.4).
 
-A plate has no thickness, so penetration depth cannot say on which side a log belongs. But a log's axis is a straight
-line: it crosses a plate's plane at most once. Where it crosses inside the plate, the end nearer to the plane has
-poked through and belongs to the other end's side; where it crosses above the top or beside the plate, the log hangs
-over it and each end belongs where it is. The step length near obstacles keeps an axis from changing sides at once.
+A plate has no thickness, so penetration depth cannot tell on which side a log belongs. A log's axis, however, is a
+straight line and crosses a plate's plane at most once. If it crosses inside the plate, the end nearer to the plane has
+penetrated and belongs to the other end's side; if it crosses above or beside the plate, the log hangs over it and each
+end belongs where it is. The step length near obstacles prevents an axis from changing sides at once.
 
-A barrier's line is cut into pieces of a few cells, so that the top follows the terrain at the given height. Each is a
-round core without radius, the edge, with a plate below it; posts, at free ends and bends, are such cores too. The plate
-itself is touched by the deepest point of an end face below the edge. Of plate and edges the shorter way out counts.
+A barrier's line is cut into pieces of a few cells, so that the top follows the terrain at the given height. Each piece
+is a swept sphere of zero radius, the edge, with a plate below it; posts, at free ends and bends, are such swept spheres
+too. The plate itself is touched by the deepest point of an end face below the edge. Of plate and edges, the contact
+with the shorter separation counts.
 """
 
 from __future__ import annotations
@@ -31,12 +32,13 @@ from .vectors import cross, dot, norm, point
 
 Array = NDArray[np.float64]
 
-# Parts of a barrier's contacts: its edge, its posts at the start and at the end, the log's ends against the plate
+# Parts of a barrier that a contact may belong to: its edge, the posts at its start and end, the plate against an end of
+# the log
 EDGE, POST, FACE = 0, 3, 9
 
 
 class Barriers(NamedTuple):
-    """Barriers as the user gives them.
+    """Barriers as given by the user.
 
     vertices : [m], shape (k, 2); starts : int64, shape (n + 1,): barrier i is vertices[starts[i]:starts[i + 1]]
     height : [m], shape (n,), above the terrain
@@ -52,7 +54,7 @@ class Barriers(NamedTuple):
 
 
 def _straight(points: Array) -> NDArray[np.bool_]:
-    """Which points of a line lie within a straight stretch of it."""
+    """Which points of a line are inside a straight stretch of it."""
     way = np.diff(points, axis=0)
     way /= np.linalg.norm(way, axis=1)[:, None]
     turn = way[:-1, 0] * way[1:, 1] - way[:-1, 1] * way[1:, 0]
@@ -61,9 +63,10 @@ def _straight(points: Array) -> NDArray[np.bool_]:
 
 
 def prepare(terrain: Terrain, barriers: Barriers) -> tuple[Any, NDArray[np.int64]]:
-    """The edges of barriers, and the rows of those that stand on no terrain; one with a part off it loses that part.
+    """Edges of the barriers, and the rows of barriers outside the terrain; the part of a barrier that is outside is
+    dropped.
 
-    A post within a straight stretch is left out, or it would stop what slides along the barrier (10 m/s to nothing).
+    There is no post inside a straight stretch: it would stop a log that slides along the barrier (from 10 m/s to zero).
     """
     piece = max(2.0, 4.0 * terrain.cell)
     parts, outside = [np.zeros(0, CORE)], []
@@ -82,7 +85,7 @@ def prepare(terrain: Terrain, barriers: Barriers) -> tuple[Any, NDArray[np.int64
         if not both.any():
             outside.append(row)
             continue
-        goes_on = np.append(False, both) & np.append(both, False)  # at this point a piece ends and another begins
+        goes_on = np.append(False, both) & np.append(both, False)  # one piece ends and the next begins at this point
         joint = _straight(points) & goes_on
         top = np.column_stack([points, ground + height])
         way = np.diff(top, axis=0)
@@ -110,13 +113,13 @@ def prepare(terrain: Terrain, barriers: Barriers) -> tuple[Any, NDArray[np.int64
 
 @kernel
 def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, top0, rise):
-    """Point of an end face (centre e, axis d, radius a) deepest against the plate's normal n, of those below its top.
+    """Point of an end face (centre e, axis d, radius a) that is deepest against the plate's normal n and below its top.
 
-    The face is a disc cut off by the top edge, and depth is linear on it, so the deepest point is the rim's deepest
-    where that lies below the edge, else one of the two rim points at the edge's height. A disc whose middle is on its
-    own side, and that crosses the plate's plane above the edge only, hangs over the plate: what of it is below the
-    edge lies on the other side and has not come through.
-    Returns (whether any of the disc lies below the edge, point).
+    The face is a disc cut by the top edge, and depth is linear on it, so the deepest point is the deepest point of the
+    rim if that is below the edge, otherwise one of the two points of the rim at the height of the edge. A disc whose
+    centre is on its own side, and that crosses the plate's plane above the edge only, hangs over the plate: its part
+    below the edge is on the other side and has not penetrated. Returns (whether any of the disc is below the edge,
+    point).
     """
     nd = nx * dx + ny * dy
     qx, qy, qz = nd * dx - nx, nd * dy - ny, nd * dz
@@ -127,7 +130,7 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
         px, py, pz = ex + a * qx, ey + a * qy, ez + a * qz
         off = (ex - x) * nx + (ey - y) * ny
         if 0.0 <= off < a * size:
-            # both ends of the chord in the plate's plane
+            # both ends of the chord in the plane of the plate
             away = off / size
             half = math.sqrt(a * a - away * away)
             hx, hy, hz = cross((dx, dy, dz), (qx, qy, qz))
@@ -160,9 +163,10 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
 
 @kernel
 def sides_of(cone, pose, edge):
-    """Where a log is beside a plate: (how far clear of it at least [m], side of the base, of the tip, lies over it).
+    """Position of a log relative to a plate: (least clearance [m], side of the base, side of the tip, whether it is
+    above the plate).
 
-    The sides are 1 or -1; clear is taken in the plate's own directions.
+    The sides are 1 or -1; the clearance is measured along the plate's own directions.
     """
     back, front, thick, thin = cone[0], cone[1], cone[2], cone[3]
     level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
@@ -182,10 +186,11 @@ def sides_of(cone, pose, edge):
         by_tip = abs(off_tip) < abs(off_base)
         a = thin if by_tip else thick
         past = max(-u, u - width)
-        # beside the plate, but by less than the end's radius and no deeper: the face overlaps the plate's edge
+        # beside the plate, by less than the radius of the end, and no deeper than that: the face overlaps the plate's
+        # edge
         poked = past <= 0.0 or (past < a and min(abs(off_base), abs(off_tip)) < a)
         higher = z_base + share * (z_tip - z_base) > rise * u
-        # a straight stretch goes on beyond its joints: what lies over it there lies over it here
+        # a straight stretch continues beyond its joints: what is above it there is above it here
         joined = (u < 0.0 and edge.first_post == 0.0) or (u > width and edge.last_post == 0.0)
         over = higher and (past < a or joined)
         if poked and not higher:
@@ -198,7 +203,9 @@ def sides_of(cone, pose, edge):
 
 @kernel
 def pierced(body, state, edge):
-    """Whether a plate goes through a log's axis: below the edge and between its ends, wherever the log's ends are."""
+    """Whether the axis of a log passes through a plate: below the edge and between its ends, wherever the log's ends
+    are.
+    """
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
     level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
     ax, ay = edge.ux / level, edge.uy / level
@@ -214,7 +221,7 @@ def pierced(body, state, edge):
 
 @kernel
 def _below(low, high, at, rate):
-    """The part of [low, high] where at + rate t <= 0."""
+    """Part of [low, high] where at + rate t <= 0."""
     if rate == 0.0:
         return (low, high) if at <= 0.0 else (1.0, 0.0)
     return (low, min(high, -at / rate)) if rate > 0.0 else (max(low, -at / rate), high)
@@ -222,9 +229,9 @@ def _below(low, high, at, rate):
 
 @kernel
 def _reaches_plate(ex, ey, ez, dx, dy, dz, a, nx, ny, edge):
-    """Whether a disc (centre e, axis d) whose middle is on the side n of a plate's plane reaches the plate itself.
+    """Whether a disc (centre e, axis d) whose centre is on the side n of a plate's plane reaches the plate itself.
 
-    Where it crosses the plane above the edge or beside a post only, it hangs over or beside the plate.
+    A disc that crosses the plane only above the edge or beside a post hangs over or beside the plate.
     """
     level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
     ax, ay, rise = edge.ux / level, edge.uy / level, edge.uz / level
@@ -233,7 +240,7 @@ def _reaches_plate(ex, ey, ez, dx, dy, dz, a, nx, ny, edge):
     size = math.sqrt(max(0.0, 1.0 - nd * nd))
     if not 0.0 <= off < a * size:
         return True
-    # the chord in the plane, from its middle by t
+    # the chord in the plane, parametrised by t from its middle
     away = off / size
     qx, qy, qz = (nd * dx - nx) / size, (nd * dy - ny) / size, nd * dz / size
     hx, hy, hz = cross((dx, dy, dz), (qx, qy, qz))
@@ -250,9 +257,9 @@ def _reaches_plate(ex, ey, ez, dx, dy, dz, a, nx, ny, edge):
 
 @kernel
 def face_of_end(cone, pose, edge, end, side):
-    """An end face (0 base, 1 tip) against the plate on its side.
+    """An end face (0 base, 1 tip) against the plate, on its side.
 
-    Returns (whether its deepest point is one below the edge, whether that lies over the plate and the face reaches it,
+    Returns (whether it has a deepest point below the edge, whether that point is on the plate and the face reaches it,
     point, normal, gap).
     """
     level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
@@ -274,7 +281,7 @@ def face_of_end(cone, pose, edge, end, side):
 
 @kernel
 def is_its_own(core, z, n, plate):
-    """Whether a least gap at z, along n, is this core's affair: not a neighbour's beyond a joint, not a plate's."""
+    """Whether a least gap at z, along n, belongs to this core: neither to a neighbour beyond a joint nor to a plate."""
     if plate and n[2] > PUSHES_DOWN:
         return False
     if z >= core.long and core.after > 0.0:
@@ -287,14 +294,14 @@ def is_its_own(core, z, n, plate):
 def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose, cone, step, within):
     """Eq. [e]: contacts of a pose with a plate, its top edge and its posts; returns the new count.
 
-    within : [m] gap of edge and posts below which they count
+    within : [m] edge and posts count if their gap is smaller
     """
     clear, base, tip, over = sides_of(cone, pose, edge)
     if clear > within:
         return count
     left = step.dt - step.at
     c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
-    # what lies over the edge reaches the plate nowhere but through the edge, for it is convex
+    # an object above the edge can reach the plate only through the edge, because it is convex
     by_base, held_base, p_base, n_base, gap_base = face_of_end(cone, pose, edge, 0, base)
     by_tip, held_tip, p_tip, n_tip, gap_tip = face_of_end(cone, pose, edge, 1, tip)
     by_base = by_base and not over and gap_at_end(state, pose, p_base, n_base, gap_base, left) < 0.0
@@ -309,20 +316,21 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
                 continue
             first, u, long = start if part == 1 else point(start, edge.long, up), down, POST_LENGTH
         gap, z, n, touches = deepest(cone, c, d, first, u, long, 0.0, 0.0, within)
-        # how far a post's normal leans towards its plate: what comes from there touches the plate, not the post
+        # inclination of a post's normal towards its plate: an object from that side touches the plate, not the post
         lean = (edge.ux * n[0] + edge.uy * n[1]) * (0.0, -1.0, 1.0)[part]
         if not touches or n[2] > PUSHES_DOWN:
             continue
         if lean > POST_LEAN:
-            # where a post is just behind an end's face, the log's side is in the plate, and no way out leads along it
+            # if a post is just behind an end face, the lateral surface of the log is inside the plate, and no
+            # separation leads along it
             out = dot(n, d)
             held_base = held_base or (gap < 0.0 and out < -BEHIND_FACE)
             held_tip = held_tip or (gap < 0.0 and out > BEHIND_FACE)
             continue
-        # the shorter way out; a plate that the log is deeper in than in its edge is not what it came against
-        if lean <= 0.0:  # a way that clears all of the plate
+        # the shorter separation; a plate in which the log is deeper than in its edge is not the one that it hit
+        if lean <= 0.0:  # a direction that clears the whole plate
             by_base, by_tip = by_base and gap_base > gap, by_tip and gap_tip > gap
-        # a post's head is the edge's
+        # the top of a post belongs to the edge
         if is_its_own(edge, z, n, True) if part == 0 else z > 0.0:
             count = touch_core(
                 terrain, frame, contacts, keys, count, state, pose, cone, (BARRIER, row, POST * part), first, u, long,
@@ -330,7 +338,7 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
             )  # fmt: skip
     by_base, by_tip = by_base and held_base, by_tip and held_tip
     if count == before and not (by_base and gap_base < 0.0) and not (by_tip and gap_tip < 0.0):
-        return count  # nothing touches yet
+        return count  # no contact yet
     if by_base:
         count = touch(
             terrain, frame, contacts, keys, count, state, pose, (BARRIER, row, FACE), p_base, n_base, gap_base, step

@@ -1,4 +1,4 @@
-"""Boulders: rigid spheres that lie on the terrain or stick out of it. The smallest file of a kind of obstacle."""
+"""Boulders: rigid spheres that lie on the terrain or protrude from it. The shortest file of a kind of obstacle."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 class Blocks(NamedTuple):
-    """Boulders as the user gives them; arrays of shape (n,) in metres, height of the top above the terrain."""
+    """Boulders as given by the user; arrays of shape (n,) in metres, height of the top above the terrain."""
 
     x: Array
     y: Array
@@ -28,12 +28,12 @@ class Blocks(NamedTuple):
 
 
 def prepare(terrain: Terrain, blocks: Blocks, first: int) -> tuple[Any, NDArray[np.int64]]:
-    """The cores of boulders, numbered from ``first``, and the rows of those that lie on no terrain.
+    """Cores of the boulders, numbered from ``first``, and the rows of boulders outside the terrain.
 
     Raises
     ------
     ValueError
-        when a diameter or height is not positive and finite
+        if a diameter or height is not positive and finite
     """
     for name, values in (("diameter", blocks.diameter), ("height", blocks.height)):
         if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):

@@ -1,28 +1,30 @@
-"""Trees that break: what would take more than it can takes just that much, and is gone for this log.
+"""Trees that break: a tree that would absorb more than its capacity absorbs exactly that, and disappears for this log.
 
-A tree's capacity C [J] is the most energy that it takes in one hit. A hit is the ledger's (``ledger``): one
-uninterrupted episode of contact, its energy the work [f] of its contacts, friction included. So a tree breaks here in
-the very hit that counts as above its capacity elsewhere; two hits with a pause between them do not add up, for each
-loads a stem that has swung back.
+A tree's capacity C [J] is the greatest energy that it can absorb in one hit. A hit is defined as in ``ledger``: one
+uninterrupted episode of contact, its energy the work [f] of its contacts, friction included. A tree therefore breaks in
+exactly the hit that is elsewhere counted as above its capacity. Two hits with a pause between them do not add up,
+because each loads a stem that has swung back.
 
-Let the impulses P_k of a tree's contacts be those that hold a rigid tree's log off. In the step in which the hit would
-come to more than C, the tree pushes with s P_k only, s in [0, 1], so that it has then taken exactly C:
+Let P_k be the impulses at the contacts of a rigid tree. In the step in which the energy of the hit would exceed C, the
+tree acts with s P_k only, s in [0, 1], so that it has then absorbed exactly C:
 
-    taken(s) = -s sum_k P_k.(gamma_k- + gamma_k+(s)) / 2 = r,    r = C/m - what the hit has taken before         [o]
+    taken(s) = -s sum_k P_k.(gamma_k- + gamma_k+(s)) / 2 = r,    r = C/m - energy absorbed earlier in the hit   [o]
 
-With the impulses of all other contacts as they are, gamma+ is affine in s, and [o] is a parabola:
+With the impulses of all other contacts fixed, gamma+ is affine in s, and [o] is quadratic:
 
     gamma_k+(s) = b_k + s sum_j G_kj P_j,   s^2 q + s h + 2 r = 0,   h = sum P_k.(gamma_k- + b_k),  q = sum P_k.G_kj P_j
 
-- Where the tree is the only contact of the step, that is all: the log's kinetic energy falls by C - (what the hit took
-  before) to rounding, whatever the direction, friction and lever of the push.
-- Where others push too (ground, other trees), they are solved again under the push s P_k, and s again for them, between
-  an s that is too little and one that is too much, until no velocity changes by more than the solver's tolerance. The
-  last word is with s: [o] is met to rounding, and the others are left as far from their laws as a solve leaves them.
-- If two trees break in one step, the one that would be the most above its capacity goes first. What the second then
-  changes of gamma+ the first one's share changes by; the sum of all works, [f], stays exact.
+- If the tree is the only contact of the step, this is the solution: the log's kinetic energy falls by C minus the
+energy
+  absorbed earlier, to rounding, whatever the direction, friction and lever arm of the impulse.
+- If there are other contacts (ground, other trees), they are solved again with the impulse s P_k, and s again for them,
+  between a lower and an upper bound of s, until no velocity changes by more than the solver's tolerance. The last
+  update is that of s: [o] is satisfied to rounding, and the other contacts as well as a solve satisfies their laws.
+- If two trees break in one step, the one that would exceed its capacity by more is treated first. The second then
+changes
+  gamma+, and with it the share of the first; the sum of all work, [f], remains exact.
 
-The broken tree is left out of what is near from the next step on.
+From the next step on, the broken tree is excluded from the obstacles nearby.
 
 symbol  in code   unit
 C/m     capacity  J/kg
@@ -49,8 +51,9 @@ from .rotation import VX, VY, VZ, WX, WY, WZ, spin_of
 
 @kernel
 def overloaded(scene, contacts, keys, count, state, body, fall, hits, number, time):
-    """(row of its first contact or -1, r [J/kg]) of the tree that would be the most above its capacity, of all that
-    would, once this step's impulses are booked."""
+    """(row of its first contact or -1, r [J/kg]) of the tree that would exceed its capacity by most, of all that would
+    exceed it once the impulses of this step are recorded.
+    """
     worst, found, rest = 1.0, -1, 0.0
     for k in range(count):
         if keys[k, 0] != TREE or contacts[k].pn <= 0.0:
@@ -76,7 +79,7 @@ def overloaded(scene, contacts, keys, count, state, body, fall, hits, number, ti
 
 @kernel
 def put_last(contacts, keys, count, core, spare):
-    """Bring the contacts with this core to the end of the table; returns how many others stand before them."""
+    """Move the contacts with this core to the end of the table; returns the number of other contacts before them."""
     left = count
     k = 0
     while k < left:
@@ -90,7 +93,7 @@ def put_last(contacts, keys, count, core, spare):
 
 @kernel
 def push_with(contacts, first, last, share, velocities):
-    """Add a share of the impulses of a rigid tree (``tried``) to velocities; a state, of which only these change."""
+    """Add a share of the impulses of a rigid tree (``tried``) to the velocities of a state; nothing else changes."""
     for k in range(first, last):
         c = contacts[k]
         add_impulse(c, velocities, share * c.tried_n, share * c.tried_t, share * c.tried_u)
@@ -98,10 +101,10 @@ def push_with(contacts, first, last, share, velocities):
 
 @kernel
 def share_taking(contacts, first, last, state, kick, share, fall, rest):
-    """Eq. [o]: the s in (0, 1] with which the tree takes r [J/kg], the other impulses as they are: of two the one
-    nearer to the share that acts now; -1 where there is none.
+    """Eq. [o]: the s in (0, 1] with which the tree absorbs r [J/kg] if the other impulses are fixed: of two roots the
+    one nearer to the current share; -1 if there is none.
 
-    state : with that share of the tree's impulses, which as a whole would change the velocities by ``kick``
+    state : includes that share of the tree's impulses, which as a whole would change the velocities by ``kick``
     """
     h = q = 0.0
     v = (state[VX] - share * kick[VX], state[VY] - share * kick[VY], state[VZ] + fall - share * kick[VZ])
@@ -128,8 +131,10 @@ def share_taking(contacts, first, last, state, kick, share, fall, rest):
 
 @kernel
 def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fall, rest):
-    """Scale the impulses of the tree whose contacts are ``first`` to before ``last`` so that it takes r, and solve the
-    contacts before them again. kick : (16,), room for a state. Returns the residual [m/s] of the last solve."""
+    """Scale the impulses of the tree with the contacts from ``first`` to before ``last`` so that it absorbs r, and
+    solve the
+    contacts before them again. kick : (16,), buffer for a state. Returns the residual [m/s] of the last solve.
+    """
     for k in range(kick.shape[0]):
         kick[k] = 0.0
     fastest = 0.0
@@ -145,7 +150,7 @@ def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fal
         now = share_taking(contacts, first, last, state, kick, share, fall, rest)
         moved = fastest * abs(now - share)
         if now < 0.0 or (moved > tolerance and not low < now <= high):
-            now = 0.5 * (low + high)  # with the others as they are, none is between too little and too much
+            now = 0.5 * (low + high)  # with the other impulses fixed there is no root between the bounds
             moved = fastest * (high - low)
         push_with(contacts, first, last, now - share, state)
         share = now
@@ -174,11 +179,11 @@ def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fal
 
 @kernel
 def break_trees(scene, state, body, settings, scratch, way, hits, number, count, fall, bounces):
-    """Let every tree give way that would take more than it can.
+    """Break every tree that would absorb more than its capacity.
 
     hits, number : the ledger of this log, before this step; count : contacts of the step; fall : [m/s] as in ``energy``
 
-    Returns how many contacts, the first of the table, are with what still stands.
+    Returns how many contacts, the first of the table, are with obstacles that remain.
     """
     contacts, keys, rolling, near = scratch.contacts, scratch.keys, scratch.rolling[0], scratch.near[0]
     left = count
@@ -190,7 +195,7 @@ def break_trees(scene, state, body, settings, scratch, way, hits, number, count,
         last, left = left, put_last(contacts, keys, left, core, scratch.spare)
         scratch.gone[near.gone] = core
         near.gone += 1
-        near.listed, near.obstacles_wake = False, 0.0  # what is near is listed anew, without it
+        near.listed, near.obstacles_wake = False, 0.0  # the list of obstacles nearby is made again, without this tree
         way.residual = give_way(
             contacts, left, last, state, scratch.trial_state, rolling, way.tolerance, settings.sweeps, fall, rest
         )
@@ -215,7 +220,7 @@ def break_trees(scene, state, body, settings, scratch, way, hits, number, count,
 
 @kernel
 def note_broken(scene, keys, first, last, hits, number, time):
-    """Say in the ledger, after this step's pushes are entered, that the trees of these contacts broke in their hits."""
+    """Record in the ledger, after this step's impulses, that the trees of these contacts broke in their hits."""
     if number > hits.shape[0]:
         return
     for k in range(first, last):

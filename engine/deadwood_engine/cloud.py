@@ -1,9 +1,10 @@
-"""A body of any convex shape, given as a point cloud: what slides in a log's place (``slide(..., shape=...)``).
+"""A body of any convex shape, given as a point cloud, that slides instead of a log (``slide(..., shape=...)``).
 
-Its solid is the cloud's convex hull. Mass, centre and inertia are the hull's, exactly. It touches the terrain with its
-points alone, as RAMMS::Rockfall's bodies do: with all that lie on the hull's surface, not only the corners, so that
-rings of vertices along a log feel the ground at every ring. Trees, barriers and lying logs meet the whole hull
-(``cloud_obstacles``). Body frame: origin at the centre of mass, principal axes, e3 the one of least inertia.
+The solid is the convex hull of the cloud, with the exact mass, centre and inertia of the hull. It touches the terrain
+only with its points, as the bodies of RAMMS::Rockfall do: with all points on the surface of the hull, not only its
+vertices, so that rings of points along a log touch the ground at every ring. Trees, barriers and lying logs meet the
+whole hull (``cloud_obstacles``). Body frame: origin at the centre of mass, principal axes, e3 the axis of least
+inertia.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ Array = NDArray[np.float64]
 
 
 class Cloud(NamedTuple):
-    """A shape as the kernels read it, in the body frame; no rows where logs slide.
+    """A shape as the kernels use it, in the body frame; no rows where logs slide.
 
     points : [m] (n, 3), all on the surface; corners : [m] (m, 3) of the hull; normals (f, 3), offsets [m] (f,) of its
-    faces; face k has the corners loops[starts[k]:starts[k + 1]]; edges : (e, 2), rows of corners
+        faces; face k has the corners loops[starts[k]:starts[k + 1]]; edges : (e, 2), rows of corners
     thickness : [m] from the centre of mass to the nearest face
     """
 
@@ -50,11 +51,11 @@ class Cloud(NamedTuple):
 
 @dataclass(frozen=True)
 class Shape:
-    """A point cloud made ready.
+    """A point cloud, prepared.
 
-    cloud : for the kernels; axes : (3, 3), columns are the body axes in the cloud's own coordinates
+    cloud : for the kernels; axes : (3, 3), columns are the body axes in the coordinates of the cloud
     volume [m3], centre [m] (3,), inertia : [m2] (3,), principal moments per mass about the body axes
-    inside : number of points that lie under the hull's surface and touch nothing
+    inside : number of points that lie below the surface of the hull and touch nothing
     """
 
     cloud: Cloud
@@ -71,7 +72,7 @@ class Shape:
         Raises
         ------
         ValueError
-            when a coordinate is not finite, the hull has no volume, or the body is of no size that anything has
+            if a coordinate is not finite, the hull has no volume, or the size of the body is implausible
         """
         points = np.unique(np.asarray(points, float).reshape(-1, 3), axis=0)
         if not np.isfinite(points).all():
@@ -100,7 +101,7 @@ class Shape:
         return Shape(cloud, axes, volume, centre, moments, int((~surface_points).sum()))
 
     def bodies(self, density: Array) -> Array:
-        """The body table of this shape at these densities [kg/m3], shape (n, BODY_WIDTH)."""
+        """Body table of this shape at these densities [kg/m3], shape (n, BODY_WIDTH)."""
         points = self.cloud.points
         radius = float(np.hypot(points[:, 0], points[:, 1]).max())
         body = np.zeros((len(density), BODY_WIDTH))
@@ -114,19 +115,21 @@ class Shape:
         return body
 
     def facing(self, x: Array, z: Array) -> Array:
-        """The body's quaternions (n, 4) when the cloud's own x and z axes point so in the world, unit and square."""
+        """Quaternions (n, 4) of the body if the cloud's own x and z axes have these directions in the world
+        (orthonormal).
+        """
         frames = np.stack([x, np.cross(z, x), z], axis=2)
         return self.turned(np.array([_quaternion(frame) for frame in frames]).reshape(-1, 4))
 
     def turned(self, quaternion: Array) -> Array:
-        """Quaternions (n, 4) that turn the cloud's own coordinates into the world, as the body's."""
+        """Convert quaternions (n, 4) that rotate the cloud's own coordinates into the world to those of the body."""
         return _product(quaternion, _quaternion(self.axes))
 
 
 def _principal(inertia: Array) -> tuple[Array, Array]:
     """Principal moments and axes (columns), right-handed; e3 has the least moment and points along the cloud's +z.
 
-    Where the cloud's own axes are principal they are kept, so a cube or a log of ``make-log`` lies as it was drawn.
+    If the axes of the cloud are principal axes they are kept, so a cube or a log of ``make-log`` keeps its orientation.
     """
     size = np.trace(inertia)
     if np.abs(inertia - np.diag(np.diag(inertia))).max() <= ALIKE * size:
@@ -144,7 +147,7 @@ def _principal(inertia: Array) -> tuple[Array, Array]:
 
 
 def _quaternion(matrix: Array) -> Array:
-    """Unit quaternion of a rotation matrix, by its largest component (Shepperd)."""
+    """Unit quaternion of a rotation matrix, from its largest component (Shepperd)."""
     trace = np.trace(matrix)
     square = np.array([trace, *np.diag(matrix) * 2.0 - trace]) + 1.0
     k = int(square.argmax())
@@ -175,7 +178,7 @@ def _product(p: Array, q: Array) -> Array:
 
 @kernel
 def matrix_of(state, turn, at):
-    """The rotation matrix R(q), row by row, into turn[at:at + 9]."""
+    """Write the rotation matrix R(q), row by row, into turn[at:at + 9]."""
     a, b, c, e = state[Q0], state[Q1], state[Q2], state[Q3]
     turn[at], turn[at + 1], turn[at + 2] = 1.0 - 2.0 * (c * c + e * e), 2.0 * (b * c - a * e), 2.0 * (b * e + a * c)
     turn[at + 3], turn[at + 4], turn[at + 5] = 2.0 * (b * c + a * e), 1.0 - 2.0 * (b * b + e * e), 2.0 * (c * e - a * b)
@@ -194,7 +197,7 @@ def to_world(turn, at, p):
 
 @kernel
 def lift_cloud(terrain, cloud, frame, state, drop, turn):
-    """Set each body's height so that the least vertical gap of its points is ``drop`` [m]."""
+    """Set the height of each body so that the least vertical gap of its points is ``drop`` [m]."""
     for n in range(state.shape[0]):
         matrix_of(state[n], turn, 0)
         least = math.inf

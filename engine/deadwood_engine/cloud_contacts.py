@@ -1,10 +1,11 @@
-"""Contacts of a point cloud with the terrain: each of its points, predicted a step ahead as a log's rings are.
+"""Contacts of a point cloud with the terrain: each of its points, predicted one step ahead as the rings of a log are.
 
-A corner turns while it is pushed: its lever is the mean of those of the present pose and of the pose ahead, where it
-was found below the ground. With that of the present pose a wheel of many corners is pushed at a point that stands ahead
-of its lowest by the angle of the step: it rolls against sin(omega dt) of its weight (0.26 at 8 m/s, 0.6 m and 10 ms),
-whatever the number of corners, and cubes stop too soon; with that of the pose ahead cubes tumble on. Of the wheel's
-false resistance half is left, so the angle of a step is bounded (``limits.CLOUD_TURN``).
+A vertex turns while it is in contact: its lever arm is the mean of those of the present pose and of the predicted pose
+in which it was found below the ground. With that of the present pose, a wheel with many vertices is supported at a
+point ahead of its lowest by the angle of the step: it rolls against sin(omega dt) of its weight (0.26 at 8 m/s, 0.6 m
+and 10 ms), whatever the number of vertices, and cubes stop too soon; with that of the predicted pose, cubes keep
+tumbling. With the mean, half of the wheel's spurious resistance remains, so the angle of a step is bounded
+(``limits.CLOUD_TURN``).
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ from .slip import scarred
 from .terrain import friction_at, surface
 from .vectors import blend
 
-NOW, AHEAD = 0, 9  # where the rotation matrices of the present and the predicted pose stand in scratch.turns
+NOW, AHEAD = 0, 9  # offsets of the rotation matrices of the present and the predicted pose in scratch.turns
 
 
 @kernel
 def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scratch):
-    """As ``contacts.terrain_contacts``, for the cloud's points; scratch.turns receives both rotations."""
+    """As ``contacts.terrain_contacts``, for the points of the cloud; scratch.turns receives both rotations."""
     terrain, turned, trial = scene.terrain, scratch.turned, scratch.trial[0]
     for k in range(16):
         turned[k] = state[k]
@@ -56,7 +57,7 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scr
                 p_now = to_world(scratch.turns, NOW, cloud.points[k])
                 at, _, _ = surface(terrain, frame[0], frame[1], state[X] + p_now[0], state[Y] + p_now[1])
                 above = max(0.0, state[Z] + p_now[2] - at)
-                # no farther than to the surface, or a share of the depth
+                # only to the surface, or by a share of the depth
                 way.enters = min(
                     way.enters, step.dt * max(above, settings.obstacle_travel * depth) / max(above - gap, above)
                 )
@@ -68,17 +69,17 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scr
                 scarred(friction_at(terrain, frame[0], frame[1], px, py), most, kappa, slip), k,
                 step, False,
             )  # fmt: skip
-            if depth > 0.0 and count > before:  # in what is hard
+            if depth > 0.0 and count > before:  # in the hard ground
                 c = scratch.contacts[before]
                 height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + c.rx, state[Y] + c.ry)
                 c.gap = (state[Z] + c.rz - height + depth) / math.sqrt(1.0 + gx * gx + gy * gy)
-    way.scar_ahead = depth if inside or not whole else 0.0  # over the terrain's border nobody knows
+    way.scar_ahead = depth if inside or not whole else 0.0  # nothing is known beyond the border of the terrain
     return count, whole
 
 
 @kernel
 def cloud_clearance(cloud, terrain, frame, state, turns):
-    """As ``contacts.clearance``, of the cloud's points."""
+    """As ``contacts.clearance``, for the points of the cloud."""
     matrix_of(state, turns, NOW)
     least = math.inf
     for k in range(cloud.points.shape[0]):

@@ -1,13 +1,14 @@
 """Contacts of a convex hull with trees, posts, lying logs and barriers, at the predicted pose.
 
-Round obstacles are a straight core with a radius about it (a post's radius is zero), so their free ends are rounded:
-a core stops its radius short of the end. A core outside the hull meets its nearest point: edge, corner or, from a free
-end, face. A core inside the hull (thin stems, posts, a barrier's top edge) is let out the shortest way square to the
-core, seen along which the hull is a polygon; a free end also through the nearest face. Where a face or an edge lies
-along the core there are two contacts, at the ends of what they share.
+Round obstacles are a straight core with a radius around it (zero for a post), so their free ends are rounded: a core
+stops its radius short of the end. A core outside the hull meets its nearest point: on an edge, a vertex or, from a free
+end, a face. A core inside the hull (thin stems, posts, the top edge of a barrier) is separated in the shortest
+direction perpendicular to the core, along which the hull projects to a polygon; a free end also through the nearest
+face. If a face or an edge lies along the core there are two contacts, at the ends of the shared stretch.
 
-A barrier's plate meets the hull's corners: one is through it when the way from it to the centre of mass crosses the
-plate, not when that way passes above or beside it. Its top edge and its real ends and bends are cores.
+The plate of a barrier meets the vertices of the hull: a vertex has penetrated if the segment from it to the centre of
+mass crosses the plate, but not if the segment passes above or beside it. The plate's top edge and its real ends and
+bends are cores.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ _NOWHERE = (0.0, 0.0, 0.0)
 
 @kernel
 def lay_out(cloud, scratch):
-    """The hull's corners and normals at the predicted pose, into scratch.corners and scratch.normals."""
+    """Write the vertices and normals of the hull at the predicted pose into scratch.corners and scratch.normals."""
     trial = scratch.trial[0]
     place = trial.x, trial.y, trial.z
     for k in range(cloud.corners.shape[0]):
@@ -43,14 +44,14 @@ def lay_out(cloud, scratch):
 
 @kernel
 def _height_over(cloud, scratch, face, p):
-    """Distance [m] of a place from a face's plane, outward."""
+    """Distance [m] of a point from the plane of a face, positive outside."""
     trial = scratch.trial[0]
     return dot(scratch.normals[face], minus(p, (trial.x, trial.y, trial.z))) - cloud.offsets[face]
 
 
 @kernel
 def _clip_to_face(cloud, scratch, face, start, u, low, high):
-    """The part [low, high] of a line that lies within a face's outline, seen along the face's normal."""
+    """Part [low, high] of a line within the outline of a face, projected along the face's normal."""
     n = (scratch.normals[face, 0], scratch.normals[face, 1], scratch.normals[face, 2])
     first, last = cloud.starts[face], cloud.starts[face + 1]
     for k in range(first, last):
@@ -71,7 +72,9 @@ def _clip_to_face(cloud, scratch, face, start, u, low, high):
 
 @kernel
 def _way_out(cloud, scratch, start, u, long, enter, leave, free_start, free_end):
-    """Shortest way of the hull off a core inside it: (depth, hull's outward normal there, first and last along it)."""
+    """Shortest separation of the hull from a core inside it: (depth, outward normal of the hull there, first and last
+    point along the core).
+    """
     corners = scratch.corners
     centre = (scratch.trial[0].x, scratch.trial[0].y, scratch.trial[0].z)
     best, m_best, first, last = math.inf, _NOWHERE, enter, leave
@@ -145,7 +148,7 @@ def _nearest(cloud, scratch, start, u, long):
 def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, long, wide, slope, free, step, most):
     """Contacts of the hull with a round obstacle: core from start along u, radius wide + slope z; free : its ends.
 
-    most : [-] of both thicknesses that the hull's fastest point may move in a step
+    most : [-] share of both thicknesses that the fastest point of the hull may move in a step
     Returns (count, how far [m] it may move in the next).
     """
     terrain = scene.terrain
@@ -187,7 +190,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
         return count, travel
     r = point(point(p, -1.0, start), -z, u)
     n = (r[0] / distance, r[1] / distance, r[2] / distance)
-    # a face along the core: two contacts, where the core enters and leaves the face's outline
+    # a face along the core: two contacts, where the core enters and leaves the outline of the face
     face, most = -1, FACE_ALIGNED
     for k in range(cloud.normals.shape[0]):
         aligned = -(dot(n, scratch.normals[k]))
@@ -224,11 +227,11 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
                     terrain, frame, scratch, count, state, (key[0], key[1], key[2] + part),
                     point(q, away, side), side, away - wide - slope * at, step,
                 )  # fmt: skip
-        if gap > deepest - ASKEW:  # else they cross between the two, a few degrees askew
+        if gap > deepest - ASKEW:  # otherwise they cross between the two, at a few degrees
             return count, travel
         key = (key[0], key[1], -1 - key[2])
     if 0.0 < z < long:
-        # a stem's own taper leans the normal
+        # the taper of the stem tilts the normal
         scale = 1.0 / math.sqrt(1.0 + slope * slope)
         n = ((n[0] - slope * u[0]) * scale, (n[1] - slope * u[1]) * scale, (n[2] - slope * u[2]) * scale)
         gap *= scale
@@ -237,7 +240,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
 
 @kernel
 def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step, most):
-    """Contacts of the hull's corners with a plate; returns (count, travel)."""
+    """Contacts of the vertices of the hull with a plate; returns (count, travel)."""
     trial = scratch.trial[0]
     level = math.sqrt(plate.ux * plate.ux + plate.uy * plate.uy)
     x, y, ax, ay, width = plate.x, plate.y, plate.ux / level, plate.uy / level, plate.long * level
@@ -270,7 +273,7 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
 
 @kernel
 def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, settings, dt):
-    """Contacts with everything near. Returns (count, travel)."""
+    """Contacts with all obstacles nearby. Returns (count, travel)."""
     lay_out(cloud, scratch)
     travel, near = math.inf, scratch.near[0]
     most = min(settings.obstacle_travel, OBSTACLE_TRAVEL)

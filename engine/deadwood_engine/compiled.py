@@ -1,15 +1,15 @@
-"""Compilation: one decorator for every kernel, and a disk cache that sees edits in all of the engine's files.
+"""Compilation: one decorator for every kernel, and a disk cache that notices edits in any file of the engine.
 
-Numba's own cache looks only at the file of the function itself, so a kernel that calls an edited kernel of another
-file is served stale (measured: 3.0 instead of 300.0). Here the cache folder is named by a digest of all that the
-engine's sources say (``digest``), so any edit of that starts an empty one. It lies in the user's cache folder, which
-also serves read-only installs and leaves nothing behind in site-packages. Numba names a kernel's files by its line,
-too, and drops them when their source is younger: those of the engine's own kernels are named without
-(``CheckedFiles.keep_by_name``), for there the digest tells, and an edited comment leaves all kernels compiled.
+Numba's own cache checks only the file of the function itself, so a kernel that calls an edited kernel of another file
+is served stale (measured: 3.0 instead of 300.0). Here the cache folder is named by a digest of the syntax trees of all
+of the engine's sources (``digest``), so any change of code starts an empty one. It is in the user's cache folder, which
+also works for read-only installations and leaves nothing behind in site-packages. Numba also names the files of a
+kernel by its line number and drops them if their source is newer. For the engine's own kernels both are disabled
+(``CheckedFiles.keep_by_name``), because the digest decides, and an edited comment leaves all kernels compiled.
 
-What lies in the cache is pickles and machine code, which run: so it must be the user's alone
-(``digest.private_folder``), and a file that is not what was written (a full disk, a crash, a flipped bit) is dropped
-and compiled again (``CheckedFiles``).
+The cache contains pickles and machine code, which are executed: the folder must therefore be private to the user
+(``digest.private_folder``), and a file that differs from what was written (a full disk, a crash, a flipped bit) is
+discarded and compiled again (``CheckedFiles``).
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from .digest import engine_digest, user_folder
 _settings: Any = vars(numba)["config"]
 _KEPT_CACHES = 3
 
-F = TypeVar("F", bound=Callable[..., Any])  # a kernel is called as what it was made of
+F = TypeVar("F", bound=Callable[..., Any])  # a kernel has the type of the function that it was made from
 
 
 def _cache_folder() -> Path:
-    """The folder of this engine's kernels; those of engines before the last few are removed."""
+    """Folder of the kernels of this engine; those of engines older than the last few are removed."""
     base = user_folder()
     if base is None:
         base = Path(tempfile.mkdtemp(prefix="deadwood-toolbox-"))
@@ -55,7 +55,7 @@ def _cache_folder() -> Path:
 
 
 def _chosen_folder() -> Path:
-    """The one that the user names, or the user's own; in both, the kernels of each engine lie apart."""
+    """The folder named by the user, or the user's own; in both, the kernels of each engine are kept apart."""
     named = os.environ.get("NUMBA_CACHE_DIR")
     return Path(named) / engine_digest() if named else _cache_folder()
 
@@ -65,11 +65,12 @@ _HERE = Path(__file__).parent
 
 
 class CheckedFiles(IndexDataCacheFile):
-    """Numba's files of one kernel, each behind a checksum of its name and what was written: what is not that is not
-    there."""
+    """Numba's files of one kernel, each with a checksum of its name and content; a file that does not match is treated
+    as absent.
+    """
 
     def keep_by_name(self, function: Callable[..., Any]) -> None:
-        """Find the files of a kernel by what it is called and Python's version, whatever line it stands on."""
+        """Find the files of a kernel by its name and the version of Python, independent of its line number."""
         name = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}".replace("<", "").replace(">", "")
         name = f"{name}.py{sys.version_info[0]}{sys.version_info[1]}"
         self._index_name, self._data_name_pattern = f"{name}.nbi", f"{name}.{{number:d}}.nbc"
@@ -109,7 +110,7 @@ class CheckedFiles(IndexDataCacheFile):
 
 
 class _CalledLibrary(JITCodeLibrary):
-    """Code of a kernel for those that call it: linked into theirs as it is, which is then optimised as a whole."""
+    """Code of a kernel for its callers: linked into them unoptimised, and then optimised together with them."""
 
     def _optimize_final_module(self) -> None:
         pass
@@ -120,10 +121,11 @@ class _CalledLibrary(JITCodeLibrary):
 
 
 class _CalledCompiler(Compiler):
-    """Compiles a kernel that another one calls: nobody calls it from Python, so it is made no machine code of its own.
+    """Compiles a kernel that only other kernels call: it is never called from Python, so no machine code is made for it
+    alone.
 
-    Numba compiles every function that is called to machine code, with wrappers, and then once more into each that calls
-    it. Of these kernels, which call each other twelve deep, that was half of the time (69 s, now 34; same bits).
+    Numba compiles every called function to machine code, with wrappers, and then again into each of its callers. For
+    these kernels, whose calls are nested twelve deep, that was half of the compile time (69 s, now 34 s; same bits).
     """
 
     def __init__(
@@ -136,19 +138,19 @@ class _CalledCompiler(Compiler):
 
     @staticmethod
     def _get_executable(library: Any, fndesc: Any, env: Any) -> Any:
-        """Stands for the executable, as what Numba tells overloads apart by: a builtin like no other."""
+        """Stands in for the executable, which Numba uses to tell overloads apart: a unique builtin."""
         library.finalize()
         return [].append
 
 
 def kernel(function: F, inline: bool = False) -> F:
-    """Compile for scalars and arrays: cached on disk, free of the GIL, no fastmath (the same bits are a promise).
+    """Compile for scalars and arrays: cached on disk, without the GIL, no fastmath (identical bits are guaranteed).
 
-    Kernels allocate nothing, so Numba's reference counting is off: its atomic operations on every array handed to a
+    Kernels allocate nothing, so Numba's reference counting is off: its atomic operations on every array passed to a
     kernel cost more than the kernels (measured: a step with contacts took 2 to 4 times as long).
     """
     previous = _settings.CACHE_DIR
-    _settings.CACHE_DIR = CACHE_FOLDER  # read by Numba when it decorates; other users of Numba keep theirs
+    _settings.CACHE_DIR = CACHE_FOLDER  # read by Numba when it decorates; other users of Numba keep their own
     try:
         options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False, "forceinline": inline}
         compiled: Any = numba.njit(**options, cache=True)(function)
@@ -166,9 +168,9 @@ def kernel(function: F, inline: bool = False) -> F:
 
 
 def inlined(function: F) -> F:
-    """A kernel that is put into the one place of the step that calls it.
+    """A kernel that is inlined into its only caller, the time step.
 
-    Numba hands an array over as seven to nine words and a scene as some three hundred, on the stack, at every call;
-    without that the same step, with the same bits, takes four fifths of the time (measured: 2.70 and 2.16 us).
+    At every call Numba passes an array as seven to nine words, and a scene as some three hundred, on the stack. Without
+    this, the same step, with the same bits, takes four fifths of the time (measured: 2.70 and 2.16 us).
     """
     return kernel(function, inline=True)

@@ -1,16 +1,16 @@
 """The contact solver: Signorini contact, spatial Coulomb friction and Newton's impact law in one velocity problem.
 
-Gauss-Seidel over the contacts, matrix-free on the log's six velocities. For each contact the normal impulse is
-renewed first (prox on the half line), then the friction impulse is solved exactly on its disc of radius mu P_n
-(with G_tt anisotropic a plain projection needs tens of sweeps to stick). Where normal and tangent are strongly
-coupled, mu |G_nt| / G_nn > 1/2 (steep impacts of an end face, up to the Painleve paradox), that splitting crawls,
-and the contact's whole 3 x 3 block is solved instead.
+Block Gauss-Seidel over the contacts, matrix-free on the six velocities of the log. For each contact the normal impulse
+is updated first (projection onto the half line), then the friction impulse is solved exactly on its disc of radius mu
+P_n (with an anisotropic G_tt a plain projection needs tens of sweeps to find stick). If normal and tangent are strongly
+coupled, mu |G_nt| / G_nn > 1/2 (steep impacts of an end face, up to the Painleve paradox), that splitting converges
+slowly, and the whole 3 x 3 block of the contact is solved instead.
 
 symbol      in code            unit
 P           pn, pt, pu         m/s (impulse per mass)
 gamma       gn, gt, gu         m/s (relative velocity at the contact)
 G           gnn, gnt, ...      - (Delassus block times mass)
-tol         tolerance          m/s: no contact's velocity changes by more in the last sweep
+tol         tolerance          m/s: greatest change of a contact velocity in the last sweep
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ from .turning import remember_plane
 def disc_impulse(gtt, gtu, guu, ct, cu, radius, s):
     """Eq. 7: friction impulse p of one contact: gamma = c + G p is zero (stick), or opposes p with |p| = radius (slip).
 
-    Slip solves (G + s I) p = -c for the s >= 0 that puts p on the disc, by Newton on 1/|p| (the trust-region secular
-    equation). From the left of the root it converges monotonically; from the right its first step leads there. It goes
-    on from the s of the sweep before, and no farther than a sweep is worth: the sweeps go on until nothing changes.
-    Returns (pt, pu, s for the next sweep).
+    Slip solves (G + s I) p = -c for the s >= 0 that puts p on the disc, by Newton's method on 1/|p| (the secular
+    equation of the trust-region problem). From the left of the root it converges monotonically; from the right its
+    first step leads to the left. It starts from the s of the previous sweep and is only solved as accurately as a sweep
+    requires, because the sweeps continue until nothing changes. Returns (pt, pu, s for the next sweep).
     """
     if radius <= 0.0:
         return 0.0, 0.0, s
     size, pt, pu = 1.0, 0.0, 0.0
     for _ in range(DISC_ITERATIONS):
-        # all times the determinant, which leaves one division a step
+        # everything times the determinant, which leaves one division per iteration
         a, b = gtt + s, guu + s
         det = a * b - gtu * gtu
         pt, pu = gtu * cu - b * ct, gtu * ct - a * cu
@@ -69,9 +69,10 @@ def disc_impulse(gtt, gtu, guu, ct, cu, radius, s):
 
 @kernel
 def _slip(c, cn, ct, cu, angle):
-    """Of a slip in the direction of the angle, all times the normal stiffness s: (s, s gamma_t x e, s gamma_t . e).
+    """For slip in the direction of the angle, everything times the normal stiffness s: (s, s gamma_t x e, s gamma_t .
+    e).
 
-    The normal impulse is -cn / s. Without the division nothing is singular where s = 0, and no root hides beside it.
+    The normal impulse is -cn / s. Without the division nothing is singular at s = 0, and no root is missed next to it.
     """
     et, eu = math.cos(angle), math.sin(angle)
     mu = c.mu
@@ -83,10 +84,10 @@ def _slip(c, cn, ct, cu, angle):
 
 @kernel
 def block_impulse(c, cn, ct, cu):
-    """Eq. [c]: exact impulse (n, t, u) of one contact from its free velocity: separate, stick, or slip.
+    """Eq. [c]: exact impulse (n, t, u) of one contact from its free velocity: separation, stick or slip.
 
-    Slip is a root in the direction of slip: scanned from the free velocity's direction, then bisected.
-    Returns (ok, pn, pt, pu); not ok where no branch fits (then the caller keeps the split solve).
+    Slip is a root in the direction of slip: found by a scan from the direction of the free velocity, then by bisection.
+    Returns (ok, pn, pt, pu); not ok if no branch applies (the caller then keeps the split solution).
     """
     if cn >= 0.0:
         return True, 0.0, 0.0, 0.0
@@ -127,11 +128,11 @@ def block_impulse(c, cn, ct, cu):
 
 @inlined
 def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
-    """Renew the impulses of all contacts until none changes a contact velocity by more than the tolerance (eq. 5 to 9).
+    """Update the impulses of all contacts until no contact velocity changes by more than the tolerance (eq. 5 to 9).
 
-    The state's velocities must already hold the effect of the impulses in the tables (warm start); they are updated
-    in place. rolling : the moment against rolling, a ROLLING; lines : whether there are lines of contacts, along
-    which the pressure is spread (``pressure``); used : sweeps made before.
+    The velocities of the state must already include the impulses in the tables (warm start); they are updated in place.
+    rolling : the moment that resists rolling, a ROLLING; lines : whether there are lines of contacts along which the
+    pressure is distributed (``pressure``); used : sweeps made before.
 
     Returns (sweeps used, largest change of a contact velocity in the last sweep [m/s]).
     """
@@ -152,7 +153,7 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
             pn, pt, pu = c.pn, c.pt, c.pu
             gn = along_normal(c, (vx, vy, vz), (wx, wy, wz)) - c.target
             pressed = 0.0
-            if lines and c.line != 0:  # the line has renewed the normal impulse
+            if lines and c.line != 0:  # the line has updated the normal impulse
                 gn, pressed = 0.0, c.pressed
             if pn == 0.0 and gn >= 0.0:
                 if slow:
@@ -217,7 +218,7 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
 
 @kernel
 def exchange(contacts, keys, k, m, spare):
-    """Exchange two contacts; spare: room for one."""
+    """Exchange two contacts; spare: buffer for one."""
     spare[0] = contacts[k]
     contacts[k] = contacts[m]
     contacts[m] = spare[0]
@@ -227,16 +228,16 @@ def exchange(contacts, keys, k, m, spare):
 
 @kernel
 def turn_around(contacts, keys, count, spare):
-    """Put the contacts into the opposite order, to see what the order of the sweeps does; spare: room for one."""
+    """Reverse the order of the contacts, to measure the effect of the order of the sweeps; spare: buffer for one."""
     for k in range(count // 2):
         exchange(contacts, keys, k, count - 1 - k, spare)
 
 
 @inlined
 def find_old(contacts, keys, count, old_keys, old_count):
-    """Enter each contact's row among those of the step before.
+    """Find the row of each contact among those of the previous step.
 
-    Both lists run in the same order, so the search goes on from the last find.
+    Both lists have the same order, so the search continues from the last match.
     """
     at = 0
     for k in range(count):
@@ -264,9 +265,9 @@ def add_impulse(c, state, pn, pt, pu):
 
 @inlined
 def warm_start(contacts, count, state, old_contacts, ratio):
-    """Start each contact from its impulse of the step before, turned into its new frame and put back on its cone.
+    """Start each contact from its impulse in the previous step, rotated into its new frame and projected onto its cone.
 
-    Impulses scale with the ratio of the time steps.
+    Impulses are scaled by the ratio of the time steps.
     """
     for k in range(count):
         c = contacts[k]
@@ -289,7 +290,7 @@ def warm_start(contacts, count, state, old_contacts, ratio):
 
 @inlined
 def remember(contacts, keys, count, state, old_keys, old_contacts, turning):
-    """Keep what the next step's warm start, and its turns if there are any, need of the loaded contacts: how many."""
+    """Store what the next step's warm start and turning need of the loaded contacts; returns how many there are."""
     kept = 0
     for k in range(count):
         c = contacts[k]

@@ -1,8 +1,8 @@
-"""The contact table: what terrain (``rings``) and obstacles add to, and the solver reads (paper, sections 3.2-3.3).
+"""The contact table, filled by terrain (``rings``) and obstacles and read by the solver (paper, sections 3.2-3.3).
 
-A contact is predicted: a point of the log is looked up where it would be a step ahead if nothing
-held it, and is a contact when it would then lie below the surface. The solver lets it approach the plane it
-would hit, but not cross it. First touch is met, and no push ever lifts a log out of the ground (that would add energy).
+Contacts are predicted: a point of the log is evaluated where it would be at the end of the step if nothing held it, and
+is a contact if it would then be below the surface. The solver lets it approach the plane that it would hit, but not
+cross it. The first touch is met, and no impulse ever lifts a log out of the ground (which would add energy).
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from .vectors import cross, dot, norm
 # A contact: world axes, per unit of mass
 CONTACT = np.dtype(
     [
-        ("rx", "f8"), ("ry", "f8"), ("rz", "f8"),  # m, contact point from the centre of mass
-        ("nx", "f8"), ("ny", "f8"), ("nz", "f8"),  # normal, away from what is touched
+        ("rx", "f8"), ("ry", "f8"), ("rz", "f8"),  # m, contact point relative to the centre of mass
+        ("nx", "f8"), ("ny", "f8"), ("nz", "f8"),  # normal, pointing away from the touched surface
         ("tx", "f8"), ("ty", "f8"), ("tz", "f8"), ("ux", "f8"), ("uy", "f8"), ("uz", "f8"),  # two tangents
-        ("rnx", "f8"), ("rny", "f8"), ("rnz", "f8"),  # m, levers: r x n, r x t, r x u
+        ("rnx", "f8"), ("rny", "f8"), ("rnz", "f8"),  # m, lever arms: r x n, r x t, r x u
         ("rtx", "f8"), ("rty", "f8"), ("rtz", "f8"), ("rux", "f8"), ("ruy", "f8"), ("ruz", "f8"),
         ("bnx", "f8"), ("bny", "f8"), ("bnz", "f8"),  # 1/m, inverse inertia times these
         ("btx", "f8"), ("bty", "f8"), ("btz", "f8"), ("bux", "f8"), ("buy", "f8"), ("buz", "f8"),
@@ -33,58 +33,58 @@ CONTACT = np.dtype(
         ("gnn", "f8"), ("gtt", "f8"), ("guu", "f8"), ("gnt", "f8"), ("gnu", "f8"), ("gtu", "f8"),  # Delassus block G
         ("target", "f8"),  # m/s, least normal velocity after the step
         ("gap", "f8"),  # m, g_N now, negative = penetration
-        ("room", "f8"),  # m, the same to the plane ahead, which the step may use up
+        ("room", "f8"),  # m, gap to the predicted plane, which the step may close
         ("mu", "f8"),  # coefficient of friction
-        ("before_n", "f8"), ("before_t", "f8"), ("before_u", "f8"),  # m/s, gamma before the step's impulses
-        ("shift", "f8"),  # s of the friction disc (``disc_impulse``) in the sweep before
-        # normal and point of the plane ahead, and of that which the log moves along
+        ("before_n", "f8"), ("before_t", "f8"), ("before_u", "f8"),  # m/s, gamma before the impulses of the step
+        ("shift", "f8"),  # s of the friction disc (``disc_impulse``) in the previous sweep
+        # normal and point of the predicted plane, and of the plane along which the log moves
         ("ahead_nx", "f8"), ("ahead_ny", "f8"), ("ahead_nz", "f8"),
         ("ahead_rx", "f8"), ("ahead_ry", "f8"), ("ahead_rz", "f8"),
         ("from_nx", "f8"), ("from_ny", "f8"), ("from_nz", "f8"),
         ("from_rx", "f8"), ("from_ry", "f8"), ("from_rz", "f8"),
-        ("turn", "f8"),  # m/s, approach to the plane ahead that comes of their difference (``turning``), or 0
-        ("old_row", "i8"),  # row of the same contact among those kept of the step before (``find_old``), -1: it is new
-        ("roll", "f8"),  # m, most moment about the log's axis that resists rolling, per normal impulse (``rolling``)
-        ("line", "i8"),  # contacts, from this one on, on one straight line; -1 within, 0 on none (``pressure``)
-        ("pressed", "f8"),  # m/s, change of pn by the line
+        ("turn", "f8"),  # m/s, approach to the predicted plane due to the difference of the two (``turning``), or 0
+        ("old_row", "i8"),  # row of the same contact among those stored in the previous step (``find_old``), -1: new
+        ("roll", "f8"),  # m, greatest moment that resists rolling, per normal impulse (``rolling``)
+        ("line", "i8"),  # number of contacts on one straight line, from this one on; -1 inside, 0 none (``pressure``)
+        ("pressed", "f8"),  # m/s, change of pn due to the line
         ("last_n", "f8"), ("last_t", "f8"), ("last_u", "f8"),  # m/s, change of P in the last sweep
         ("rebound", "f8"),  # m/s, what restitution adds to the target
         ("tried_n", "f8"), ("tried_t", "f8"), ("tried_u", "f8"),  # m/s, P of a solve with restitution (``impacts``)
-        ("limit", "f8"),  # m/s, most friction where a solve finds no end (``impacts``)
-        ("along", "f8"), ("stretch", "f8"),  # m, its place along the log's axis, and of the line for which it bears
+        ("limit", "f8"),  # m/s, limit of friction where a solve does not converge (``impacts``)
+        ("along", "f8"), ("stretch", "f8"),  # m, position along the log's axis, length represented on the line
     ]
 )  # fmt: skip
 
-# What is kept of a loaded contact for the next step
+# What is stored of a loaded contact for the next step
 OLD_CONTACT = np.dtype(
     [
-        ("px", "f8"), ("py", "f8"), ("pz", "f8"),  # m/s, its impulse in the world
-        ("nx", "f8"), ("ny", "f8"), ("nz", "f8"),  # the plane that the log then moves along: normal and point [m]
+        ("px", "f8"), ("py", "f8"), ("pz", "f8"),  # m/s, its impulse in world axes
+        ("nx", "f8"), ("ny", "f8"), ("nz", "f8"),  # the plane along which the log then moves: normal and point [m]
         ("rx", "f8"), ("ry", "f8"), ("rz", "f8"),
         ("speed", "f8"),  # m/s, velocity along that normal
     ]
 )  # fmt: skip
 
-# Kind of contact, first column of the keys: terrain, or a kind of obstacle (``cores``); the second is the slot
+# Kind of contact, first column of the keys: terrain, or a kind of obstacle (``cores``); the second column is the slot
 # (terrain) or the row among all cores, the third a part
 TERRAIN = 0
 KEY_WIDTH = 3
 
 
 class Ahead(NamedTuple):
-    """The step whose contacts are sought, and the pose in it for which they are found."""
+    """The step whose contacts are sought, and the pose within it for which they are found."""
 
     dt: float  # [s]
     gravity: float  # [m/s2]
-    at: float  # [s] within the step, of that pose
-    restitution: float  # [-] of what is touched
-    friction: float  # [-] of what is touched; below 0: the ground's there
-    rolling: float  # [-] coefficient of rolling friction of what is touched
+    at: float  # [s] time of that pose within the step
+    restitution: float  # [-] of the touched surface
+    friction: float  # [-] of the touched surface; negative: that of the ground there
+    rolling: float  # [-] coefficient of rolling friction of the touched surface
 
 
 @kernel
 def along_normal(c, v, w):
-    """Velocity [m/s] along a contact's normal of a body that moves with v [m/s] and turns with w [1/s] (eq. 6)."""
+    """Velocity [m/s] along a contact's normal of a body with velocity v [m/s] and angular velocity w [1/s] (eq. 6)."""
     return dot((c.nx, c.ny, c.nz), v) + dot((c.rnx, c.rny, c.rnz), w)
 
 
@@ -102,11 +102,11 @@ def along_u(c, v, w):
 
 @kernel
 def set_normal(c, state, smooth):
-    """Lever of the normal, and velocity along it before the step, of a contact whose point and normal are set.
+    """Lever arm of the normal, and velocity along it before the step, of a contact whose point and normal are set.
 
-    smooth: the body is round about its axis. Then its spin brings no part of it nearer to the ground, and no push along
-    a normal turns it about that axis. The lever of a candidate that is not the deepest of its ring says otherwise: by
-    it a spinning end bored itself in.
+    smooth: the body is round about its axis. Its spin then brings no part of it nearer to the ground, and no impulse
+    along a normal turns it about that axis. The exact lever arm of a candidate that is not the deepest of its ring
+    would differ: with it, a spinning end drilled itself into the ground.
     """
     a = cross((c.rx, c.ry, c.rz), (c.nx, c.ny, c.nz))
     if smooth:
@@ -117,9 +117,9 @@ def set_normal(c, state, smooth):
 
 @inlined
 def set_frames(contacts, count, state, body):
-    """Tangents, their levers, Delassus blocks and velocities before the step, of contacts with a normal and its lever.
+    """Tangents, their lever arms, Delassus blocks and velocities before the step, of contacts whose normals are set.
 
-    Once for all, when no normal changes any more (``turning``).
+    Called once, when no normal changes any more (``turning``).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
     v, w = (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])
@@ -128,7 +128,7 @@ def set_frames(contacts, count, state, body):
     for row in range(count):
         c = contacts[row]
         rx, ry, rz, nx, ny, nz = c.rx, c.ry, c.rz, c.nx, c.ny, c.nz
-        # tangents: first along the axis least aligned with the normal, as in Leine et al. (2014)
+        # tangents: the first along the axis least aligned with the normal, as in Leine et al. (2014)
         if abs(nx) <= abs(ny) and abs(nx) <= abs(nz):
             tx, ty, tz = 0.0, nz, -ny
         elif abs(ny) <= abs(nz):
@@ -175,12 +175,11 @@ def set_frames(contacts, count, state, body):
 @kernel
 def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, gap, step, smooth):
     """Append one contact: point, normal, and the least normal velocity after the step (eq. 6, 8 and 9); its frame
-    is left to ``set_frames``.
+    is set later, by ``set_frames``.
 
-    gap is the gap predicted for the pose of ``step`` (an ``Ahead``); the gap now follows from the free velocity along
-    the normal.
-    key is (kind, slot or item, part). Returns the new count; a full table keeps what it has (``scratch`` sizes it).
-    smooth: as ``set_normal``.
+    gap is the gap predicted for the pose of ``step`` (an ``Ahead``); the present gap follows from the free velocity
+    along the normal. key is (kind, slot or item, part). Returns the new count; a full table ignores further contacts
+    (``scratch`` sizes it). smooth: as in ``set_normal``.
     """
     if count >= contacts.shape[0]:
         return count
@@ -193,13 +192,13 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
     before = c.before_n
     now = gap - step.at * (before - 0.5 * nz * gravity * step.at)
     c.gap = c.room = now
-    # A gap that gravity closes within the step counts as closed, or contacts of a resting log would flicker
+    # A gap that gravity closes within the step counts as closed; otherwise the contacts of a resting log would flicker
     now -= min(HOVER * gravity * dt * dt, HOVER_MOST)
     c.target = -now / dt if now > 0.0 else 0.0
     c.rebound = 0.0
     if restitution > 0.0 and before < -IMPACT * gravity * dt:
-        # Newton's impact law, eq. 8, of the velocities at the node; by the middle of the step gravity has taken its
-        # half. As the target there, -eps gamma- let a log rise by eps v dt / 2 too high
+        # Newton's impact law, eq. 8, holds for the velocities at the node; by the middle of the step gravity has acted
+        # for half of it. With -eps gamma- as the target there, a log rose by eps v dt / 2 too high
         c.rebound = max(0.0, -restitution * before - 0.5 * nz * gravity * dt - c.target)
         c.target += c.rebound
     c.mu, c.turn = mu, 0.0
@@ -214,10 +213,11 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
 
 @kernel
 def first_rebound(contacts, count, gravity):
-    """When [s] in the step the first contact touches that leaves with a part of its speed (eq. 8); infinity: none does.
+    """Time [s] within the step at which the first rebounding contact touches (eq. 8); infinity if none does.
 
-    A log that has some way to go must not rebound before it: it would fly on above the ground, fall back, and lose the
-    work of that, g dt delta / 2, beside what the impact takes. To be asked before ``turning`` moves the targets.
+    A log that still has some distance to travel must not rebound earlier: it would continue above the ground, fall
+    back, and lose the work g dt delta / 2 in addition to the impact's dissipation. To be called before ``turning``
+    changes the targets.
     """
     first = math.inf
     for k in range(count):
@@ -230,7 +230,7 @@ def first_rebound(contacts, count, gravity):
 
 @kernel
 def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, mu, slot, step, smooth):
-    """Add the contact of point r (from the centre of mass) with the facet of gradient ``slope``."""
+    """Add the contact of point r (relative to the centre of mass) with the facet of gradient ``slope``."""
     nz = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
     before = count
     count = add_contact(
@@ -238,7 +238,8 @@ def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, 
         -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz, step, smooth,
     )  # fmt: skip
     if count > before:
-        # The penetration reported is measured on the surface below the point itself, not on the predicted facet's plane
+        # The reported penetration is measured at the surface below the point itself, not at the plane of the predicted
+        # facet
         height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + r[0], state[Y] + r[1])
         contacts[before].gap = (state[Z] + r[2] - height) / math.sqrt(1.0 + gx * gx + gy * gy)
     return count
@@ -250,8 +251,8 @@ def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, s
 
     step : an ``Ahead``, of which ``trial`` is the pose
 
-    The lever is taken back to the present axis: the axis turns within the step, and the present spin about it (tens
-    of rad/s) times that turn would pass for a speed along the normal.
+    The lever arm is rotated back to the present axis: the axis turns within the step, and the present spin about it
+    (tens of rad/s) times that rotation would appear as a velocity along the normal.
     """
     rx, ry, rz = p[0] - trial.x, p[1] - trial.y, p[2] - trial.z
     s = dot((rx, ry, rz), (trial.dx, trial.dy, trial.dz))
@@ -262,7 +263,7 @@ def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, s
 
 @kernel
 def predict(state, dt, gravity, trial):
-    """The pose of a log after free motion for dt, into ``trial`` (``surroundings.POSE``)."""
+    """Pose of a log after free motion for dt, into ``trial`` (``surroundings.POSE``)."""
     tx, ty, tz = swing_of(state)
     qx, qy, qz = state[DX] + dt * tx, state[DY] + dt * ty, state[DZ] + dt * tz
     scale = 1.0 / norm((qx, qy, qz))

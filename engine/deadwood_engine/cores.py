@@ -1,13 +1,14 @@
-"""All obstacles as the kernels read them: round cores, of whatever kind, in one table with one index.
+"""All obstacles as the kernels read them: swept spheres (cores) of whatever kind, in one table with one index.
 
-A round core is all that lies within wide + slope z of the points of its axis, start + z u, 0 <= z <= long. A stump is
-an upright cylinder whose end is flat: within wide - disc of the discs of radius disc about its axis. What a file
-of obstacles (``trees``, ``barriers``, ``lying_logs``, ``blocks``) has to do is to say which cores its things are
-(``lay_out``); what touches them is the affair of ``narrow_phase`` and ``obstacles``.
+A core with its radius is the set of points within wide + slope z of the points of its axis, start + z u, 0 <= z <=
+long: a swept sphere with a linearly varying radius. A stump is an upright cylinder with a flat end: all points within
+wide - disc of the discs of radius disc about its axis. A file of one kind of obstacle (``trees``, ``barriers``,
+``lying_logs``, ``blocks``) only has to state of which cores its objects consist (``lay_out``); ``narrow_phase`` and
+``obstacles`` compute the contacts.
 
-Cores that meet end to end are a chain. Where their least gap to a log is at a joint, it is the joint's only if the gap
-grows along both, and the core that begins there has the contact: ``before`` is the direction in which the core before
-it goes away from the joint (zero where the end is free), ``after`` says that another one begins at its end.
+Cores joined end to end are a chain. If their least gap to a log is at a joint, it counts only if the gap grows along
+both cores, and the contact belongs to the core that begins there: ``before`` is the direction in which the preceding
+core leaves the joint (zero where the end is free), ``after`` states that another core begins at its end.
 """
 
 from __future__ import annotations
@@ -26,29 +27,30 @@ Array = NDArray[np.float64]
 # Kinds of obstacles; 0 is the terrain. A barrier is an edge with a plate below it
 TREE, BARRIER, LYING, BLOCK = 1, 2, 3, 4
 
-# Contacts of a log with one core, at most: two of a shared line or one; a plate has three such cores, its edge and two
-# posts, and the log's two ends
+# Greatest number of contacts of a log with one core: two on a shared line, or one; a plate has three such cores, its
+# edge and two posts, and the two ends of the log
 CORE_CONTACTS = 8
 
 CORE = np.dtype(
     [
-        # in plan from the cell's node in the scene, from the log's in the near table [m]; height above the reference
+        # in plan from the node of the cell in the scene, from that of the log in the near table [m]; height above the
+        # reference
         ("x", "f8"), ("y", "f8"), ("z", "f8"),
         ("ux", "f8"), ("uy", "f8"), ("uz", "f8"), ("long", "f8"),  # direction [-] and length [m]
         ("wide", "f8"), ("slope", "f8"),  # radius at the start [m], its change along the core [-]
-        ("disc", "f8"),  # radius [m] of what is flat of a stump's top; the rim's rounding is wide - disc
+        ("disc", "f8"),  # radius [m] of the flat part of a stump's top; the rounding of the rim is wide - disc
         ("before_x", "f8"), ("before_y", "f8"), ("before_z", "f8"), ("after", "f8"),
-        ("first_post", "f8"), ("last_post", "f8"),  # of a barrier's edge: whether a post stands at its start, its end
-        ("kind", "i8"), ("owner", "i8"),  # row in the user's table; what is no barrier is numbered after the trees
-        ("capacity", "f8"),  # J that it takes in a hit before it breaks (``breaking``), infinite: it does not
-        # near table only: ``obstacles.time_beside``; how far the log is clear of it at least [m]
+        ("first_post", "f8"), ("last_post", "f8"),  # of a barrier's edge: a post at its start, at its end
+        ("kind", "i8"), ("owner", "i8"),  # row in the user's table; fallen logs, boulders after the trees
+        ("capacity", "f8"),  # J that it absorbs in a hit before it breaks (``breaking``); infinite: it does not break
+        # near table only: ``obstacles.time_beside``; least clearance of the log from it [m]
         ("along", "f8"), ("room", "f8"), ("clear", "f8"),
     ]
 )  # fmt: skip
 
 
 class Cores(NamedTuple):
-    """Round cores, shape (n, ...): node, DEM column and row below the start, int64 (n, 2); solid, of dtype CORE."""
+    """Cores, shape (n, ...): node, DEM column and row below the start, int64 (n, 2); solid, of dtype CORE."""
 
     node: np.ndarray
     solid: np.ndarray
@@ -70,7 +72,7 @@ def lay_out(
         solid[name], solid["u" + name] = start[:, k], unit[:, k]
     solid["long"], solid["wide"], solid["slope"], solid["kind"], solid["owner"] = long, wide, slope, kind, item
     solid["capacity"] = np.inf
-    solid["room"] = np.inf  # until ``obstacles`` says otherwise; a cloud's steps do not ask for it
+    solid["room"] = np.inf  # until ``obstacles`` sets it; the steps of a cloud do not use it
     for name, values in ends.items():
         solid[name] = values
     return solid
@@ -78,7 +80,7 @@ def lay_out(
 
 def joined(parts: list[Any], cell: float) -> Cores:
     """One table of all kinds, indexed in plan."""
-    solid = np.concatenate(parts).view(np.recarray)  # so that kernels read alike in Python
+    solid = np.concatenate(parts).view(np.recarray)  # so that kernels can be called from Python in the same way
     start = np.column_stack([solid["x"], solid["y"]])
     end = start + solid["long"][:, None] * np.column_stack([solid["ux"], solid["uy"]])
     wide = np.maximum(solid["wide"], solid["wide"] + solid["long"] * solid["slope"])[:, None]
@@ -88,9 +90,9 @@ def joined(parts: list[Any], cell: float) -> Cores:
 
 
 def by_kind(cores: Cores, cell: float, first: tuple[int, int]) -> dict[int, Any]:
-    """The cores that are listed, as ``lay_out`` made them, by their kind; first : DEM node that theirs count from.
+    """The listed cores, as ``lay_out`` made them, by kind; first : DEM node from which their nodes are counted.
 
-    To the bit: x = start - node cell is exact, for both are near one another, and so is their sum.
+    Exact to the bit: x = start - node cell is exact, because both are close to each other, and so is their sum.
     """
     rows = np.unique(cores.index.items)
     solid, node = cores.solid[rows].copy(), cores.node[rows] + first
@@ -99,7 +101,7 @@ def by_kind(cores: Cores, cell: float, first: tuple[int, int]) -> dict[int, Any]
 
 
 def left_out(cores: Cores, gone: NDArray[np.bool_]) -> Cores:
-    """Cores of which some are listed nowhere; rows stay what they are. No cores at all where none is left."""
+    """Remove some cores from the index; the row numbers stay the same. No cores at all if none is left."""
     if gone.all():
         return joined([np.zeros(0, CORE)], 1.0)
     stays = ~gone[cores.index.items]
@@ -134,8 +136,8 @@ def _apart_in_plan(ax, ay, bx, by, cx, cy, dx, dy):
 def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
     """List the cores within reach [m] of the log's axis in plan (base to tip), in its frame; returns the count.
 
-    Listed is what is no farther than ``reach`` from axis to axis in plan [m], less the core's largest radius: by the
-    core alone, whatever else there is and however the index is laid out. Tools count on that
+    A core is listed if the distance in plan from axis to axis [m], minus the core's largest radius, is at most
+    ``reach``: this depends on the core alone, not on other obstacles or on the layout of the index. Tools rely on that
     (``evaluate.protection.siting``).
     """
     if cores.solid.shape[0] == 0:
@@ -166,7 +168,7 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
 
 @kernel
 def still_there(listed, table, count, gone, number):
-    """Leave out of a list those that the log has broken, the first ``number`` rows in ``gone``; returns the count."""
+    """Remove from a list the cores broken by the log, the first ``number`` rows of ``gone``; returns the count."""
     left = 0
     for m in range(count):
         stands = True
@@ -182,7 +184,9 @@ def still_there(listed, table, count, gone, number):
 
 @kernel
 def skin_of(settings, kind):
-    """(friction, below 0 the ground's; restitution) of an obstacle: wood is wood, boulders are ground."""
+    """(friction, negative: that of the ground; restitution) of an obstacle: wood has that of wood, boulders that of the
+    ground.
+    """
     if kind == BARRIER:
         return settings.barrier_friction, settings.barrier_restitution
     if kind == BLOCK:

@@ -1,13 +1,14 @@
-"""Crests: where the side of a log touches terrain, as it must on a surface made of bilinear cells.
+"""Crests: where the side of a log touches terrain that consists of bilinear cells.
 
-A cone's side is straight along its axis and cells are all but straight along a line, so between its ends a log touches
-the terrain where its lowest line crosses the grid lines of the DEM, as a plank touches a stair at its edges. The normal
-there is square to the cone's side and to the grid line, both of which are known; the slopes of the cells on either side
-do not matter. With those slopes for normals and rings at fixed places, rings are the teeth of a cogwheel: each falls
-between two crests and strikes the flank of the next. Measured (slow logs on a rough slope, two seconds): a log then
-moved the less the denser its rings, by 2 % for each halving of their distance, without an end.
+The lateral surface of a cone is straight along its axis and cells are almost straight along a line, so between its ends
+a log touches the terrain where its lowest generator crosses the grid lines of the DEM, as a plank touches stairs at
+their edges. The normal there is perpendicular to the generator and to the grid line, both of which are known; the
+slopes of the cells on either side do not matter. With those slopes as normals and rings at fixed places, rings act like
+the teeth of a gear: each drops between two crests and strikes the flank of the next. Measured (slow logs on a rough
+slope, two seconds): a log moved less the denser its rings, by 2 % for each halving of their distance, without limit.
 
-A twisted cell may be highest along the log between its grid lines: there the side touches along the ground's tangent.
+A twisted cell may be highest along the log between its grid lines: there the log touches along the tangent of the
+ground.
 """
 
 from __future__ import annotations
@@ -23,10 +24,12 @@ from .terrain import bilinear, surface
 
 @inlined
 def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, reach):
-    """Eq. [j]: slope of the plane that touches the cone's side at p, on ground of this height and gradient (gx, gy).
+    """Eq. [j]: slope of the plane that touches the side of the cone at p, on ground of this height and gradient (gx,
+    gy).
 
     Ground that falls away from its own tangent within the reach [m] along the axis is the flank of a crest, which the
-    side touches: what is left of its gradient is the part across the axis. Other ground, and walls, keep theirs.
+    side touches: only the component of its gradient across the axis is kept. Other ground, and walls, keep their
+    gradient.
     """
     nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
     along = nz * (dz - gx * dx - gy * dy)
@@ -42,15 +45,16 @@ def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, re
     return gx, gy
 
 
-APEX = 2  # in the place of a grid line's family: between grid lines, where a twisted cell is highest along the log
+APEX = 2  # in place of a grid line's family: between grid lines, where a twisted cell is highest along the log
 
 
 @inlined
 def _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, inverse, way, line):
     """Where the line p + t l crosses a grid line: (vertical gap there [m], t, slope along the grid line).
 
-    inverse : [-] one over l's part across these grid lines; way : 0 grid lines north-south, 1 east-west; line : its
-    column or row from the node (j0, i0). No gap, infinity, outside the DEM.
+    inverse : [-] one over the component of l across these grid lines; way : 0 grid lines north-south, 1 east-west; line
+    :
+        its column or row from the node (j0, i0). Outside the DEM the gap is infinite.
     """
     p, q, across = (px, py, ly) if way == 0 else (py, px, lx)
     t = (line * cell - p) * inverse
@@ -71,7 +75,7 @@ def _highest_of(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low
     """The highest crossing so far, and those with the grid lines of one family (``way``): as ``_highest``."""
     gap, best, slope, family, number = highest
     p, along = (px, lx) if way == 0 else (py, ly)
-    if abs(along) >= ALONG_GRID:  # else it would not tell which way the crest is touched
+    if abs(along) >= ALONG_GRID:  # otherwise it would not tell in which direction the crest is touched
         inverse = 1.0 / along
         u, v = (p + low * along) * inverse_cell, (p + high * along) * inverse_cell
         for line in range(int(math.ceil(min(u, v))), int(np.floor(max(u, v))) + 1):
@@ -83,13 +87,14 @@ def _highest_of(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low
 
 @inlined
 def _highest(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
-    """Of the line p + t l's crossings with grid lines, t in [low, high], the one least above ground, if below ``gap``.
+    """Of the line p + t l's crossings with grid lines, t in [low, high], the one with the least height above ground, if
+    below ``gap``.
 
-    Returns (gap, t, slope along the grid line, its family as in ``_crossing``, -1 for none, and its number). Where the
-    line goes on coming nearer to the ground on one side, the family is APEX if it touches the twisted cell there, and
-    none if it touches farther along, as on a plane.
+    Returns (gap, t, slope along the grid line, its family as in ``_crossing``, -1 for none, and its number). If the
+    line continues to approach the ground on one side, the family is APEX if it touches the twisted cell there, and none
+    if it touches farther along, as on a plane.
     """
-    # each family by itself, for the compiler then knows which it is (three quarters of the time)
+    # each family separately, because the compiler then knows which it is (three quarters of the time)
     none = (gap, 0.0, 0.0, -1, 0)
     first = _highest_of(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, high, 0, none)
     gap, best, slope, family, number = _highest_of(
@@ -102,13 +107,13 @@ def _highest(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, h
             height, gx, gy = bilinear(heights, inverse_cell, i0, j0, px + t * lx, py + t * ly)
             beside = pz + t * lz - height
             if beside < gap:
-                # in a cell the gap is a parabola of t
+                # within a cell the gap is a parabola in t
                 rate = lz - gx * lx - gy * ly
                 bend = (gap - beside + rate * ahead) / (ahead * ahead)
                 t -= 0.5 * rate / bend
                 beside -= 0.25 * rate * rate / bend
                 height, _, _ = bilinear(heights, inverse_cell, i0, j0, px + t * lx, py + t * ly)
-                # the lowest point lies in another cell, or nowhere
+                # the lowest point is in another cell, or there is none
                 if not (bend > 0.0 and low <= t <= high and abs(pz + t * lz - height - beside) < SAME_CELL * cell):
                     return gap, best, slope, -1, number
                 return beside, t, 0.0, APEX, 0
@@ -117,25 +122,28 @@ def _highest(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, h
 
 @inlined
 def _plane_through(lx, ly, lz, family, slope):
-    """Slope (x, y) of the plane that holds a side's line l and a grid line of this slope; too steep, if so."""
+    """Slope (x, y) of the plane that contains a generator l and a grid line of this slope; too steep, if so."""
     sx, sy = ((lz - ly * slope) / lx, slope) if family == 0 else (slope, (lz - lx * slope) / ly)
     return sx, sy, (1.0 + sx * sx + sy * sy) * LEAST_UPWARD * LEAST_UPWARD > 1.0
 
 
 @inlined
 def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, high, gap):
-    """The crest under a log's side between ``low`` and ``high`` [m] along its axis q from the ring with centre c [j].
+    """The crest under the side of a log between ``low`` and ``high`` [m] along its axis q from the ring with centre c
+    [j].
 
-    e : from the axis to the ring's lowest point, square to the axis; a : its length, the ring's radius [m]
+    e : from the axis to the lowest point of the ring, perpendicular to the axis; a : its length, the radius of the ring
+    [m]
     gap : [m] vertical, of the ring's own point
 
-    Returns (found, t, e, gap, slope): whether a crest stands out over the ring's own point; where along the axis [m];
+    Returns (found, t, e, gap, slope): whether a crest rises above the ring's own point; its position along the axis
+    [m];
     from the axis to the point there, its vertical gap [m] and the slope (x, y) of the plane that touches log and crest.
     """
     heights, cell, inverse_cell = terrain.heights, terrain.cell, terrain.inverse_cell
     k = taper / a
     lx, ly, lz = qx + k * ex, qy + k * ey, qz + k * ez
-    most = min(gap - CREST * a, REFINED * a)  # higher than that is no contact, even looked at once more
+    most = min(gap - CREST * a, REFINED * a)  # a higher one is not a contact, even after refinement
     gap, t, slope, family, line = _highest(
         heights, cell, inverse_cell, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high, most
     )
@@ -148,8 +156,8 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
     sx, sy, steep = _plane_through(lx, ly, lz, family, slope)
     if steep:
         return False, 0.0, ex, ey, ez, gap, 0.0, 0.0
-    # once more, with the lowest line as this crest has it
-    nd = qz - sx * qx - sy * qy  # times n_z, as the rest
+    # once more, with the generator that is lowest at this crest
+    nd = qz - sx * qx - sy * qy  # times n_z, like the rest
     ox, oy, oz = nd * qx + sx, nd * qy + sy, nd * qz - 1.0
     scale = a / math.sqrt(ox * ox + oy * oy + oz * oz)
     ox, oy, oz = scale * ox, scale * oy, scale * oz

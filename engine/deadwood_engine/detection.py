@@ -20,8 +20,9 @@ from .rings import terrain_contacts
 
 @inlined
 def _ground(cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch):
-    """Terrain contacts of a log, or of a cloud. Numba drops the branch that the type of ``cloud`` rules out, so nobody
-    waits for kernels of shapes that do not slide to be compiled."""
+    """Terrain contacts of a log, or of a cloud. Numba drops the branch that the type of ``cloud`` excludes, so nobody
+    waits for the compilation of kernels for shapes that are not used.
+    """
     if cloud is None:
         trial, near = scratch.trial[0], scratch.near[0]
         predict(state, step.dt, step.gravity, trial)
@@ -37,14 +38,14 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
 
 @inlined
 def _near_obstacles(cloud, scene, frame, scratch, count, state, body, settings, dt, advance):
-    """Contacts with all that is listed as near: as ``obstacles.contacts_with``."""
+    """Contacts with all obstacles listed as near: as ``obstacles.contacts_with``."""
     if cloud is None:
         return contacts_with(
             scene.terrain, frame, scratch.near_cores, scratch.listed, scratch.near[0].cores, scratch.contacts,
             scratch.keys, count, state, body, scratch.trial[0], settings, dt, advance, scratch.pose[0],
         )  # fmt: skip
     count, travel = cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, settings, dt)
-    return count, travel, -math.inf, -1, -1  # a cloud looks at what is near in every step
+    return count, travel, -math.inf, -1, -1  # a cloud queries all near obstacles in every step
 
 
 @inlined
@@ -64,8 +65,8 @@ def _lowest_gap(cloud, scene, frame, state, body, stations, scratch):
 def find_contacts(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles):
     """Contacts of the pose predicted for a step dt: terrain, then (if obstacles is true) obstacles.
 
-    path [m]: how far the log can have moved since its release; advance [m]: in this step. What is farther away than
-    that is not looked at: the rings sleep (``terrain_contacts``), and so do the obstacles as a whole.
+    path [m]: how far the log can have moved since its release; advance [m]: in this step. Surfaces farther away than
+    that are not queried: the rings are inactive (``terrain_contacts``), and so are the obstacles as a whole.
 
     Returns (count, travel allowed in the next step by the obstacles [m], whether there is terrain below the whole log).
     """
@@ -96,7 +97,7 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
                 near.cores = cores.still_there(scratch.listed, scratch.near_cores, near.cores, scratch.gone, near.gone)
             moved = 0.0
         near.beside = near.cores
-        # what is not listed is farther away than the margin that is left
+        # obstacles that are not listed are farther away than the remaining margin
         free = travel = NEAR_MARGIN - moved
         ground = count
         count, allowed, clear, thin, nearest = _near_obstacles(
@@ -112,19 +113,20 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
             elif clear < free:
                 enter(noted, notes, book, scratch.listed[nearest])
         travel, free = min(travel, allowed), min(free, clear)
-        # the distances are those of the pose ahead, and the pose now is within ``advance`` of it
+        # the distances are those of the predicted pose, and the present pose is within ``advance`` of it
         near.obstacles_wake = path - advance + free
     return count, travel, whole
 
 
 @kernel
 def contacts_at(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles):
-    """``find_contacts`` for the rare calls beside the step's own: compiled once, not into each of them."""
+    """``find_contacts`` for the rare calls outside the time step: compiled once, not inlined into each caller."""
     return find_contacts(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles)
 
 
 @kernel
 def owner_of(scene, key):
-    """(is a barrier, row in the user's table) of an obstacle's contact; what is no barrier is numbered after the trees:
-    lying logs, then blocks."""
+    """(is a barrier, row in the user's table) of an obstacle's contact; other obstacles are numbered after the trees:
+    lying logs, then boulders.
+    """
     return key[0] == BARRIER, scene.cores.solid[key[1]].owner

@@ -1,13 +1,13 @@
-"""Which engine this is: a digest of what its sources say to the machine and of the compiler's version.
+"""Identity of the engine: a digest of the syntax trees of its sources and of the compiler's version.
 
-What a run computes follows from these to the bit. So the digest names the kernels' cache, belongs in the manifest of
-every run, and a run is resumed only by the engine that began it; the benchmark page says of which engine it is. It is
-of the syntax trees without docstrings: an engine whose comments, docstrings or line breaks were edited is the same one,
-under any version of Python.
+These determine the results of a run to the bit. The digest therefore names the cache of the kernels and is part of the
+manifest of every run; a run is resumed only by the engine that started it, and the benchmark page states its
+engine. It is made from the syntax trees without docstrings: editing comments, docstrings or line breaks does not change
+it, under any version of Python.
 
-To parse all sources takes a fifth of a second, to read them 5 ms. So which trees belong to which bytes is remembered in
-the user's cache folder, where nobody else can write; where there is none, they are parsed at every start. This file
-imports nothing of the engine: others load it by itself, without the compiler.
+Parsing all sources takes a fifth of a second, reading them 5 ms. The digest that belongs to given bytes is therefore
+stored in the user's cache folder, to which nobody else can write; without such a folder, the sources are parsed at
+every start. This file imports nothing from the engine: others load it alone, without the compiler.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from pathlib import Path
 from typing import Any
 
 REMEMBERED = "engine-digests"  # file of the cache folder: a line each engine's bytes, its digest, a checksum of both
-_MOST = 50  # lines of it
+_MOST = 50  # file in the cache folder, a line per engine: hash, digest, checksum
 
 
 def _is_ours(folder: Path) -> bool:
-    """Whether it is a folder of this user, no link, that nobody else can write to. Windows keeps profiles apart."""
+    """Whether it is a folder of this user, not a link, and private to it. Windows keeps profiles separate."""
     seen = folder.lstat()
     if not stat.S_ISDIR(seen.st_mode):
         return False
@@ -36,9 +36,10 @@ def _is_ours(folder: Path) -> bool:
 
 
 def private_folder(folder: Path) -> bool:
-    """Make a folder that only this user can read and write, or make sure that it is one; False where it cannot be.
+    """Create a folder that only this user can read and write, or verify that it is one; False if that is impossible.
 
-    One of the user's own that others could write to (an umask of 002 made such) is emptied: its files may be theirs.
+    A folder of the user's to which others could write (created with an umask of 002) is emptied: its files may be
+    theirs.
     """
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -56,7 +57,7 @@ def private_folder(folder: Path) -> bool:
 
 
 def user_folder() -> Path | None:
-    """The folder of this user, and nobody else, for what the engine keeps between runs; None where there is none."""
+    """This user's private folder for what the engine keeps between runs; None if there is none."""
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "deadwood-toolbox"
     if private_folder(base):
         return base
@@ -65,9 +66,9 @@ def user_folder() -> Path | None:
 
 
 def _tell(node: Any, said: list[str]) -> None:
-    """What a syntax tree says, apart from bare strings (docstrings); what is empty or None in a field is left out.
+    """Serialise a syntax tree without bare strings (docstrings); fields that are empty or None are omitted.
 
-    ``ast.dump`` writes out what one version of Python has in its trees and the next one has not.
+    ``ast.dump`` is not used because its output depends on the version of Python.
     """
     import ast
 
@@ -92,9 +93,9 @@ def _tell(node: Any, said: list[str]) -> None:
 
 
 def digest_of(folder: Path, compiler: str = "", without: Collection[str] = ()) -> str:
-    """Digest of the syntax trees of an engine's sources, and of the compiler's version: 16 hexadecimal digits.
+    """Digest of the syntax trees of an engine's sources and of the compiler's version: 16 hexadecimal digits.
 
-    without : names of files that are left out, where another digest has what they say
+    without : names of files to omit, if another digest covers them
     """
     import ast
 
@@ -112,7 +113,7 @@ def _line(read: str, found: str) -> str:
 
 
 def _remembered(file: Path) -> list[str]:
-    """Lines that are whole, oldest first."""
+    """The intact lines, oldest first."""
     try:
         lines = [line.split() for line in file.read_text(encoding="ascii").splitlines()]
     except (OSError, ValueError):
@@ -122,7 +123,7 @@ def _remembered(file: Path) -> list[str]:
 
 @cache
 def engine_digest() -> str:
-    """Digest of this engine and of Numba's version: 16 hexadecimal digits (5 ms, once a process)."""
+    """Digest of this engine and of Numba's version: 16 hexadecimal digits (5 ms, once per process)."""
     folder, compiler = Path(__file__).parent, version("numba")
     names = sorted(folder.glob("*.py"))
     contents = [(source.name, hashlib.sha256(source.read_bytes()).hexdigest()) for source in names]
@@ -135,7 +136,7 @@ def engine_digest() -> str:
     found = digest_of(folder, compiler)
     if base:
         new = base / f"{REMEMBERED}.{os.getpid()}"
-        try:  # whole or not at all
+        try:  # all or nothing
             new.write_text("\n".join([*lines[1 - _MOST :], _line(read, found)]) + "\n", encoding="ascii")
             new.replace(base / REMEMBERED)
         except OSError:  # a full disk: parsed again next time

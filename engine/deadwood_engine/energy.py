@@ -1,4 +1,4 @@
-"""The energy balance of a step: the work that its contacts did (``impacts`` corrects contacts that did too much)."""
+"""The energy balance of a step: the work of its contacts (``impacts`` corrects contacts that did too much)."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def contact_work(c, motion, at, fall):
 
 @kernel
 def impulse_work(contacts_table, count, motion, at, fall, rolling, spin):
-    """Eq. [f]: work of the contact impulses, and of the moment against rolling, per mass [J/kg].
+    """Eq. [f]: work of the contact impulses, and of the moment that resists rolling, per mass [J/kg].
 
-    motion[at:at + 6] are the velocities after [m/s, rad/s], spin [1/s] that about the axis; fall [m/s] is what gravity
-    has already added to them for the time after the node.
+    motion[at:at + 6] are the velocities after the impulses [m/s, rad/s], spin [1/s] that about the axis; fall [m/s] is
+    the velocity that gravity has already added to them for the time after the node.
     """
     work = rolling_work(rolling, spin)
     for k in range(count):

@@ -1,13 +1,13 @@
-"""Aitken's extrapolation of a slow solve: where many sweeps would lead, in one step.
+"""Aitken's extrapolation of a slowly converging solve: the effect of many sweeps in one step.
 
-Where normals oppose each other (a log jammed between stems, on both flanks of a channel) a sweep of Gauss-Seidel takes
-away a hundredth of what is left, always along the same direction of the impulses. If the change of a sweep is lambda
-times that of the sweep before, all sweeps to come add up to
+If normals oppose each other (a log jammed between stems, or touching both flanks of a channel), a Gauss-Seidel sweep
+removes a hundredth of the remaining error, always along the same direction of the impulses. If the change of a sweep
+is lambda times that of the previous sweep, all following sweeps together amount to
 
     lambda / (1 - lambda) times the last change,    lambda = (D1.D0) / (D0.D0),
 
-which is Aitken's delta-squared process along one direction (Aitken 1926). What comes of it is put back on the cones,
-and the sweeps go on: they alone decide when a solve is done.
+which is Aitken's delta-squared process along one direction (Aitken 1926). The result is projected onto the cones, and
+the sweeps continue: they alone decide when a solve has converged.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from .limits import EXTRAPOLATE_ALIKE
 
 @kernel
 def sweeps_ahead(same, before, now):
-    """Eq. [n]: how many times the last change of the impulses the sweeps to come amount to; 0 where none can be given.
+    """Eq. [n]: the multiple of the last change of the impulses to which the following sweeps amount; 0 if it cannot be
+    estimated.
 
-    same, before, now : D1.D0, D0.D0 and D1.D1 of the changes of the last two sweeps
+    same, before, now : D1.D0, D0.D0 and D1.D1 of the changes in the last two sweeps
     """
     if same <= EXTRAPOLATE_ALIKE * math.sqrt(before * now) or before == 0.0:
         return 0.0
@@ -32,13 +33,13 @@ def sweeps_ahead(same, before, now):
 
 @kernel
 def _until_unloaded(load, change, times):
-    """So many changes at most that none more than unloads what bears a load."""
+    """The largest multiple at which no loaded contact is more than unloaded."""
     return min(times, -load / change) if change < 0.0 else times
 
 
 @kernel
 def before_unloading(contacts, count, times):
-    """So many of the last changes at most, for where a contact or an end of a line lets go another mode begins."""
+    """The largest multiple of the last changes before a contact or the end of a line opens and another mode begins."""
     start = 0
     while start < count:
         number = max(contacts[start].line, 1)
@@ -60,7 +61,9 @@ def before_unloading(contacts, count, times):
 
 @kernel
 def go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz):
-    """Move all impulses on by so many times their last change, put them back on their cones; returns the velocities."""
+    """Advance all impulses by a multiple of their last change and project them onto their cones; returns the
+    velocities.
+    """
     for k in range(count):
         c = contacts[k]
         pn = max(0.0, c.pn + times * c.last_n)

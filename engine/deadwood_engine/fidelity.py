@@ -1,6 +1,6 @@
-"""Fidelity: what a run may cost and how exact it is, as plain numbers. Kernels never learn a preset's name.
+"""Fidelity: the cost and accuracy of a run, as plain numbers. Kernels do not know the names of presets.
 
-The four rows are measured by ``benchmarks``; the errors that each number governs are named beside it.
+The four rows are measured by ``benchmarks``; the errors that each number controls are stated beside it.
 """
 
 from __future__ import annotations
@@ -11,27 +11,30 @@ from typing import NamedTuple
 class Fidelity(NamedTuple):
     """The numbers that trade speed for accuracy.
 
-    time_step : [s] longest step; governs the order-one error of impacts and friction
-    travel_cells : [DEM cells, of 1 m at most] the log moves at most so far in a step (``travel``); governs penetration
-        and what of the terrain's roughness is seen
-    station_spacing : [m] longest distance of the log's contact rings; each finds the highest crest of its stretch
-    spacing_cells : [DEM cells] the same, in cells; governs how deep a second crest of the same stretch may poke in
-    tolerance : [-] of g dt; contact velocities are solved to this; governs creep
-    sweeps : most Gauss-Seidel sweeps a step; a step that needs more is counted as unconverged
-    trace_cells : [DEM cells] the log's ends move at most so far between two outlines in rasters and trajectories; less
-        where they go astray from the straight way or the log turns (``trace.outline_is_due``)
-    trace_spacing : [m] the same, in metres, where that is more than a cell
-    obstacle_travel : [-] of the two thicknesses (radius of the log + radius of a stem) the log moves at most in a step
-        beside it, sideways; beyond 1 the axes could change sides, which is passing through. Beside what is thin it
-        is 0.3 at most, of the fastest point (``limits.OBSTACLE_TRAVEL``)
-    ring_points : 3, or 1: the deepest point of a contact ring, and the two at 45 degrees beside it, which find the
+    time_step : [s] longest step; controls the first-order error of impacts and friction
+    travel_cells : [DEM cells, of at most 1 m] greatest distance that the log moves in a step (``travel``); controls
+        penetration and how much of the terrain's roughness is resolved
+    station_spacing : [m] greatest distance between the log's contact rings; each finds the highest crest of its stretch
+    spacing_cells : [DEM cells] the same, in cells; controls how deep a second crest of the same stretch may penetrate
+    tolerance : [-] of g dt, of the contact velocities in the solver; controls creep
+    sweeps : greatest number of Gauss-Seidel sweeps in a step; a step that needs more is counted as not converged
+    trace_cells : [DEM cells] greatest distance that the log's ends move between two outlines in rasters and
+    trajectories;
+        less if they deviate from a straight path or the log turns (``trace.outline_is_due``)
+    trace_spacing : [m] the same, in metres, if that is more than a cell
+    obstacle_travel : [-] share of the two thicknesses (radius of the log + radius of a stem) that the log moves
+    sideways in
+        a step beside it; beyond 1 the axes could change sides, and the log would pass through. Beside thin obstacles it
+        is at most 0.3, of the fastest point (``limits.OBSTACLE_TRAVEL``)
+    ring_points : 1, the deepest point of a contact ring, or 3, with the two at 45 degrees beside it, which find the
         walls of a channel; the end faces always have nine
-    backward : sweep the contacts from last to first (for the study of what the order does)
-    coarse_cells : [DEM cells] rings stand no closer than this, however far that is in metres. The ground is straight
-        within a cell but for its twist: more rings see no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times
+    backward : sweep the contacts from last to first (to study the effect of the order)
+    coarse_cells : [DEM cells] least distance between rings, whatever it is in metres. The ground is straight within a
+    cell
+        except for its twist, so more rings resolve no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times
         the time for the same reach and the same depth)
-    rebound_share : [-] of time_step and travel_cells where something rebounds: a log that hops meets ground and stems
-        anew in every step, and each time by how far the last one carried it
+    rebound_share : [-] of time_step and travel_cells where anything rebounds: a bouncing log meets ground and stems
+        in new places in every step, and the error grows with the distance between them
     """
 
     time_step: float
@@ -59,14 +62,14 @@ FIDELITIES: dict[str, Fidelity] = {
 }
 
 
-# [m] size of cells from which on a step is no longer: by how much the ground turns from cell to cell does not grow with
-# them, so with a way of as many cells what a log of the same size sinks by would. On rough cells of 5 m draft's sank by
-# 0.16 of their diameter in the median, now by 0.08, for 1.4 times the steps
+# [m] cell size above which a step does not grow any more: the change of slope from cell to cell does not grow with
+# the cells, so at a constant number of cells per step the depth to which a log sinks would. On rough cells of 5 m
+# draft's logs sank by 0.16 of their diameter in the median, now by 0.08, for 1.4 times the steps
 LARGEST_CELL = 1.0
 
 
 def longest_travel(fidelity: Fidelity, cell: float) -> float:
-    """Most way [m] of a log in a step on a DEM of this cell size."""
+    """Greatest distance [m] that a log moves in a step on a DEM of this cell size."""
     return fidelity.travel_cells * min(cell, LARGEST_CELL)
 
 
@@ -77,8 +80,9 @@ def station_spacing(fidelity: Fidelity, cell: float) -> float:
 
 
 def fidelity_with(name: str, time_step: float | None, station_spacing: float | None) -> Fidelity:
-    """A row with a user's numbers in the place of its own, where there are some: they hold on any cells, at any
-    restitution."""
+    """A row in which a user's numbers, as far as given, replace its own: they apply on any cells and at any
+    restitution.
+    """
     row = FIDELITIES[name]
     if time_step is not None:
         row = row._replace(time_step=time_step, rebound_share=1.0)
@@ -88,11 +92,11 @@ def fidelity_with(name: str, time_step: float | None, station_spacing: float | N
 
 
 def where_things_rebound(fidelity: Fidelity, *restitutions: float) -> Fidelity:
-    """The row for a scene: its share of step and travel, if any of the restitutions [-] of what is there is above 0."""
+    """The row for a scene: with its share of step and travel if any restitution [-] in the scene is above 0."""
     share = fidelity.rebound_share if any(each > 0.0 for each in restitutions) else 1.0
     return fidelity._replace(time_step=share * fidelity.time_step, travel_cells=share * fidelity.travel_cells)
 
 
 def trace_step(fidelity: Fidelity, cell: float) -> float:
-    """Most way [m] of a log's ends between two outlines on a DEM of this cell size."""
+    """Greatest distance [m] that a log's ends move between two outlines on a DEM of this cell size."""
     return min(fidelity.trace_cells * cell, max(fidelity.trace_spacing, cell))

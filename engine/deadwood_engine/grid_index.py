@@ -1,4 +1,4 @@
-"""A uniform grid over plan boxes: which items could lie near a place. Prepared once, read by all kernels."""
+"""A uniform grid over boxes in plan: which items may be near a place. Built once, read by all kernels."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .compiled import kernel
 
 
 class GridIndex(NamedTuple):
-    """Items by grid cell, in compressed rows: cell c holds items[start[c]:start[c + 1]]; no items, one empty cell."""
+    """Items by grid cell, in compressed rows: cell c holds items[start[c]:start[c + 1]]; without items, one cell."""
 
     start: np.ndarray
     items: np.ndarray
@@ -28,7 +28,7 @@ def index_boxes(low: np.ndarray, high: np.ndarray, cell: float = 8.0) -> GridInd
     Parameters
     ----------
     low, high : [m], shape (n, 2); corners of the boxes
-    cell : [m] of the grid; grown where the items are spread so wide that the grid would be mostly empty
+    cell : [m] of the grid; enlarged if the items are so scattered that the grid would be mostly empty
     """
     n = len(low)
     if n == 0:
@@ -54,8 +54,9 @@ def index_boxes(low: np.ndarray, high: np.ndarray, cell: float = 8.0) -> GridInd
 
 @kernel
 def floor_within(x, low, high):
-    """floor(x), but at least ``low`` and at most ``high``; NaN is ``low``. A number beyond the range of integers may
-    become any of them."""
+    """floor(x), but at least ``low`` and at most ``high``; NaN gives ``low``. A number beyond the range of integers may
+    give any of them.
+    """
     if not x >= low:
         return low
     if x >= high:
@@ -65,7 +66,7 @@ def floor_within(x, low, high):
 
 @kernel
 def grid_window(index, x_low, y_low, x_high, y_high):
-    """Grid cells that a plan box touches: first and last column, first and last row (empty when last < first)."""
+    """Grid cells that a box in plan touches: first and last column, first and last row (empty if last < first)."""
     i0 = floor_within((x_low - index.x0) / index.cell, 0, index.columns)
     j0 = floor_within((y_low - index.y0) / index.cell, 0, index.rows)
     i1 = floor_within((x_high - index.x0) / index.cell, -1, index.columns - 1)
@@ -75,7 +76,7 @@ def grid_window(index, x_low, y_low, x_high, y_high):
 
 @kernel
 def insert_sorted(listed, count, item):
-    """Put an item into an ascending list once; returns the new count. The order of a list is then that of the table."""
+    """Insert an item into an ascending list once; returns the new count. A list so has the order of the table."""
     at = count
     while at > 0 and listed[at - 1] > item:
         at -= 1
@@ -89,7 +90,7 @@ def insert_sorted(listed, count, item):
 
 @kernel
 def list_near(index, listed, x_low, y_low, x_high, y_high):
-    """List the items whose grid cells touch a plan box, ascending, each once; returns the count."""
+    """List the items whose grid cells touch a box in plan, ascending, each once; returns the count."""
     i0, i1, j0, j1 = grid_window(index, x_low, y_low, x_high, y_high)
     count = 0
     for j in range(j0, j1 + 1):

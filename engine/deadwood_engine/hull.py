@@ -1,9 +1,9 @@
-"""Convex hull of a point cloud, and the mass properties of a solid in closed triangles. Plain NumPy, once a run.
+"""Convex hull of a point cloud, and the mass properties of a solid bounded by triangles. Plain NumPy, once per run.
 
-Quickhull (Barber et al. 1996): every point outside waits at one face that it is outside of; the farthest of a face is
-taken in, the faces that it sees are replaced by those to their rim. Among points equally far the one that is last in
-the order of coordinates is taken, so what enters is always a corner, never a point on an edge. Faces in one plane
-become one polygon.
+Quickhull (Barber et al. 1996): every outside point is assigned to one face that it is outside of; the farthest point of
+a face is added, and the faces visible from it are replaced by faces to their horizon. Of several points equally far,
+the last in the order of coordinates is taken, so an added point is always a vertex, never a point on an edge. Coplanar
+faces are merged into one polygon.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ class Hull:
 
 
 def hull_of(points: Array) -> Hull:
-    """The convex hull of points [m], shape (n, 3).
+    """Convex hull of points [m], shape (n, 3).
 
     Raises
     ------
     ValueError
-        when all points lie in one plane, line or place
+        if all points lie in one plane, on one line or in one place
     """
     points = np.asarray(points, float)
     size = float(np.ptp(points, axis=0).max(initial=0.0)) if len(points) else 0.0
@@ -51,7 +51,7 @@ def hull_of(points: Array) -> Hull:
 
 
 def _farthest(points: Array, rows: NDArray[np.int64], distance: Array, slack: float) -> int:
-    """Of the rows the one with the largest distance; among equals the last in the order of coordinates."""
+    """The row with the largest distance; of equal ones the last in the order of coordinates."""
     ties = rows[distance >= distance.max() - slack]
     return int(ties[np.lexsort(points[ties].T[::-1])[-1]])
 
@@ -141,13 +141,13 @@ def _triangles(points: Array, size: float) -> list[tuple[int, int, int]]:
 
 
 def _merged(points: Array, triangles: NDArray[np.int64], size: float) -> Hull:
-    """Triangles in one plane as one face."""
+    """Coplanar triangles as one face."""
     normals, offsets, members = [], [], []
     pending = set(range(len(triangles)))
     side = {(t[k], t[(k + 1) % 3]): row for row, t in enumerate(triangles.tolist()) for k in range(3)}
     a, b, c = points[triangles].transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    for seed in np.argsort(-area, kind="stable").tolist():  # the largest triangle gives the plane best
+    for seed in np.argsort(-area, kind="stable").tolist():  # the largest triangle defines the plane best
         if seed not in pending:
             continue
         normal, offset = _plane(points, tuple(triangles[seed].tolist()))
@@ -172,7 +172,8 @@ def _merged(points: Array, triangles: NDArray[np.int64], size: float) -> Hull:
         while after[loop[-1]] != loop[0]:
             loop.append(after[loop[-1]])
         around.append(loop)
-    # a point of two faces only lies on their common edge: it entered because no farther one waited at its face
+    # a point of two faces only lies on their common edge: it was added because no farther point was assigned to its
+    # face
     number = np.bincount([row for loop in around for row in loop], minlength=len(points))
     corners = np.flatnonzero(number > 2)
     place = {int(row): k for k, row in enumerate(corners)}
@@ -182,9 +183,9 @@ def _merged(points: Array, triangles: NDArray[np.int64], size: float) -> Hull:
 
 
 def of_triangles(points: Array, triangles: NDArray[np.int64]) -> tuple[float, Array, Array]:
-    """Volume [m3], centre [m] and inertia about the centre, per density [m5], of the solid in closed triangles.
+    """Volume [m3], centre [m] and inertia about the centre, per density [m5], of a solid bounded by triangles.
 
-    Sums over the tetrahedra between the triangles and a point inside, with their sign (Tonon 2004 has the moments).
+    Signed sums over the tetrahedra between the triangles and a point inside (moments after Tonon 2004).
     """
     middle = points[np.unique(triangles)].mean(axis=0)
     a, b, c = (points[triangles] - middle).transpose(1, 0, 2)

@@ -1,34 +1,35 @@
-"""The impulses of a step where Newton's law gives energy, or where a solve finds no end.
+"""The impulses of a step in which Newton's law would generate energy, or in which a solve does not converge.
 
-A step never ends with a closed contact that approaches, beyond the solver's tolerance: impulses P that the table of
-contacts may end with are **admissible**, which is that
+A step never ends with an approaching closed contact, beyond the solver's tolerance: the impulses P with which it may
+end are **admissible**, that is
 
-    P_N >= 0,  |P_T| <= mu P_N,  |M| <= sum(a_k P_k)     in the cones of friction, that of rolling too,     [n]
-    gamma_N+ >= b0                                       no closed contact approaches; a gap is closed at most,
-    W = P.gamma- + P.G P / 2 <= W0                       the contacts do no work.
+    P_N >= 0,  |P_T| <= mu P_N,  |M| <= sum(a_k P_k)     inside the cones of friction and of rolling friction,  [n]
+    gamma_N+ >= b0                                       no closed contact approaches; a gap is at most closed,
+    W = P.gamma- + P.G P / 2 <= W0                       the contacts do no positive work.
 
-b0 is the target of a contact (``contacts.add_contact``) less its part of restitution (``rebound``), so it is -gap/dt
-or 0; gamma- are velocities at the node, and W0 is 0, or what the solve without restitution does: at most (g dt)^2 / 8,
-gravity's own share between the node and the middle of the step (docs/tests.md, T62).
+b0 is the target of a contact (``contacts.add_contact``) without the part due to restitution (``rebound``), so it is
+-gap/dt or 0; gamma- are velocities at the node, and W0 is 0, or the work of the solve without restitution: at most
+(g dt)^2 / 8, gravity's own share between the node and the middle of the step (docs/tests.md, T62).
 
-**Restitution.** Newton's law contact by contact may give energy where several contacts act, or friction does (Kane's
-paradox), and may ask for what no motion fulfils (a log in a wedge cannot leave both sides): no sweep ends then. So
-beside Pe, the solve with restitution, stands P0, that with the targets b0. The first two conditions are convex, and
-velocities are affine in P: with P0 and Pe every blend P0 + s (Pe - P0) keeps them, for Pe's targets are no less than
-b0. The work is a parabola in s that opens upwards, W(s) = W0 + s m + s^2 q with q the kinetic energy of the difference
-of both velocities, so all s with W(s) <= max(0, W0) form an interval that begins at 0. Its end is taken. What a blend
-does not keep is complementarity: a contact may be pushed, and separate more slowly than by its own e. Of a solve with
-restitution that found no end, as much is taken as lets no contact approach: the rest of it may be nothing.
+**Restitution.** Newton's law, contact by contact, may generate energy if several contacts or friction act (Kane's
+paradox), and may demand what no motion satisfies (a log in a wedge cannot leave both sides); the sweeps then do not
+converge. Besides Pe, the solve with restitution, there is therefore P0, the solve with the targets b0. The first two
+conditions are convex, and velocities are affine in P: if P0 and Pe satisfy them, so does every blend P0 + s (Pe - P0),
+because Pe's targets are at least b0. The work is a parabola in s that opens upwards, W(s) = W0 + s m + s^2 q with q the
+kinetic energy of the difference of both velocities, so all s with W(s) <= max(0, W0) form an interval that starts
+at 0. Its upper end is used. A blend gives up complementarity: a contact may carry an impulse and yet separate
+more slowly than by its own e. Of a solve with restitution that did not converge, the largest share is used at which
+no contact approaches, which may be zero.
 
-**Solves without an end.** A jam between opposed normals may hit the cap of sweeps without restitution, too. Impulses
-that are admissible as they are stay; an approach counts as none there that a finished solve may leave, too, which is
-what the last sweep's changes of the other contacts bring about. Else no friction impulse may grow from there on beyond
-the least mu P_N of the sweeps so far (``settle``): with limits that only fall the sweeps go towards Tresca's problem,
-whose friction does not depend on the pressure. That is convex: sweeps descend to its solution, which does no work, for
-P = 0 is admissible. It costs friction, in that one step. If the sweeps that are granted leave it with a positive work,
-they begin once more from P = 0 without friction: there every sweep lowers P.(gamma- - b) + P.G P / 2 exactly, which is
-0 at first, so wherever they are cut off no work is left. What still approaches then does so by what a sweep changes;
-the step counts as unconverged.
+**Solves that do not converge.** A jam between opposed normals may reach the limit of sweeps without restitution, too.
+Impulses that are already admissible are kept; an approach is ignored if a converged solve could leave it as well,
+namely one that the last sweep's changes of the other contacts cause. Otherwise no friction impulse may from then on
+exceed the least mu P_N of the sweeps so far (``settle``): with limits that only decrease, the sweeps converge to
+Tresca's problem, in which friction does not depend on pressure. It is convex: the sweeps descend to its solution, which
+does no work, because P = 0 is admissible. The cost is some friction, in that one step. If positive work remains after
+the permitted sweeps, they start once more from P = 0 without friction: there every sweep strictly decreases P.(gamma- -
+b) + P.G P / 2, which is 0 at the start, so wherever they are cut off there is no positive work. Any remaining approach
+is then of the size of a sweep's change; the step counts as not converged.
 """
 
 from __future__ import annotations
@@ -46,10 +47,10 @@ from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, spin_of
 
 @kernel
 def settle(contacts, count, state, rolling, tolerance, sweeps, share):
-    """Sweep on with friction that no longer grows, until nothing changes by more than the tolerance [m/s].
+    """Continue to sweep with friction that may not grow, until nothing changes by more than the tolerance [m/s].
 
-    |P_T,k| <= limit_k [m/s], the contact's field: the least mu P_N,k so far, times the share (1, or 0: no friction).
-    The moment against rolling is bounded likewise. Returns the sweeps used.
+    |P_T,k| <= limit_k [m/s], a field of the contact: the least mu P_N,k so far, times the share (1, or 0: no friction).
+    The moment that resists rolling is bounded in the same way. Returns the sweeps used.
     """
     change, used, most = math.inf, 0, 0.0
     for k in range(count):
@@ -90,7 +91,7 @@ def settle(contacts, count, state, rolling, tolerance, sweeps, share):
 
 @kernel
 def restart(contacts, count, state, free, rolling):
-    """Take all impulses back: the velocities are those before them, ``free``."""
+    """Withdraw all impulses: the velocities are those before them, ``free``."""
     for k in range(count):
         c = contacts[k]
         c.pn, c.pt, c.pu, c.shift = 0.0, 0.0, 0.0, 0.0
@@ -102,7 +103,7 @@ def restart(contacts, count, state, free, rolling):
 
 @kernel
 def rebounds_at_all(contacts, count):
-    """Whether a contact is to leave with a part of its speed (eq. 8)."""
+    """Whether any contact is to rebound (eq. 8)."""
     most = 0.0
     for k in range(count):
         most = max(most, contacts[k].rebound)
@@ -111,7 +112,7 @@ def rebounds_at_all(contacts, count):
 
 @kernel
 def closing_speed(contacts, count, state):
-    """How fast [m/s] the contacts close, beyond their targets: the largest of all, at least 0."""
+    """Greatest speed [m/s] at which a contact closes, beyond its target; at least 0."""
     most = 0.0
     for k in range(count):
         c = contacts[k]
@@ -136,8 +137,9 @@ def largest_share(held, gained, parting):
 
 @kernel
 def share_that_holds_out(contacts, count, state, tried, allowed):
-    """The largest s in [0, 1] for which gamma_N(s) - b0 >= -allowed [m/s] in every contact, of velocities that go from
-    those of ``state`` to those that were tried; targets are those without restitution."""
+    """The largest s in [0, 1] for which gamma_N(s) - b0 >= -allowed [m/s] in every contact, for velocities between
+    those of ``state`` and those that were tried; targets are those without restitution.
+    """
     share = 1.0
     for k in range(count):
         c = contacts[k]
@@ -150,7 +152,7 @@ def share_that_holds_out(contacts, count, state, tried, allowed):
 
 @kernel
 def blend(contacts, count, state, tried, rolling, moment, share):
-    """Add the share of what is missing to the impulses that were tried, to their velocities and their moment."""
+    """Add the missing share to the impulses that were tried, to their velocities and their moment."""
     for k in range(count):
         c = contacts[k]
         c.pn += share * (c.tried_n - c.pn)
@@ -163,10 +165,10 @@ def blend(contacts, count, state, tried, rolling, moment, share):
 
 @kernel
 def make_admissible(contacts, count, state, body, free, tried, rolling, tolerance, sweeps, residual, fall, gained):
-    """Put impulses that are admissible [n] into the place of those that a solve ended with.
+    """Replace the impulses with which a solve ended by admissible ones [n].
 
-    free : (6,), velocities before the impulses [m/s, 1/s]; tried : (16,), room for a state
-    residual, tolerance : [m/s] of the solve; fall : [m/s] of gravity since the node, in the state and in ``free``
+    free : (6,), velocities before the impulses [m/s, 1/s]; tried : (16,), buffer for a state
+    residual, tolerance : [m/s] of the solve; fall : [m/s] due to gravity since the node, in the state and in ``free``
     gained : [J/kg] the work of its impulses
 
     Returns (work now [J/kg], residual of the solve without restitution [m/s], sweeps used).
@@ -204,5 +206,5 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
     blend(contacts, count, state, tried, rolling, moment, share)
     for k in range(count):
         contacts[k].rebound *= share
-        contacts[k].target += contacts[k].rebound  # what the impulses now fulfil, for the books
+        contacts[k].target += contacts[k].rebound  # what the impulses now satisfy, for the energy balance
     return impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)), residual, used

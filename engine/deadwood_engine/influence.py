@@ -1,19 +1,21 @@
-"""Which obstacles mattered to a log, and from when: without any of the others it goes the same way, bit for bit.
+"""Which obstacles mattered to a log, and from when: without any of the others its motion is the same, bit for bit.
 
-An obstacle changes a log's way in three manners, and each leaves a note, with the time of its first:
+An obstacle affects the motion of a log in three ways, each recorded with the time of its first occurrence:
 
-- it is a contact (``note_contacts``), in a step or in the certificate of rest;
-- of all that shortens a step, it decides how long it is (``note_step``). What allows a longer step decides nothing, and
-  taking it away changes nothing;
-- it is the nearest of all, and so decides when the obstacles are looked at next (``enter``). Alone that changes no bit:
-  what is not looked at is too far away to be touched, or to shorten a step by its distance. But the bound on a step
-  beside a stem (``obstacles.time_beside``) is more cautious than that on the step itself, so that a stem a little
-  farther away than a step's travel can shorten it where it happens to be looked at. Where that is so, or could be so
-  of what is not looked at, all that ever decided when to look have mattered (``note_all``).
+- it is in contact (``note_contacts``), in a step or in the static equilibrium test;
+- of all that shortens a step, it determines the length (``note_step``). An obstacle that would allow a longer step
+  determines nothing, and removing it changes nothing;
+- it is the nearest of all, and so determines when the obstacles are queried next (``enter``). This alone changes no
+bit:
+  an obstacle that is not queried is too far away to be touched, or to shorten a step by its distance. But the bound on
+  a step beside a stem (``obstacles.time_beside``) is more cautious than the bound on the step itself, so a stem
+  slightly farther away than a step's travel can shorten the step if it happens to be queried. Where this is so, or
+  could be so for an obstacle that is not queried, all that ever determined the time of a query have mattered
+  (``note_all``).
 
-So what is said holds for one obstacle and for several taken away together. A cloud's notes are of all that is listed.
-Beyond that, where a step may be longer than what is left of the list's margin (``limits.NEAR_MARGIN``; draft on cells
-of more than a metre), there must be an obstacle left: in a scene without any there is no such margin.
+The statement thus holds for one obstacle and for several removed together. For a cloud, all listed obstacles are noted.
+One condition: where a step may be longer than the remaining margin of the list (``limits.NEAR_MARGIN``; draft on cells
+of more than a metre), at least one obstacle must be left, because a scene without obstacles has no such margin.
 """
 
 from __future__ import annotations
@@ -32,10 +34,10 @@ from .limits import NEAR_MARGIN, SAFE
 Array = NDArray[np.float64]
 
 # A core near a log; time [s] since its release from which it mattered, infinite as long as it did not
-# stage : the last one kept before it was entered (``stages``), -1: none
+# stage : the last one stored before it was entered (``stages``), -1: none
 NOTE = np.dtype([("core", "i8"), ("time", "f8"), ("stage", "i8")])
-# Columns of a worker's book: the time now [s], how many notes there are, how many of these, the first, have a time;
-# how many stages are kept, and how many notes there were when the last one was
+# Columns of a worker's book: the time now [s], the number of notes, how many of these, the first, have a time;
+# the number of stored stages, and the number of notes when the last one was stored
 NOW, NOTED, SETTLED, STAGES, KEPT = range(5)
 BOOK_WIDTH = 5
 
@@ -45,7 +47,7 @@ class Influences:
     """Obstacles that mattered to logs, ordered by log row, then obstacle; shape (m,) each.
 
     log_row : int64; by_barrier : bool; item : int64, row of the barrier, or of the tree (lying logs are numbered after
-        the trees, blocks after these); time : [s] from which it mattered, nothing of the log's way before
+        the trees, boulders after these); time : [s] from which it mattered; it had no effect on the motion before
     """
 
     log_row: NDArray[np.int64]
@@ -55,7 +57,9 @@ class Influences:
 
 
 def influences_of(tables: dict[int, Any], solid: Any) -> Influences:
-    """The logs' notes as one table; solid : the scene's cores. Of several cores of one owner the first time counts."""
+    """The notes of the logs as one table; solid : the scene's cores. Of several cores of one owner the earliest time
+    counts.
+    """
     rows = sorted(tables)
     notes = np.concatenate([np.zeros(0, NOTE), *(tables[row] for row in rows)])
     log_row = np.repeat(np.array(rows, np.int64), [len(tables[row]) for row in rows])
@@ -69,7 +73,7 @@ def influences_of(tables: dict[int, Any], solid: Any) -> Influences:
 
 @kernel
 def open_notes(noted, notes, book):
-    """Forget the log before."""
+    """Clear the notes of the previous log."""
     for k in range(int(book[NOTED])):
         noted[notes[k].core] = 0
     book[:] = 0.0
@@ -77,7 +81,7 @@ def open_notes(noted, notes, book):
 
 @kernel
 def copy_notes(notes, book, kept, used):
-    """Put the notes of what mattered behind the first ``used`` kept ones, if there is room; returns their number."""
+    """Append the notes of what mattered to the first ``used`` stored ones, if there is room; returns their number."""
     number = 0
     for k in range(int(book[NOTED])):
         if notes[k].time < math.inf:
@@ -99,7 +103,7 @@ def enter(noted, notes, book, row):
 
 @kernel
 def note(noted, notes, book, row):
-    """A core matters, from now on at the latest."""
+    """Record that a core matters, from now on at the latest."""
     enter(noted, notes, book, row)
     k = noted[row] - 1
     if notes[k].time == math.inf:
@@ -108,7 +112,7 @@ def note(noted, notes, book, row):
 
 @kernel
 def note_all(notes, book):
-    """All that were entered so far matter."""
+    """Record that all cores entered so far matter."""
     for k in range(int(book[SETTLED]), int(book[NOTED])):
         if notes[k].time == math.inf:
             notes[k].time = book[NOW]
@@ -117,18 +121,18 @@ def note_all(notes, book):
 
 @kernel
 def note_contacts(noted, notes, book, keys, first, last):
-    """The cores of these rows of the contact table matter."""
+    """Record that the cores of these rows of the contact table matter."""
     for k in range(first, last):
         note(noted, notes, book, keys[k, 1])
 
 
 @kernel
 def note_step(noted, notes, book, listed, near_cores, near, travel, decider, limited, unsure):
-    """What decided the length of a step.
+    """Record what determined the length of a step.
 
     travel : [m] of a step; decider : the near core that ``time_beside`` names, or -1; limited : whether, without one,
-        the bound [m] of what is thin or lies did, or that of the list
-    unsure : whether what is not looked at could have done so, if it had been
+        the bound [m] of a thin or lying obstacle, or that of the list, determined it
+    unsure : whether an obstacle that was not queried could have done so
     """
     if decider >= 0:
         note(noted, notes, book, listed[decider])

@@ -1,27 +1,32 @@
-"""The ledger of hits: what each tree and barrier took from each log.
+"""The ledger of hits: the energy and impulse that each tree and barrier absorbed from each log.
 
-A hit is one uninterrupted episode of contact between a log and one tree or barrier: it begins with the first push and
-ends when nothing has pushed for HIT_PAUSE. A log that rolls along a stem hits it once; one that bounces off and
-comes back hits it again. All contacts with one barrier (its plates, top edges and posts) belong to the same hit.
+A hit is one uninterrupted episode of contact between a log and one tree or barrier: it begins with the first impulse
+and ends when there has been none for HIT_PAUSE. A log that rolls along a stem hits it once; one that bounces off and
+returns hits it again. All contacts with one barrier (its plates, top edges and posts) belong to the same hit.
 
-Of the first push: time, place, the log's speed and energy just before, and the angle between its velocity and the
-square on what it hit. Of the whole episode: the energy that the contact took (its work, friction included; the work
-of all contacts is all that a log loses, see ``energy``) and the impulse of its blows, the sum of those of its steps.
+Recorded at the first impulse: time, place, the log's speed and energy just before, and the angle between its velocity
+and the normal of the obstacle. Recorded over the whole episode: the energy absorbed by the contact (its work, friction
+included; the work of all contacts is all that a log loses, see ``energy``) and the impulse of its blows, the sum over
+its steps.
 
-The *blow* of a step is what stops the log's approach to this one owner. Its contacts there push, friction included,
-with J = sum P_k in all [m/s, per mass] and turn with T = sum r_k x P_k. Along that push the log approaches with
-u = -sum P_k . gamma_k- / |J| [m/s] (gamma- the contacts' velocities before), and weighs G = 1 + T . I^-1 T / |J|^2 [-].
-To stop it takes u / G; to throw it back as fast as the law of impact asks, b = sum P_N max(0, target) / |J| [m/s],
-takes (u + b) / G. So
+The *blow* (impact impulse) of a step is the part that stops the log's approach to this one owner. The contacts with it
+exert, friction included, the impulse J = sum P_k [m/s, per mass] and the moment T = sum r_k x P_k. Along J the log
+approaches with u = -sum P_k . gamma_k- / |J| [m/s] (gamma- the contact velocities before), with the inverse effective
+mass G = 1 + T . I^-1 T / |J|^2 [-]. Stopping it takes u / G; reversing it to the speed required by the impact law, b =
+sum P_N max(0, target) / |J| [m/s], takes (u + b) / G. Hence
 
-    blow = J min(1, (u + b) / (G |J|)),    where u is more than ``BLOW`` g dt; else none.
+    blow = J min(1, (u + b) / (G |J|)),    if u exceeds ``BLOW`` g dt; otherwise none.
 
 - Head-on it is m (1 + e) v: G = 1, u = v.
-- What a log that leans presses is none, at any time step alike, for it does not approach; it would grow for as long as
-  one looks. Nor is what squeezes a jammed log between two owners, or between one and the ground, however much that is.
-- It is no more than the log can bring: a body that moves with u along a push of weight G has the energy u^2 / 2G at
-  least, so u / G <= sqrt(2 E / G) <= sqrt(2 E), E its kinetic energy per mass; with e, (1 + e) times that. Of a hit of
-  several blows each is so bounded; to approach anew the log must have been thrown back, or pulled down by its weight.
+- The static load of a leaning log is not a blow, at any time step, because the log does not approach; it would grow
+with
+  the time of observation. Nor is the force that squeezes a jammed log between two owners, or between one and the
+  ground, however large it is.
+- It is at most what the log can deliver: a body that moves with u along an impulse with the inverse effective mass G
+has at
+  least the energy u^2 / 2G, so u / G <= sqrt(2 E / G) <= sqrt(2 E), E its kinetic energy per mass; with e, (1 + e)
+  times that. In a hit with several blows each is bounded in this way; to approach again the log must have rebounded, or
+  have been pulled down by its weight.
 """
 
 from __future__ import annotations
@@ -54,11 +59,11 @@ class Hits:
     """Hits ordered by log row, then by their beginning; shape (m,) each.
 
     log_row, item : int64, rows of the log and of the tree or barrier; by_barrier : bool
-    time, duration : [s] of the first push, from the first to the last
+    time, duration : [s] of the first impulse, from the first to the last
     place : [m] (m, 3), world; height : [m] of the place above the terrain
-    speed [m/s], energy [J] : of the log just before; angle : [rad] between its velocity and the square on the obstacle
-    impulse : [N s] of the blows, the length of their sum; energy_taken : [J] work taken by the contact
-    broke : bool, whether the tree broke, at the hit's end, when it had taken what it can (``breaking``)
+    speed [m/s], energy [J] : of the log just before; angle : [rad] between its velocity and the normal of the obstacle
+    impulse : [N s] of the blows, the length of their sum; energy_taken : [J] energy absorbed by the contact
+    broke : bool, whether the tree broke, at the end of the hit, when it had absorbed its capacity (``breaking``)
     """
 
     log_row: NDArray[np.int64]
@@ -77,7 +82,7 @@ class Hits:
 
 
 def hits_of(tables: dict[int, Array], origin: Array, mass: Array) -> Hits:
-    """The logs' hit tables as one, in world coordinates and with the mass; origin (n, 3), mass (n,)."""
+    """The hit tables of the logs as one, in world coordinates and multiplied by the mass; origin (n, 3), mass (n,)."""
     rows = sorted(tables)
     table = np.vstack([np.zeros((0, HIT_WIDTH)), *(tables[row] for row in rows)])
     log_row = np.repeat(np.array(rows, np.int64), [len(tables[row]) for row in rows])
@@ -101,23 +106,23 @@ def hits_of(tables: dict[int, Array], origin: Array, mass: Array) -> Hits:
 
 @kernel
 def hit_row(hits, number, by_barrier, item, time):
-    """Row of the hit that goes on at this time, or ``number`` where a new one begins."""
+    """Row of the hit that is still in progress at this time, or ``number`` if a new one begins."""
     for back in range(number):
         row = number - 1 - back
         if hits[row, ITEM] == item and hits[row, BY_BARRIER] == by_barrier:
-            # the latest of this owner: either it goes on, or none does
+            # the latest of this owner: either it is still in progress, or none is
             return row if time - hits[row, LAST] <= HIT_PAUSE else number
     return number
 
 
 @inlined
 def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy, hits, number):
-    """Enter the pushes of this step's trees and barriers.
+    """Enter the impulses of this step's trees and barriers.
 
-    state, free : after the solve, and the velocities without its impulses; both lack gravity's half of the way behind
+    state, free : after the solve, and the velocities without its impulses; both lack gravity's half of the step behind
     clock : (time of the node [s], dt [s], number of the step, gravity)
-    energy : kinetic, per mass, just before the step's impulses [J/kg]
-    Returns the number of hits; one more than there is room for when there is none (slide again with more).
+    energy : kinetic, per mass, just before the impulses of the step [J/kg]
+    Returns the number of hits; one more than fits if the table is full (slide again with a larger one).
     """
     time, dt, step, gravity = clock
     fall = 0.5 * gravity * dt
@@ -153,7 +158,7 @@ def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy,
 
 @kernel
 def _is_first(scene, contacts, keys, row):
-    """Whether none of the contacts before this one pushes on the same owner."""
+    """Whether none of the earlier contacts acts on the same owner."""
     mine = owner_of(scene, keys[row])
     for k in range(row):
         if keys[k, 0] != TERRAIN and contacts[k].pn > 0.0 and owner_of(scene, keys[k]) == mine:
@@ -164,7 +169,8 @@ def _is_first(scene, contacts, keys, row):
 @kernel
 def _blow(scene, contacts, keys, count, first, least):
     """Impulse per mass [m/s] that stops the approach to the owner of the contact ``first``, of all contacts with it:
-    J min(1, (u + b) / (G |J|)), nothing where u is no more than ``least`` [m/s] (see above)."""
+    J min(1, (u + b) / (G |J|)), zero if u is at most ``least`` [m/s] (see above).
+    """
     mine = owner_of(scene, keys[first])
     push, turn, turned, approach, back = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
     for k in range(first, count):
@@ -188,9 +194,9 @@ def _blow(scene, contacts, keys, count, first, least):
 
 @kernel
 def _first_push(scene, frame, state, vx, vy, vz, c, time, dt, hit):
-    """When, where, how fast and at what angle a contact pushes first.
+    """When, where, how fast and at what angle a contact first acts.
 
-    The contact was found a step ahead: the point flies on with its own velocity until its gap is closed.
+    The contact was found one step ahead: the point moves on with its own velocity until its gap is closed.
     """
     hit[STRONGEST] = c.pn
     ahead = 0.0

@@ -1,4 +1,4 @@
-"""Lines in plan (roads, house walls, barriers' feet), and what touches or crosses them."""
+"""Lines in plan (roads, house walls, feet of barriers), and what touches or crosses them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 class Lines(NamedTuple):
-    """Lines as the user gives them; a closed one repeats its first vertex.
+    """Lines as given by the user; a closed one repeats its first vertex.
 
     vertices : [m], shape (k, 2); starts : int64, shape (n + 1,): line i is vertices[starts[i]:starts[i + 1]]
     """
@@ -28,7 +28,7 @@ class Lines(NamedTuple):
         return Lines(np.zeros((0, 2)), np.zeros(1, np.int64))
 
     def then(self, *more: Lines) -> Lines:
-        """These lines, and further ones behind them."""
+        """These lines, followed by further ones."""
         everything = (self, *more)
         sizes = np.concatenate([np.diff(each.starts) for each in everything])
         starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
@@ -63,7 +63,7 @@ def segments_of(lines: Lines, x0: float = 0.0, y0: float = 0.0) -> Segments:
 
 @kernel
 def hull_meets_segment(hull, size, ax, ay, bx, by):
-    """Whether a convex hull (counter-clockwise) and a segment have a point in common, by clipping the segment."""
+    """Whether a convex hull (counterclockwise) and a segment have a point in common, by clipping the segment."""
     enter, leave = 0.0, 1.0
     ex, ey = bx - ax, by - ay
     for k in range(size):
@@ -99,10 +99,10 @@ def segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
 
 @kernel
 def touch_segments(index, ends, owner, hull, size, path, shift_x, shift_y, touched, crossed):
-    """Mark the owners of segments that a swept hull touches, and those that the centre's path crosses.
+    """Mark the owners of segments that a swept hull touches, and those that the path of the centre crosses.
 
-    ends [m] shape (n, 4): x, y of both ends; hull and path are moved by the shift into the segments' frame. No hull
-    (size 0) touches nothing.
+    ends [m] shape (n, 4): x, y of both ends; hull and path are moved by the shift into the segments' frame. An empty
+    hull (size 0) touches nothing.
     """
     if size == 0:
         return

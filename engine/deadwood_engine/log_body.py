@@ -1,4 +1,4 @@
-"""The log: a rigid truncated cone with exact mass and principal inertia (paper, section 3).
+"""The log: a rigid truncated cone with exact mass and principal moments of inertia (paper, section 3).
 
 symbol  in code       unit    meaning
 R, r    base, tip     m       radii of the end faces (the paper: r = R/2, R = DBH/2)
@@ -6,7 +6,7 @@ L       length        m
 zc      centre        m       centre of mass, from the base
 A, C    transverse, axial  m2  principal moments of inertia, per unit of mass
 
-Everything is per unit of mass: mass cancels in hard contact with Coulomb friction, and so bitwise in the engine.
+All quantities are per unit of mass: mass cancels in hard contact with Coulomb friction, and in the engine to the bit.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Columns of the body table, one row a log
+# Columns of the body table, one row per log
 BASE_RADIUS, TIP_RADIUS, LENGTH, CENTRE, TRANSVERSE, AXIAL, MASS, SKEW, REACH = range(9)
 BODY_WIDTH = 9
 
@@ -39,7 +39,7 @@ def cone_bodies(diameter: Array, length: Array, density: Array, *, taper: float 
     Raises
     ------
     ValueError
-        when a dimension or density is not positive and finite
+        if a dimension or density is not positive and finite
     """
     diameter, length, density = (np.asarray(v, dtype=float) for v in (diameter, length, density))
     for name, values in (("diameter", diameter), ("length", length), ("density", density)):
@@ -47,7 +47,7 @@ def cone_bodies(diameter: Array, length: Array, density: Array, *, taper: float 
             raise ValueError(f"{name} of a log must be positive and finite")
     base = 0.5 * diameter
     tip = taper * base
-    # Sums of powers instead of (R^n - r^n)/(R - r): a cylinder would be 0/0.
+    # Sums of powers instead of (R^n - r^n)/(R - r), which would be 0/0 for a cylinder.
     second = base**2 + base * tip + tip**2
     fourth = base**4 + base**3 * tip + base**2 * tip**2 + base * tip**3 + tip**4
     volume = np.pi * length * second / 3.0

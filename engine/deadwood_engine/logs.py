@@ -1,4 +1,4 @@
-"""Released logs: what the user knows of them, and their place on the terrain when they start."""
+"""Released logs: their properties as given by the user, and their initial position on the terrain."""
 
 from __future__ import annotations
 
@@ -54,7 +54,9 @@ class Logs:
 
     @staticmethod
     def alike(x: Array, y: Array, *, diameter: float = 0.75, length: float = 30.0, **values: float) -> Logs:
-        """Logs that differ in position only; further fields by name, else 300 kg/m3, upright, at rest on the ground."""
+        """Logs that differ in position only; further fields by name, otherwise 300 kg/m3, upright, at rest on the
+        ground.
+        """
         x, y = np.atleast_1d(np.asarray(x, float)), np.atleast_1d(np.asarray(y, float))
         fields = {"density": 300.0, "orientation": UPRIGHT, "tilt": 0.0, "azimuth": 0.0, "speed": 0.0, "drop": 0.0}
         fields |= {"diameter": diameter, "length": length} | values
@@ -66,7 +68,7 @@ class Logs:
 class Start:
     """Placed logs, ready to slide.
 
-    frame : int64 (n, 2), DEM node (column, row) of each log's own frame
+    frame : int64 (n, 2), DEM node (column, row) of each log's local frame
     state : (n, 16), initial state in that frame (``rotation`` names the columns); body : (n, 7), ``log_body``
     """
 
@@ -76,7 +78,7 @@ class Start:
 
 
 def check_logs(logs: Logs, shape: Shape | None = None) -> None:
-    """Refuse what no log can be; with a shape, diameters and lengths do not count.
+    """Reject impossible logs; with a shape, diameters and lengths are ignored.
 
     Raises
     ------
@@ -98,16 +100,16 @@ def check_logs(logs: Logs, shape: Shape | None = None) -> None:
 
 
 def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None, threads: int = 1) -> Start:
-    """Put logs on the terrain: oriented, and lifted or lowered until the lowest gap is ``drop``.
+    """Place logs on the terrain: oriented, and raised or lowered until the lowest gap is ``drop``.
 
-    With a shape, bodies of that shape: its z axis takes the place of a log's axis, its x axis is level across the
-    azimuth (in the terrain's tangent plane when it lies). Diameters and lengths do not count, densities do. The result
-    does not depend on ``threads``.
+    With a shape, bodies of that shape: its z axis replaces the axis of a log, its x axis is horizontal across the
+    azimuth (in the terrain's tangent plane if it lies). Diameters and lengths are ignored, densities are used. The
+    result does not depend on ``threads``.
 
     Raises
     ------
     ValueError
-        when a log's centre of mass is not on the terrain, or ``check_logs`` refuses it
+        if a log's centre of mass is not on the terrain, or ``check_logs`` rejects it
     """
     check_logs(logs, shape)
     terrain = scene.arrays.terrain
@@ -126,7 +128,7 @@ def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None, threads: in
     upward = np.column_stack([-ground[:, 1], -ground[:, 2], np.ones(len(logs))])
     upward /= np.linalg.norm(upward, axis=1, keepdims=True)
     if not shape:
-        # on its side: the axis dips by the half angle of the cone, or the tip would drop by the taper
+        # on its side: the axis is inclined by the half angle of the cone, otherwise the tip would drop by the taper
         dip = ((body[:, BASE_RADIUS] - body[:, TIP_RADIUS]) / body[:, LENGTH])[lying, None]
         axis[lying] = np.sqrt(1.0 - dip**2) * downhill[lying] - dip * upward[lying]
     plan = np.column_stack([logs.x - terrain.x0, logs.y - terrain.y0])
@@ -156,7 +158,7 @@ def place_logs(scene: Scene, logs: Logs, shape: Shape | None = None, threads: in
 
 @kernel
 def _lift(terrain, frame, state, body, drop, cosine, sine):
-    """Set each log's height so that the least vertical gap of its surface points is ``drop``.
+    """Set the height of each log so that the least vertical gap of its surface points is ``drop``.
 
     cosine, sine : of the angles of the points on a ring
     """

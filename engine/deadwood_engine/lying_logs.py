@@ -1,8 +1,8 @@
-"""Lying logs as the engine has them: rigid truncated cones along a line on the ground, which do not move.
+"""Lying logs as obstacles: rigid truncated cones along a line on the ground, which do not move.
 
-A line of several vertices is cut into its straight pieces. Each piece lies as a stiff log would: it touches the terrain
+A line of several vertices is cut into its straight pieces. Each piece lies as a rigid log would: it touches the terrain
 at two places, one on either side of its middle, and may bridge a hollow between them (``rest_line``).
-Its ends are round, so that a bent line has no gap at its bends and no corner that a rim could hang on.
+Its ends are round, so that a bent line has no gap at its bends and no corner on which a rim could catch.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 class LyingLogs(NamedTuple):
-    """Lying logs as the user gives them.
+    """Lying logs as given by the user.
 
     vertices : [m], shape (k, 2); starts : int64, shape (n + 1,): log i is vertices[starts[i]:starts[i + 1]]
     diameter, tip_diameter : [m], shape (n,), at the first and at the last vertex
@@ -38,12 +38,12 @@ class LyingLogs(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """Straight pieces of lying logs, for those who ask where they lie, shape (n, ...).
+    """Straight pieces of lying logs, for callers that need their positions, shape (n, ...).
 
     node, offset : start of the axis, DEM column and row, and [m] from there
     solid : (n, 7) height of the start [m above reference], direction (3) [-], length [m], radius at the start [m],
         change of the radius along the axis [-]
-    owner : int64, number of trees + row of the lying log: a lying log is a tree that fell
+    owner : int64, number of trees + row of the lying log: a lying log counts as a fallen tree
     """
 
     node: np.ndarray
@@ -63,13 +63,13 @@ def pieces_of(cores: Cores) -> Pieces:
 
 
 def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArray[np.int64]]:
-    """Lay lying logs on the terrain; returns the cores of their pieces, numbered from ``first``, and the rows of those
-    that lie off it altogether. The ends of a line are round.
+    """Place lying logs on the terrain; returns the cores of their pieces, numbered from ``first``, and the rows of
+    those that are outside it altogether. The ends of a line are round.
 
     Raises
     ------
     ValueError
-        when a diameter is not positive and finite
+        if a diameter is not positive and finite
     """
     for values in (lying.diameter, lying.tip_diameter):
         if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
@@ -92,7 +92,7 @@ def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArra
         table = np.array(laid)
         start, end, wide = table[:, :3], table[:, 3:6], table[:, 6]
         way = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
-        # each piece lies for itself: where two do not meet, both have a round end
+        # each piece lies independently: where two do not meet, both have a round end
         meets = np.append(np.linalg.norm(start[1:] - end[:-1], axis=1) < JOINED, False)
         before = np.where(np.roll(meets, 1)[:, None], -np.roll(way, 1, axis=0), 0.0)
         parts.append(
@@ -113,7 +113,7 @@ def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArra
 
 
 def _laid(terrain: Terrain, start: Array, end: Array, first: float, last: float) -> list[float] | None:
-    """A straight piece at rest on the terrain: start, end, radius, its change; None where there is no terrain."""
+    """A straight piece at rest on the terrain: start, end, radius, its change; None outside the terrain."""
     span = float(np.hypot(*(end - start)))
     share = np.linspace(0.0, 1.0, max(3, 2 * int(np.ceil(span / terrain.cell)) + 1))
     places = start + share[:, None] * (end - start)
@@ -121,7 +121,7 @@ def _laid(terrain: Terrain, start: Array, end: Array, first: float, last: float)
     there = np.isfinite(ground[:, 0])
     if not there.any():
         return None
-    # the axis over a plane: a radius off it, square to it
+    # the axis above a plane: one radius away from it, along its normal
     lift = (first + (last - first) * share) * np.sqrt(1.0 + ground[:, 1] ** 2 + ground[:, 2] ** 2)
     low, high = rest_line(share[there], (ground[:, 0] + lift)[there])
     length = float(np.hypot(span, high - low))
@@ -129,10 +129,10 @@ def _laid(terrain: Terrain, start: Array, end: Array, first: float, last: float)
 
 
 def rest_line(share: Array, height: Array) -> tuple[float, float]:
-    """Heights at 0 and 1 of a stiff straight line that rests on the points, its middle between two supports.
+    """Heights at 0 and 1 of a rigid straight line that rests on the points, its middle between two supports.
 
-    It is the edge of the points' upper convex hull over the middle; where all points lie on one side of the middle
-    (a log that juts out), the hull's last edge there, or the level through a single point.
+    It is the edge of the points' upper convex hull over the middle; if all points lie on one side of the middle
+    (an overhanging log), the hull's last edge there, or the horizontal through a single point.
     """
     upper: list[int] = []
     for k in range(len(share)):

@@ -1,28 +1,30 @@
-"""The one narrow phase: a log, which is a truncated cone with flat ends, against a round core.
+"""The narrow phase for all obstacles: a log, which is a truncated cone with flat ends, against a swept sphere (core).
 
-Every obstacle is a chain of *round cores*: all points within wide + slope z of the points start + z u, 0 <= z <= long.
-A stem with its round top is one, a lying log is as many as its line has pieces, a boulder is one without length, and
-the edge of a barrier is one without radius.
+Every obstacle is a chain of *cores*: all points within wide + slope z of the points start + z u, 0 <= z <= long. A stem
+with its rounded top is one core, a lying log has as many as its line has pieces, a boulder is one of zero length, and
+the edge of a barrier is one of zero radius.
 
-The signed distance phi of the cone K (how far outside, less how far inside) is convex, for K is. So
+The signed distance phi of the cone K (positive outside, negative inside) is convex, because K is. So
 
     gap = min over z of f(z) = phi(start + z u) - wide - slope z
 
-is one convex search in one dimension, and the normal is phi's gradient there: side, rim, face and top are no cases. In
-the plane of the log's axis K is a trapezoid, so phi is that of a polygon. Where the core runs through K's rim, phi has
-a kink and f its least value at it: the normal is the mean of the gradients on both sides, weighted so that it is square
-to the core (the one that f has no slope along), and the gap along it follows from how far K reaches that way.
+is a convex search in one dimension, and the normal is the gradient of phi there: side, rim, face and top need no
+separate cases. In the plane through the log's axis K is a trapezoid, so phi is the distance to a polygon. If the core
+passes through the rim of K, phi has a kink and f its minimum there: the normal is the mean of the gradients on both
+sides, weighted so that it is perpendicular to the core (f has no slope along it), and the gap along it follows from the
+extent of K in that direction.
 
-Where the core lies along the log's side or across its face, f is all but flat: then the two ends of what they share
-are contacts too (``line_ends``).
+If the core lies along the log's side or across its face, f is almost constant: the two ends of the shared stretch are
+then contacts too (``line_ends``).
 
-A stump's top is a disc, all points of which are such spheres' middles: the gap is least over all of its chords along
-the log, h(y) = min over z of f on the chord at y, convex again (``top_chord``), and that chord is a core as any other.
-Beside and below the top a stump is a round core: there the least gap lies on the ray from its axis to the log.
+The top of a stump is a disc whose points are the centres of such spheres: the gap is least over all chords of the disc
+along the log, h(y) = min over z of f on the chord at y, again convex (``top_chord``), and that chord is treated as any
+other core. Beside and below the top a stump is an ordinary core: there the least gap lies on the ray from its axis to
+the log.
 
 symbol          in code               unit
 c, d            c, d                  m, -   centre and direction of the log's axis
-s, rho          s, rho                m      place along that axis, distance from it
+s, rho          s, rho                m      position along that axis, distance from it
 a(s), ka        thick, taper          m, -   radius of the log at its base and change along the axis
 r(z), kr        wide, slope           m, -   radius of the obstacle at its start, change along the core
 """
@@ -56,7 +58,9 @@ from .vectors import across, blend, dot, norm, point
 
 @kernel
 def cone_of(body):
-    """(back, front, thick, thin, taper, cosine of the half angle) of the trapezoid that is a log when turned."""
+    """(back, front, thick, thin, taper, cosine of the half angle) of the trapezoid that generates the log by
+    revolution.
+    """
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
     cosine = 1.0 / math.sqrt(1.0 + taper * taper)
     back = -body[CENTRE]
@@ -91,7 +95,7 @@ def signed_distance(cone, s, rho):
 
 @kernel
 def look_at(cone, d, u, slope, wide, s0, p0, pu, z):
-    """f, its slope, and phi's gradient (world) at the core's place z; s0, p0: the start along and off the axis."""
+    """f, its slope, and phi's gradient (world) at position z on the core; s0, p0: the start along and off the axis."""
     p = point(p0, z, pu)
     rho = math.sqrt(dot(p, p))
     phi, gs, gr = signed_distance(cone, s0 + z * dot(d, u), rho)
@@ -102,7 +106,7 @@ def look_at(cone, d, u, slope, wide, s0, p0, pu, z):
 
 @kernel
 def _first_guess(cone, s0, p0, beta, pu, slope, long):
-    """Where f is least if the log's side is nearest, in closed form: rho' = ka beta + kr / cosine."""
+    """Minimum of f if the side of the log is nearest, in closed form: rho' = ka beta + kr / cosine."""
     w = dot(pu, pu)
     if w < FLAT_TOLERANCE:
         return min(long, max(0.0, -s0 * beta))
@@ -116,7 +120,7 @@ def _first_guess(cone, s0, p0, beta, pu, slope, long):
 
 @kernel
 def reach_along(cone, d, n, p):
-    """How far a place p (from the log's centre) lies beyond the log in the direction n: exact, whatever n."""
+    """Distance of a point p (relative to the log's centre) beyond the log in the direction n: exact for any n."""
     nd = dot(n, d)
     off = math.sqrt(max(0.0, 1.0 - nd * nd))
     return dot(p, n) - max(cone[0] * nd + cone[2] * off, cone[1] * nd + cone[3] * off)
@@ -124,9 +128,10 @@ def reach_along(cone, d, n, p):
 
 @kernel
 def deepest(cone, c, d, start, u, long, wide, slope, within):
-    """Eq. [d], least gap of a log and a round core: (gap, place z, gradient n there, whether it is below ``within``).
+    """Eq. [d], least gap of a log and a core: (gap, position z, gradient n there, whether it is below ``within``).
 
-    n points from the log to the core. Given up, and the gap a bound, where no z can have less than ``within`` [m].
+    n points from the log to the core. The search is abandoned, and the gap a bound, if no z can have less than
+    ``within`` [m].
     """
     g0 = point(start, -1.0, c)
     s0, beta = dot(g0, d), dot(u, d)
@@ -136,7 +141,7 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
     low, f_low, rise_low, g_low = z, f, rise, g
     high, f_high, rise_high, g_high = z, f, rise, g
     step = 2.0 * cone[2]
-    # the least value lies between a falling and a rising place, or at an end of the core
+    # the minimum is between a falling and a rising position, or at an end of the core
     while rise_low > FLAT_TOLERANCE and low > 0.0:
         high, f_high, rise_high, g_high = low, f_low, rise_low, g_low
         low = max(0.0, low - step)
@@ -154,7 +159,7 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
             z, f, g = high, f_high, g_high
         else:
             for turn in range(DEEPEST_STEPS):
-                # f lies above its tangents: where they meet is a bound, and at a kink the place itself
+                # f is above its tangents: their intersection gives a bound, and at a kink the position itself
                 meet = low + (f_high - f_low + rise_high * (low - high)) / (rise_low - rise_high)
                 bound = f_low + rise_low * (meet - low)
                 if bound >= within:
@@ -162,7 +167,7 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
                 if min(f_low, f_high) - bound <= DEEPEST_WITHIN:
                     break
                 at = meet
-                if turn % 2 == 1:  # where f is smooth its slope is all but a straight line
+                if turn % 2 == 1:  # where f is smooth its slope is almost linear
                     at = low - rise_low * (high - low) / (rise_high - rise_low)
                 if not low < at < high:
                     at = 0.5 * (low + high)
@@ -179,19 +184,20 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
     if f >= within:
         return f, z, g, False
     size = norm(g)
-    # right through the axis: a log is put to the core's one side as well as to its other
+    # exactly through the axis: a log may be moved to either side of the core
     n = blend(1.0 / size, g, 0.0, g) if size > THROUGH_AXIS else across(d, u)
     return reach_along(cone, d, n, point(g0, z, u)) - wide - slope * z, z, n, True
 
 
 @kernel
 def top_chord(cone, c, d, middle, flat, wide):
-    """The chord of a flat top along the log that has the top's least gap: (start, direction, length [m]).
+    """The chord of a flat top along the log with the least gap: (start, direction, length [m]).
 
     middle : of the disc of radius ``flat`` [m], about which the top is rounded by ``wide`` [m]
 
-    The chord at y, from -b to b with b^2 = flat^2 - y^2, has its least gap at s. The change of that with y is n.l, n
-    the gap's gradient and l the direction across; at a chord's end, s = +-b, n.l + n.t ds/dy with ds/dy = -y/s.
+    The chord at y, from -b to b with b^2 = flat^2 - y^2, has its least gap at s. The derivative of that with respect to
+    y is n.l, n the gap's gradient and l the direction across; at an end of the chord, s = +-b, n.l + n.t ds/dy with
+    ds/dy = -y/s.
     """
     level = math.sqrt(d[0] * d[0] + d[1] * d[1])
     t = (d[0] / level, d[1] / level, 0.0) if level > VERTICAL else (1.0, 0.0, 0.0)
@@ -223,7 +229,7 @@ def top_chord(cone, c, d, middle, flat, wide):
 
 @inlined
 def line_ends(cone, c, d, start, u, long, z, n):
-    """(first, last) place of the core that lies along the log's side or face; both are z where there is none."""
+    """(first, last) position of the core that lies along the log's side or face; both are z if there is none."""
     g0 = point(start, -1.0, c)
     s0, beta = dot(g0, d), dot(u, d)
     p0, pu = point(g0, -s0, d), point(u, -beta, d)
@@ -247,7 +253,7 @@ def line_ends(cone, c, d, start, u, long, z, n):
 
 @kernel
 def gap_at_end(state, pose, p, n, gap, left):
-    """What is left of a gap [m] at a place p of the log when it has moved on for a time [s]; n points to the log."""
+    """Remaining gap [m] at a point p of the log after it has moved for a time [s]; n points to the log."""
     s = dot((p[0] - pose.x, p[1] - pose.y, p[2] - pose.z), (pose.dx, pose.dy, pose.dz))
     t = swing_of(state)
     v = point((state[VX], state[VY], state[VZ]), s, t)
@@ -258,11 +264,11 @@ def gap_at_end(state, pose, p, n, gap, left):
 def touch_core(
     terrain, frame, contacts, keys, count, state, pose, cone, key, start, u, long, wide, slope, z, n, gap, step, plate
 ):
-    """Add the contacts of a pose with a round core whose least gap is at z, along n; returns the new count.
+    """Add the contacts of a pose with a core whose least gap is at z, along n; returns the new count.
 
-    Where both share a line, each of its two ends that comes within ``UNFORESEEN`` in what is left of the step is a
-    contact: both in the place of the least gap, unless the log crosses the core between them; one beside it. plate :
-    nothing may be pushed down, for below the core is a plate.
+    If both share a line, each of its two ends that comes within ``UNFORESEEN`` in the rest of the step is a
+    contact: both instead of the least gap, unless the log crosses the core between them; one in addition to it. plate :
+    nothing may be pressed down, because there is a plate below the core.
     """
     c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
     first, last = line_ends(cone, c, d, start, u, long, z, n)

@@ -1,8 +1,8 @@
-"""Contacts of a log with all obstacles near it, whatever their kind, at the first touch on the way ahead.
+"""Contacts of a log with all obstacles near it, of whatever kind, at the first touch along the predicted path.
 
-Where and how an obstacle is touched first decides whether it stops the log or turns it aside. So the way ahead is
-followed in pieces, as short as the obstacle is near, to the first touch; the contacts are those of that pose, and those
-that the rest of the step brings along a shared line (``narrow_phase``, ``barriers``).
+Where and how an obstacle is touched first decides whether it stops the log or deflects it. The predicted path is
+therefore searched in pieces, the shorter the nearer the obstacle, for the first touch; the contacts are those of that
+pose, and those that the rest of the step causes along a shared line (``narrow_phase``, ``barriers``).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .vectors import axes_nearest, dot, norm, point
 
 @kernel
 def _nearest(cone, pose, core):
-    """(how far the log is clear of a core at least [m], place along its axis, radius of log there, of the core)."""
+    """(least clearance [m] of the log from a core, position along its axis, radius of the log there, of the core)."""
     if core.kind == BARRIER:
         clear, _, _, _ = sides_of(cone, pose, core)
         return clear, cone[0] if -cone[0] > cone[1] else cone[1], cone[3], 0.0  # its faster end; its thinnest place
@@ -41,7 +41,7 @@ def _nearest(cone, pose, core):
     r = point(point(point(c, s, d), -1.0, start), -z, u)
     distance = norm(r)
     mine, theirs = cone[2] + cone[4] * (s - cone[0]), core.wide + core.slope * z
-    # a way t farther on, the axes are sqrt(distance^2 + apart t^2) apart, and both thicker by sqrt(steep) t at most
+    # after a distance t, the axes are sqrt(distance^2 + apart t^2) apart, and both thicker by at most sqrt(steep) t
     apart, steep = 1.0 - abs(dot(d, u)), cone[4] * cone[4] + core.slope * core.slope
     if steep < 0.5 * apart:
         return distance * math.sqrt(1.0 - steep / apart) - mine - theirs, s, mine, theirs
@@ -50,7 +50,7 @@ def _nearest(cone, pose, core):
 
 @inlined
 def _contacts_at(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step, within):
-    """Contacts of one pose with one obstacle, of gaps below ``within`` [m]."""
+    """Contacts of one pose with one obstacle, with gaps below ``within`` [m]."""
     if core.kind == BARRIER:
         return plate_contacts(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step, within)
     c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
@@ -75,9 +75,9 @@ def contacts_with(
     """Contacts with the near obstacles.
 
     Returns (count, travel, free, thin, nearest): how far [m] the log's fastest point may move in the next step without
-    passing what is thin, and without touching anything (less than 0 where it may touch); which near cores decide these,
-    or -1. For thicker stems the table receives where along the log's axis it is nearest, and how far [m] the axis may
-    move there, sideways (``time_beside``).
+    passing a thin obstacle, and without touching anything (negative where it may touch); which near cores determine
+    these, or -1. For thicker stems the table receives where along the log's axis the stem is nearest, and how far [m]
+    the axis may move sideways there (``time_beside``).
     """
     travel, free, thin, nearest = math.inf, math.inf, -1, -1
     cone = cone_of(body)
@@ -85,7 +85,8 @@ def contacts_with(
     for m in range(number):
         core, row = table[m], listed[m]
         clear, s, mine, theirs = _nearest(cone, trial, core)
-        # no farther than the axes could change sides; and, for a log thin beside its stems, than the neck between two
+        # at most so far that the axes cannot change sides; and, if the log is thin compared with the stems, as the neck
+        # between two
         both = mine + theirs
         narrow = min(both, 2.0 * math.sqrt(mine * both))
         core.room, core.clear, bound = math.inf, clear, math.inf
@@ -103,15 +104,15 @@ def contacts_with(
         if clear > advance:
             continue
         friction, restitution = skin_of(settings, core.kind)
-        # follow the way ahead until they touch, then halve the time since the look before
+        # follow the predicted path until they touch, then bisect the time since the previous query
         before, earlier, time, pace = count, 0.0, 0.0, 0.0
         predict(state, 0.0, settings.gravity, pose)
         clear, s, _, _ = _nearest(cone, pose, core)
         for look in range(MOST_LOOKS):
             within = 0.0
             if count == before and time >= dt:
-                # not touched; but a push elsewhere within the step may whip an end against it: a contact that does not
-                # bounce, and pushes only what would pass
+                # not touched; but an impulse elsewhere within the step may whip an end against it: a contact that does
+                # not rebound, and acts only on what would penetrate
                 within, at = UNFORESEEN, dt
             elif count == before:
                 room = max(FIRST_TOUCH * narrow, clear)
@@ -144,7 +145,7 @@ def contacts_with(
 
 @kernel
 def _swing(state):
-    """The axis' velocity as it turns (its end, seen from a metre behind) and its size [1/s]; speed along it [m/s]."""
+    """Velocity of the axis due to rotation (its end, from one metre off) and its size [1/s]; speed along it [m/s]."""
     t = swing_of(state)
     sliding = dot((state[VX], state[VY], state[VZ]), (state[DX], state[DY], state[DZ]))
     return t, norm(t), sliding
@@ -152,7 +153,7 @@ def _swing(state):
 
 @kernel
 def _time_to(swing, state, body, gravity, s, room):
-    """The least time [s] in which the log's axis at s moves by the room [m]: sideways, or any way at its ends."""
+    """Shortest time [s] in which the log's axis at s moves by the room [m]: sideways, or any way at its ends."""
     t, turn, sliding = swing
     v = point((state[VX], state[VY], state[VZ]), s, t)
     square = dot(v, v)
@@ -165,8 +166,9 @@ def _time_to(swing, state, body, gravity, s, room):
 
 @inlined
 def _pace(state, body, gravity):
-    """(swing, speed along the axis, of any point at most, how it grows): what is farther away than the latter two allow
-    within a step is not looked at more closely."""
+    """(swing, speed along the axis, greatest speed of any point, its growth): obstacles that the latter two place out
+    of reach within a step are not examined more closely.
+    """
     swing = _swing(state)
     sliding = abs(swing[2])
     straight = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
@@ -176,11 +178,11 @@ def _pace(state, body, gravity):
 
 @inlined
 def time_beside(table, number, state, body, gravity, longest):
-    """The longest step [s] in which the log passes none of the listed uprights (``contacts_with``), and which of these
-    decides it, or -1.
+    """The longest step [s] in which the log passes none of the listed upright obstacles (``contacts_with``), and which
+    of them determines it, or -1.
 
-    A log that slides along its own axis beside a stem does not come nearer to it: what counts is the axis' velocity
-    sideways, where the stem is, and what turning and falling add to it. A stem ahead of an end is met at full speed.
+    A log that slides along its own axis past a stem does not come nearer to it: what counts is the sideways velocity of
+    the axis at the stem, and the contributions of rotation and gravity. A stem ahead of an end is met at full speed.
     """
     swing, sliding, speed, bend = _pace(state, body, gravity)
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
@@ -191,11 +193,11 @@ def time_beside(table, number, state, body, gravity, longest):
         if room > longest * (speed + longest * bend) and room > longest * sliding:
             continue
         if back < s < front:
-            # close by, the log's taper is a wedge between two stems: then the way along counts, too
+            # at close range the log's taper is a wedge between two stems: the travel along the axis then counts, too
             mine = body[BASE_RADIUS] + taper * (s - back)
             along = mine + table[m].wide
             if room < along:
-                along *= OBSTACLE_ALONG if 4.0 * mine < along else 1.0  # a log thin beside its stems
+                along *= OBSTACLE_ALONG if 4.0 * mine < along else 1.0  # a log that is thin compared with the stems
                 longest = min(longest, along / sliding) if sliding > 0.0 else longest
         longest = min(longest, _time_to(swing, state, body, gravity, s, room))
         if longest < before:
@@ -205,6 +207,8 @@ def time_beside(table, number, state, body, gravity, longest):
 
 @kernel
 def could_pass(state, body, gravity, room, longest):
-    """Whether a step [s] could pass an upright that is at least so far away [m]: as ``time_beside`` judges."""
+    """Whether a step [s] could pass an upright obstacle that is at least this far away [m]: criterion of
+    ``time_beside``.
+    """
     _, sliding, speed, bend = _pace(state, body, gravity)
     return not (room > longest * (speed + longest * bend) and room > longest * sliding)

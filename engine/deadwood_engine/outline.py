@@ -1,10 +1,10 @@
 """The log in plan: its outline, the area that it sweeps, and what that area touches (paper, section 4).
 
-The outline is the hull of the two end faces seen from above (ellipses, by eight points each). Between two poses the
-log sweeps the hull of both outlines: exact for a straight move, which poses one cell apart are close to. A cell is hit
-when it overlaps the swept hull; a log counts once a cell.
+The outline is the hull of the two end faces seen from above (ellipses, eight points each). Between two poses the
+log sweeps the hull of both outlines: exact for straight motion, to which poses one cell apart are close. A cell is hit
+if it overlaps the swept hull; a log counts once per cell.
 
-Cells: cell (j, i) of a raster reaches half a cell around its centre (x0 + i cell, y0 + j cell).
+Cells: cell (j, i) of a raster extends half a cell around its centre (x0 + i cell, y0 + j cell).
 """
 
 from __future__ import annotations
@@ -28,15 +28,16 @@ _DIAGONAL = math.sqrt(0.5)
 
 @kernel
 def outline(points, at, bx, by, tx, ty, base, tip, sine, cosine, ux, uy):
-    """Write the outline's points from row ``at``; returns how many, 16 at most.
+    """Write the points of the outline from row ``at``; returns how many, at most 16.
 
-    Base end (bx, by), tip end (tx, ty), their radii, the axis' plan direction (ux, uy) and the sine and cosine of its
-    tilt from the vertical. Of ends far apart the inner three of eight points each lie within the hull: left out.
+    Base end (bx, by), tip end (tx, ty), their radii, the axis direction in plan (ux, uy) and the sine and cosine of its
+    tilt from the vertical. If the ends are far apart, the inner three of the eight points of each lie inside the hull
+    and are omitted.
     """
     apart = (tx - bx) * ux + (ty - by) * uy > INNER_HIDDEN * base
     row = at
     for turn in range(2):
-        end = turn if ux >= 0.0 else 1 - turn  # from west to east: the hull's sort has less to do
+        end = turn if ux >= 0.0 else 1 - turn  # from west to east, which leaves less sorting to the hull
         x, y, a, outward = (bx, by, base, -1.0) if end == 0 else (tx, ty, tip, 1.0)
         b = a * abs(cosine)
         for k in range(5 if apart else 8):
@@ -52,11 +53,11 @@ def outline(points, at, bx, by, tx, ty, base, tip, sine, cosine, ux, uy):
 
 @kernel
 def convex_hull(points, count, hull):
-    """Convex hull of the points (sorted in place), counter-clockwise, by Andrew's monotone chain; returns its size.
+    """Convex hull of the points (sorted in place), counterclockwise, by Andrew's monotone chain; returns its size.
 
-    0 where a coordinate is not finite, or so large that products overflow: nothing compares with NaN, so points would
-    neither be sorted nor left out, and both chains together would be longer than the table (whose last row is not the
-    hull's; a true hull leaves two more empty).
+    0 if a coordinate is not finite, or so large that products overflow: comparisons with NaN are false, so points would
+    be neither sorted nor removed, and both chains together would be longer than the table (whose last row is not part
+    of the hull; a true hull leaves two more rows empty).
     """
     amiss = 0.0
     for k in range(count):
@@ -72,7 +73,7 @@ def convex_hull(points, count, hull):
     size = 0
     for direction in range(2):
         floor = size
-        px = py = qx = qy = 0.0  # the hull's last point, and the one before it
+        px = py = qx = qy = 0.0  # the hull's last point, and the previous one
         for step in range(count):
             k = step if direction == 0 else count - 1 - step
             x, y = points[k, 0], points[k, 1]
@@ -94,11 +95,11 @@ def convex_hull(points, count, hull):
 def hull_rows(hull, size, x0, y0, cell, part, left, right):
     """Columns that a convex hull overlaps in each raster row: left[j] to right[j]; returns first and last row.
 
-    hull : counter-clockwise; columns 2 and 3 are room for its vertices in cells
-    part : first column and row, number of columns and rows, of the raster within the whole that (x0, y0) belongs to.
-    What is returned counts from there, but is computed in the whole, so that every part of it gives the same bits.
-    Rows and columns outside the part are cut off; an empty range has first > last, an empty row left > right. No hull
-    (size 0) is in no row.
+    hull : counterclockwise; columns 2 and 3 are a buffer for its vertices in cells
+    part : first column and row, number of columns and rows, of the raster within the whole to which (x0, y0) belongs.
+        The results are relative to that part, but computed in the whole, so that every part gives the same bits.
+    Rows and columns outside the part are cut off; an empty range has first > last, an empty row left > right. An empty
+    hull (size 0) is in no row.
     """
     column, row, columns, rows = part
     low, high = math.inf, -math.inf
@@ -113,11 +114,11 @@ def hull_rows(hull, size, x0, y0, cell, part, left, right):
     ax, ay = hull[size - 1, 2], hull[size - 1, 3]
     for k in range(size):
         bx, by = hull[k, 2], hull[k, 3]
-        # counter-clockwise, what goes up is the hull's right side, what goes down its left
+        # counterclockwise, rising edges are the right side of the hull, falling ones its left side
         low, high = min(ay, by), max(ay, by)
         slope = (bx - ax) / (by - ay) if by != ay else 0.0
         lower, upper = max(first, int(math.floor(low))), min(last, int(math.floor(high)))
-        # of a row's piece, the end that reaches out farther: nowhere beyond the edge's own ends
+        # of the piece within a row, the end that is farther out: never beyond the ends of the edge
         if by >= ay:
             most, end = max(ax, bx), 1.0 if slope >= 0.0 else 0.0
             side = right[lower - row : max(lower, upper + 1) - row]
@@ -153,18 +154,18 @@ def _swept(points, hull, base, tip, base_radius, tip_radius, previous, k):
 
 
 def _work(rows: int, lines: int) -> tuple[NDArray, ...]:
-    """Scratch of the sweeps: points, hull (and a path behind it), left and right columns, crossed lines."""
+    """Scratch memory of the sweeps: points, hull (and a path behind it), left and right columns, crossed lines."""
     count = 2 * OUTLINE_POINTS
     spans = (np.zeros(rows + 1, np.int64), np.zeros(rows + 1, np.int64))
     return np.zeros((count, 2)), np.zeros((count + 3, 4)), *spans, np.zeros(lines, np.bool_)
 
 
-LISTED = 0  # the place in ``order`` of how many cells are listed
+LISTED = 0  # position in ``order`` of the number of listed cells
 
 
 @kernel
 def count_danger(passed, order, danger):
-    """At a log's end: count it in the cells that it hit before, or with the outline that, it touched a line.
+    """At a log's end: count it in the cells that it hit before, or with the same outline as, it touched a line.
 
     Arrays as in ``trace.RasterArrays``; the list is emptied for the next log.
     """
@@ -205,7 +206,7 @@ def _sweep_danger(log_row, base, tip, base_radius, tip_radius, cell, touch, coun
         log = log_row[k]
         previous = k - 1 if k > 0 and log_row[k - 1] == log else k
         if previous == k:
-            count_danger(passed, order, danger)  # of the log before
+            count_danger(passed, order, danger)  # of the previous log
         size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
         first, last = hull_rows(hull, size, 0.0, 0.0, cell, part, left, right)
         for j in range(first, last + 1):
@@ -222,12 +223,12 @@ def _sweep_danger(log_row, base, tip, base_radius, tip_radius, cell, touch, coun
 
 
 def checked_rows(log_row: NDArray[np.int64], radius: Array, *per_pose: Array) -> NDArray[np.int64]:
-    """The rows as kernels take them, which look up no row that there is not.
+    """The rows as the kernels need them, verified so that no index is out of range.
 
     Raises
     ------
     ValueError
-        when a row is none of the radii's, or one of ``per_pose`` is not as long as the rows
+        if a row is not one of the radii's, or one of ``per_pose`` is not as long as the rows
     """
     rows = np.asarray(log_row, np.int64)
     if len(rows) and not (int(rows.min()) >= 0 and int(rows.max()) < len(radius)):
@@ -249,7 +250,7 @@ def sweep_hits(
     cell: float,
     shape: tuple[int, int],
 ) -> NDArray[np.uint32]:
-    """Count the logs whose swept outline overlaps each raster cell, each log once a cell (paper, section 4).
+    """Count the logs whose swept outline overlaps each raster cell, each log once per cell (paper, section 4).
 
     Parameters
     ----------
@@ -293,7 +294,8 @@ def sweep_danger(
 
     Returns
     -------
-    count : uint32, the given shape; danger : uint32, shape (lines + 1, rows, columns), first of any line, then of each
+    count : uint32, the given shape; danger : uint32, shape (lines + 1, rows, columns), first for any line, then for
+    each
     """
     count, stamp = np.zeros(shape, np.uint32), np.zeros(shape, np.int64)
     passed, order = np.zeros(count.size, np.uint32), np.full(touch.shape[1] + 1, -1)
@@ -332,7 +334,7 @@ def sweep_touches(
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
     """Which lines each log's swept outline touches, and the first pose at which it does.
 
-    Parameters are those of ``sweep_hits`` and the lines' segments (``segments_of``).
+    Parameters are those of ``sweep_hits`` and the segments of the lines (``segments_of``).
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""The largest that each log had over each cell that it swept: what quantiles of speed or energy are made of.
+"""The largest value of each log over each cell that it swept: the basis of quantiles of speed or energy.
 
-The cells of a log are those of ``outline.sweep_hits``: the hull of two successive outlines overlaps them. What a log
-had there is the largest value at either pose of those hulls. One value is kept a log and cell, in places laid out by
-the hit counts, so the memory is known before the first log: 4 bytes a hit and channel.
+The cells of a log are those of ``outline.sweep_hits``: the hull of two successive outlines overlaps them. The value of
+a log there is the larger one of both poses of those hulls. One value is stored per log and cell, in places given by the
+hit counts, so the memory is known before the first log: 4 bytes per hit and channel.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def _sweep_peaks(log_row, base, tip, base_radius, tip_radius, values, cell, start, filled, stamp, peaks, work):
-    """Returns whether every value found its place; a log more than was counted has none."""
+    """Returns whether there was a place for every value; there is none for a log more than was counted."""
     points, hull, left, right, _ = work
     rows, columns = stamp.shape
     bottom, top = -0.5 * cell, (rows - 0.5) * cell
@@ -48,10 +48,10 @@ def _sweep_peaks(log_row, base, tip, base_radius, tip_radius, values, cell, star
 
 
 class CellPeaks:
-    """Every log's largest values in every cell of a raster (or of some rows of one).
+    """The largest values of every log in every cell of a raster (or of some rows of one).
 
     start : int64, shape (cells + 1,): cell c = row * columns + column has peaks[:, start[c]:start[c + 1]]
-    peaks : float32, shape (channels, hits), 0 where no log was yet; within a cell in the order in which logs were added
+    peaks : float32, shape (channels, hits), 0 until a log is added; within a cell in the order in which logs were added
     """
 
     def __init__(self, counts: NDArray[np.uint32], channels: int) -> None:
@@ -74,8 +74,10 @@ class CellPeaks:
         y0: float,
         cell: float,
     ) -> None:
-        """Add logs, each whole and once; parameters are those of ``sweep_hits``, and ``values``, shape (channels, m):
-        what is wanted of each pose, not negative. (x0, y0) is the centre of the first cell here."""
+        """Add logs, each completely and once; parameters are those of ``sweep_hits``, and ``values``, shape (channels,
+        m):
+        the values at each pose, not negative. (x0, y0) is the centre of the first cell here.
+        """
         origin = np.array([x0, y0, 0.0])
         rows = checked_rows(log_row, np.minimum(base_radius, tip_radius), base, tip, *np.atleast_2d(values))
         complete = _sweep_peaks(

@@ -1,4 +1,4 @@
-"""Ask for memory some time before it is read or written: it changes nothing but when it comes."""
+"""Prefetch memory some time before it is read or written: this affects time only."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numba.extending import intrinsic
 
 _settings: Any = vars(numba)["config"]
 _ir: Any = vars(cgutils)["ir"]
-FOR_WRITING, KEPT, DATA = 1, 3, 1  # as LLVM's llvm.prefetch has it: to be written, kept in all caches, no code
+FOR_WRITING, KEPT, DATA = 1, 3, 1  # arguments of LLVM's llvm.prefetch: for writing, keep in all caches, data
 
 
 def _prefetch(typing: Any, array: Any, place: Any) -> Any:
-    """Fetch the line of memory that holds the byte ``place`` of a contiguous array, to write to it."""
+    """Prefetch the cache line that contains the byte ``place`` of a contiguous array, for writing."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -29,7 +29,7 @@ def _prefetch(typing: Any, array: Any, place: Any) -> Any:
 
 
 def _nothing(array: Any, place: int) -> None:
-    """The same for kernels that run as plain Python."""
+    """The same for kernels that run as plain Python: does nothing."""
 
 
 prefetch: Any = _nothing if _settings.DISABLE_JIT else intrinsic(_prefetch)

@@ -1,14 +1,14 @@
-"""The pressure along a line of contacts: what no rigid body says, and friction needs to know.
+"""The pressure along a line of contacts: undetermined for rigid bodies, but friction depends on it.
 
-A log on a plane touches along a line. Its weight and the moment of that say how much the line bears, and where the
-middle of it lies, N = sum P_k and sum s_k P_k; how it is spread they do not say, but friction's moment against turning
-depends on it. Ground that gives bears in proportion to how deep the log lies in it: the pressure changes linearly along
-the line, and is nowhere below zero. However hard the ground, that is what is left of it.
+A log on a plane touches along a line. Its weight and the moment of its weight determine the total load on the line and
+the centre of that load, N = sum P_k and sum s_k P_k; they do not determine the distribution, on which the moment of
+friction against turning depends. Compliant ground carries load in proportion to the depth of the log: the pressure is
+linear along the line, and nowhere negative. This also holds in the limit of rigid ground.
 
-So the solver asks a line for two impulses only, as if it bore at its two ends, and spreads them linearly, with their
-sum and their moment as they are [m]; friction is solved contact by contact. Each contact bears for the stretch of the
-line that is nearest to it, so how many rings there are does not matter. Two contacts are no matter of choice: a line
-has three at least, that push the same way and may move as one.
+The solver therefore treats a line as two impulses, as if it were supported at its two ends, and distributes them
+linearly, keeping their sum and their moment [m]; friction is solved contact by contact. Each contact represents the
+part of the line nearest to it, so the number of rings does not matter. Two contacts are statically determinate: a line
+has at least three with the same direction of impulse and equal freedom to move.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ from .vectors import dot
 
 @kernel
 def _within(low, high, slope, room):
-    """Whether a straight line of this slope passes all points so far, and the slopes that pass this one too.
+    """Whether a straight line of this slope passes all points so far, and the slopes for which it passes this one too.
 
-    Each point leaves the slopes that pass it within a room; those of all points meet in a sleeve. (A line through the
-    first two points would be off by their rounding times how much farther on the others lie.)
+    Each point admits the slopes that pass within a tolerance; those of all points are intersected. (A line through the
+    first two points would be off by their rounding, extrapolated to the farthest.)
     """
     return low <= slope <= high, max(low, slope - room), min(high, slope + room)
 
 
 @kernel
 def _end_of_line(contacts, first, count, dt):
-    """Row after the last of the contacts, from the first on, that lie on one straight line and push the same way.
+    """Row after the last of the contacts, from the first on, that lie on one straight line with the same direction of
+    impulse.
 
-    By the normals' levers: where across the line a round log is pushed changes none of its velocities. What their gaps
-    leave room for within the step lies on a line, too.
+    Decided by the lever arms of the normals: where across the line a round log is supported changes none of its
+    velocities. The gaps that may close within the step must be on one line, too.
     """
     a, after, way = contacts[first], first + 1, 0.0
     low_t = low_x = low_y = low_z = -math.inf
@@ -65,12 +66,13 @@ def _end_of_line(contacts, first, count, dt):
 
 @kernel
 def join_lines(contacts, count, state, dt):
-    """Find runs of three or more contacts on one line, and make each exactly one; returns whether there is one.
+    """Find runs of three or more contacts on one line, and make each exactly straight; returns whether there is one.
 
-    How many there are stands in ``line`` of the first, and -1 in that of the others. Their normals, levers and targets
-    become those of the line through the first and the last: by the rounding of the DEM's heights they contradict each
-    other, and a solver finds no end among contradictions. To be called before ``contacts.set_frames``.
-    dt : [s] the step, in which they may use up the gaps that they leave
+    Their number is stored in ``line`` of the first, and -1 in that of the others. Their normals, lever arms and targets
+    are replaced by those of the line through the first and the last: due to the rounding of the DEM's heights they
+    would contradict each other, and a solver does not converge on contradictions. To be called before
+    ``contacts.set_frames``.
+    dt : [s] the step, in which the gaps may close
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
     v, w = (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])
@@ -104,9 +106,10 @@ def join_lines(contacts, count, state, dt):
 
 @kernel
 def _ends(contacts, first, last, at_first, at_last, before_first, before_last):
-    """The least impulses of a line's two ends, as if it bore at these alone, that let neither end come nearer (eq. 6).
+    """The least impulses at a line's two ends, as if it were supported there only, with which neither end approaches
+    (eq. 6).
 
-    at_first, at_last : velocities there less their targets; before_... : the impulses that these hold already
+    at_first, at_last : velocities there minus their targets; before_... : the impulses that these already include
     """
     a, b = contacts[first], contacts[last]
     gaa, gbb = a.gnn, b.gnn
@@ -125,9 +128,9 @@ def _ends(contacts, first, last, at_first, at_last, before_first, before_last):
 
 @kernel
 def _linear(contacts, first, after, total, moment):
-    """The pressure a + b s along contacts with this sum and moment, and who bears it.
+    """The pressure a + b s along contacts with this sum and moment, and the contacts that carry it.
 
-    Returns (first and after the last of those that bear, a, b).
+    Returns (first and after the last of the loaded ones, a, b).
     """
     while after - first > 1:
         w0 = w1 = w2 = 0.0
@@ -136,7 +139,7 @@ def _linear(contacts, first, after, total, moment):
             w0, w1, w2 = w0 + w, w1 + w * s, w2 + w * s * s
         det = w0 * w2 - w1 * w1
         a, b = (total * w2 - moment * w1) / det, (w0 * moment - w1 * total) / det
-        # where the resultant is near one end, the other bears nothing
+        # if the resultant is near one end, the other carries no load
         if a + b * contacts[first].along < 0.0:
             first += 1
         elif a + b * contacts[after - 1].along < 0.0:
@@ -148,7 +151,7 @@ def _linear(contacts, first, after, total, moment):
 
 @inlined
 def press(contacts, count, vx, vy, vz, wx, wy, wz):
-    """Renew the normal impulses of every line, spread linearly along it (eq. [m]).
+    """Update the normal impulses of every line, distributed linearly along it (eq. [m]).
 
     Returns (velocities, largest change of the velocity at an end of a line [m/s]).
     """
@@ -178,7 +181,7 @@ def press(contacts, count, vx, vy, vz, wx, wy, wz):
                 c = contacts[k]
                 p = c.stretch * (base + rise * c.along) if low <= k < high else 0.0
                 q, t, u = p - c.pn, 0.0, 0.0
-                if p == 0.0:  # what bears nothing has no friction
+                if p == 0.0:  # an unloaded contact has no friction
                     t, u = -c.pt, -c.pu
                     c.pt, c.pu = 0.0, 0.0
                 c.pn, c.pressed = p, q

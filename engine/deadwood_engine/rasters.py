@@ -1,4 +1,4 @@
-"""Rasters that runs add to: one set a worker, so that no two write one cell, put together at the end."""
+"""Rasters to which runs add: one set per worker, so that no two write to one cell, combined at the end."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ NO_BANDS = np.zeros(0, np.int64)
 
 
 class Rasters:
-    """Rasters that runs add to, one set a worker; ``totals`` puts them together."""
+    """Rasters to which runs add, one set per worker; ``totals`` combines them."""
 
     def __init__(self, workers: list[RasterArrays]) -> None:
         self.workers = workers
 
     @staticmethod
     def allocate(scene: Scene, workers: int, bands: NDArray[np.int64] = NO_BANDS, *, maxima: bool = True) -> Rasters:
-        """Empty rasters of the scene's grid: 28 bytes a cell and worker, 12 without the maxima.
+        """Empty rasters on the scene's grid: 28 bytes per cell and worker, 12 without the maxima.
 
-        ``bands`` says to which band of ``danger``, from 1, each line of the scene belongs, 0 for none; lines of one
-        thing share a band. None asks for no danger; else 4 bytes a cell, worker and band are added, and 8 more.
+        ``bands`` gives the band of ``danger``, from 1, to which each line of the scene belongs, 0 for none; lines of
+        one object share a band. Without it there is no danger; otherwise 4 bytes per cell, worker and band are added,
+        and 8 more.
         """
         shape = scene.arrays.terrain.heights.shape
         return Rasters([raster_arrays(shape, bands, maxima=maxima) for _ in range(max(1, workers))])
@@ -36,7 +37,7 @@ class Rasters:
         jump_max, height_max [m] (float32, NaN = no log; not of rasters without maxima).
 
         With lines also danger (uint32, bands x rows x columns): how many of the logs that hit the cell touched any
-        line then or later (band 0), and each (the others).
+        line then or later (band 0), and each line (the other bands).
         """
         workers, shape = self.workers, self.workers[0].deposits.shape
 
@@ -83,7 +84,7 @@ def raster_arrays(shape: tuple[int, int], bands: NDArray[np.int64] = NO_BANDS, *
         np.zeros((*(shape if maxima else (0, 0)), 4), np.float32),
         np.zeros(shape, np.uint32),
         np.asarray(bands if count else NO_BANDS, np.int64),
-        np.zeros(cells, np.uint32),  # pages that no list reaches are never given out
+        np.zeros(cells, np.uint32),  # memory pages that no list reaches are never allocated
         order,
         np.zeros((count + 1 if count else 0, cells), np.uint32),
     )

@@ -1,6 +1,6 @@
-"""When a log rests, and what holds it: by a certificate, not by a threshold of speed.
+"""Whether a log is at rest, and what holds it: by a static equilibrium test (certificate), not by a threshold of speed.
 
-A speed threshold freezes logs that slide at friction's limit and standing logs that must topple.
+A speed threshold would freeze logs that slide at the limit of friction, and standing logs that must topple.
 """
 
 from __future__ import annotations
@@ -18,35 +18,35 @@ from .rolling import start_rolling
 from .rotation import VX, VZ, WZ
 from .travel import fastest_point
 
-# What comes later goes to the end: stored codes keep their meaning
+# New reasons are appended, so that stored codes keep their meaning
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log", "block")
 REST, HELD_BY_TREE, HELD_BY_BARRIER, LEFT_DEM, TIME_LIMIT, FAILED, HELD_BY_LYING_LOG, HELD_BY_BLOCK, INTERRUPTED = (
     range(9)
 )
-ON_ITS_WAY = -1  # it was left there, for all that was asked of it is known
+ON_ITS_WAY = -1  # the run ended there because all that was requested of the log is known
 
 
 @kernel
 def stays(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio, obstacles):
-    """Whether the log, stopped where it is and let go, stays: the certificate of rest.
+    """Whether the log, stopped in place and released, stays there: the certificate of rest.
 
     One step from zero velocity, solved far more tightly than a step of the run, from the impulses that hold it now
-    (friction among several contacts has many solutions, and this is the one the log is in). Returns (stays, count of
-    contacts): a log that only friction's threshold or a hair's tilt keeps moving does not stay.
+    (friction at several contacts is not unique, and this is the log's actual solution). Returns (stays, count of
+    contacts): a log that moves only at the limit of friction, or at a minimal tilt, does not stay.
     """
     trial = scratch.trial_state
     for k in range(16):
         trial[k] = state[k]
     for k in range(VX, WZ + 1):
         trial[k] = 0.0
-    # as in the run, or contacts that hover within its tolerance would be missed; but what a longer step might touch
-    # holds nothing up yet
+    # as in the run, otherwise contacts that hover within its tolerance would be missed; but what a longer step might
+    # touch does not support the log yet
     dt = min(settings.time_step, REST_STEP)
-    trial[VZ] = -0.5 * settings.gravity * dt  # as of a log at rest: gravity's half of the step before
+    trial[VZ] = -0.5 * settings.gravity * dt  # as for a log at rest: gravity's half of the previous step
     advance = settings.gravity * dt * dt
     count, _, _ = contacts_at(scene, frame, trial, body, stations, settings, dt, path, advance, scratch, obstacles)
     for k in range(count):
-        # what would touch within this step counts as touching; an obstacle farther away holds nothing up
+        # an obstacle that would touch within this step counts as touching; one farther away supports nothing
         if scratch.keys[k, 0] == TERRAIN or scratch.contacts[k].gap <= advance:
             scratch.contacts[k].target = 0.0
     allowed = REST_ACCELERATION * settings.gravity * dt
@@ -61,18 +61,18 @@ def stays(scene, frame, state, body, stations, settings, path, scratch, old_coun
     while used < REST_SWEEPS and not decided:
         used, change = solve(scratch.contacts, count, trial, scratch.rolling[0], solved, used + REST_LOOK, lines, used)
         moving = fastest_point(trial, body)
-        # what is still so much faster than it changes does not come to rest in the sweeps that are left
+        # a velocity that is still so large compared with its change does not vanish within the remaining sweeps
         decided = change <= solved or moving > max(allowed, REST_SWEEPS * change)
     return count > 0 and moving <= allowed, count
 
 
 @kernel
 def holder(scene, scratch, count):
-    """(reason, row, grip): the obstacle that pushes most, or the terrain where none does; rows as in ``owner_of``.
+    """(reason, row, grip): the obstacle with the largest impulse, or the terrain if none acts; rows as in ``owner_of``.
 
-    grip [rad]: by how much the push of a single stem would have to turn to leave its friction cone, the angle of
-    friction less that between all of its push and its normals; NaN where no stem holds the log, or not it alone. What
-    is held within a few degrees depends on the coefficient of friction there.
+    grip [rad]: the angle by which the impulse of a single stem would have to turn to leave its friction cone, that is
+    the angle of friction minus the angle between its total impulse and its normals; NaN if no stem holds the log, or
+    not it alone. Whether a log is held within a few degrees depends on the coefficient of friction there.
     """
     most, reason, row, alone, normal, across, cone = 0.0, REST, -1, True, 0.0, 0.0, 0.0
     for k in range(count):
@@ -100,7 +100,9 @@ def holder(scene, scratch, count):
 
 @kernel
 def rest_reason(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio):
-    """As ``holder``, of a log that stays, on terrain alone or with what holds it; else (-1, -1, NaN)."""
+    """As ``holder``, for a log that stays, on terrain alone or with the obstacle that holds it; otherwise (-1, -1,
+    NaN).
+    """
     held, _ = stays(scene, frame, state, body, stations, settings, path, scratch, old_count, ratio, False)
     if held:
         return REST, -1, math.nan

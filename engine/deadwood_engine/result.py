@@ -1,4 +1,4 @@
-"""What became of each log: the kernels' columns as named arrays in world coordinates."""
+"""The results of each log: the kernels' columns as named arrays in world coordinates."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Poses:
-    """Poses kept along the way, ordered by log row, then time; world coordinates [m].
+    """Poses stored along the trajectories, ordered by log row, then time; world coordinates [m].
 
     log_row : int64 (m,); time [s], speed [m/s], spin [rad/s], clearance [m], height [m] of the centre of mass above
         the terrain (m,); position, base, tip (m, 3)
@@ -40,22 +40,22 @@ class Poses:
 
 @dataclass(frozen=True)
 class Result:
-    """What became of each log; row i belongs to row i of the logs. World coordinates, SI units.
+    """Results of each log; row i belongs to row i of the logs. World coordinates, SI units.
 
-    stop_reason : int8, index into STOP_REASONS; stop_item : row of the tree, barrier, lying log or block that holds
+    stop_reason : int8, index into STOP_REASONS; stop_item : row of the tree, barrier, lying log or boulder that holds
         the log, else -1
-    energy_error : [-] energy gained from contacts and lost by the books, over the energy spent
+    energy_error : [-] energy gained from contacts or missing in the balance, over the energy spent
     penetration_max : [m] deepest contact, overlap_max : with a tree or barrier alone
     jump_max : [m] largest clearance between log and terrain
     height_max : [m] greatest height of the centre of mass above the terrain below it, at the nodes of the steps
     residual_max : [m/s] of the contact solver's last sweep
     speed_max, speed_mean, and the velocities of last_state : [m/s] at the middle of a step
-    tree_hits, barrier_hits : number of different trees and barriers that pushed the log
+    tree_hits, barrier_hits : number of different trees and barriers that acted on the log
     grip : [rad] from the edge of the friction cone of the one stem that holds the log (``rest.holder``), else NaN
     reach, reach_time : (n, lines), whether and when [s] the log's outline first touched a line
     barrier_reached, barrier_crossed : (n, barriers), outline touched, centre of mass crossed its line in plan
-    hits : the ledger of trees and barriers, one row a hit
-    influences : the obstacles that mattered to each log, one row a log and obstacle; none unless asked for
+    hits : the ledger of trees and barriers, one row per hit
+    influences : the obstacles that mattered to each log, one row per log and obstacle; empty unless requested
     last_state : (n, 16) and frame (n, 2), final state for a replay
     """
 
@@ -98,7 +98,7 @@ def result_of(
     scene: Scene,
     start: Start,
     state: Array,
-    summary: Any,  # a record a log, ``way.SUMMARY``
+    summary: Any,  # one record per log, ``way.SUMMARY``
     poses: dict[int, Array],
     hits: dict[int, Array],
     notes: dict[int, Any],
@@ -118,7 +118,7 @@ def result_of(
     axis = state[:, 13:16]
     duration = summary["duration"]
     reason, owner = summary["reason"].astype(np.int8), summary["item_row"].copy()
-    # in the kernels lying logs are numbered after the trees, blocks after these
+    # in the kernels lying logs are numbered after the trees, boulders after these
     owner[reason == HELD_BY_LYING_LOG] -= scene.tree_count
     owner[reason == HELD_BY_BLOCK] -= scene.tree_count + scene.lying_count
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,9 +1,9 @@
-"""A look at the ground below every ring of a log, in one go: which of them can touch it at all.
+"""Proximity query for the ground below all rings of a log at once: which of them can touch it at all.
 
-Three straight loops over a few dozen rings at a time, of which the processor does four together in the first and the
-last; only the one between, which fetches heights from all over the terrain, goes ring by ring. Nothing branches: that
-costs less than to ask first which rings can be left out. For the same reason what is passed from loop to loop lies in
-rows of a fixed length, for then the compiler sees that they do not overlap.
+Three straight loops over a few dozen rings at a time, of which the processor runs four iterations together in the first
+and the last; only the middle one, which fetches heights from all over the terrain, goes ring by ring. There are no
+branches: that costs less than to test first which rings can be omitted. For the same reason the arrays passed from loop
+to loop are rows of a fixed length, because the compiler then knows that they do not overlap.
 """
 
 from __future__ import annotations
@@ -17,30 +17,31 @@ from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import HALF_WORD, KINK
 
-# What a look finds, a row each: how far [m] a ring is above all that can touch it, and the slope below its centre
+# Results, a row each: height [m] of a ring above all that can touch it, and the slope below its centre
 ABOVE, SLOPE_X, SLOPE_Y = range(3)
 RING_ROWS = 3
 
-TOGETHER = 64  # places along the axis
-# Of these, how many the compiled loops take in one turn. What is left over they do one by one, all of a log of a dozen
-# rings: so they go on to a whole turn, over places that are none of the log's and that nobody reads
+TOGETHER = 64  # positions along the axis
+# The compiled loops process this many at a time, and a remainder one by one, which for a log of a dozen
+# rings would be all of them. They therefore process a full block, over positions beyond the log that nobody reads
 AT_A_TIME = 16
-# Where, in the room for these, each quantity has its TOGETHER places
+# Where, in the buffer for these, each quantity has its TOGETHER positions
 _U, _V, _H00, _H10, _H01, _H11, _KINKS, _OUTSIDE, _ALONG = (TOGETHER * k for k in range(9))
 LOOK_ROOM = 9 * TOGETHER
 
-# sqrt(1 + x) <= _STEEP + _STEEPER x: its tangent at x = 0.7, a slope of 40 degrees, and 3 % too much on the level
+# sqrt(1 + x) <= _STEEP + _STEEPER x: its tangent at x = 0.7, a slope of 40 degrees, and 3 % too large on level ground
 _STEEPER = 0.5 / math.sqrt(1.7)
 _STEEP = math.sqrt(1.7) - 0.7 * _STEEPER
 
 
 @inlined
 def _ground_below(terrain, i0, j0, centre, axis, number, full, room):
-    """Heights and kinks of the cells below places along an axis; where in its cell each is, and whether there is one.
+    """Heights and kinks of the cells below positions along an axis; where in its cell each is, and whether there is
+    one.
 
-    centre : [m] centre of mass, and its place along the axis; axis : direction, base to tip
-    number : of places on the log; full : of whole turns, of which the rest holds numbers that mean nothing
-    room : with the places along the axis [m] from the base, in _ALONG
+    centre : [m] centre of mass, and its position along the axis; axis : direction, base to tip
+    number : of positions on the log; full : in whole blocks, of which the remainder holds meaningless numbers
+    room : with the positions along the axis [m] from the base, in _ALONG
     """
     inverse_cell, heights, kinks = terrain.inverse_cell, terrain.heights, terrain.kinks
     rows, columns = heights.shape
@@ -69,7 +70,7 @@ def _ground_below(terrain, i0, j0, centre, axis, number, full, room):
 
 @inlined
 def _height(inverse_cell, k, room):
-    """Height and slope of the ground below place k: as ``terrain.bilinear``."""
+    """Height and slope of the ground below position k: as ``terrain.bilinear``."""
     u, v, h00 = room[_U + k], room[_V + k], room[_H00 + k]
     bx, by = room[_H10 + k] - h00, room[_H01 + k] - h00
     twist = room[_H11 + k] - room[_H10 + k] - by
@@ -79,8 +80,9 @@ def _height(inverse_cell, k, room):
 
 @inlined
 def _rise(axis, narrowing, gx, gy, packed):
-    """(steep, lean): per metre of radius, and of way along the axis, how much lower [-] than the axis a place of the
-    side can be over ground of the slope (gx, gy), plus or minus its kinks."""
+    """(steep, lean): per metre of radius, and of distance along the axis, how much lower [-] than the axis a point of
+    the side can be over ground of the slope (gx, gy), plus or minus its kinks.
+    """
     qx, qy, qz = axis
     ky = np.floor(packed / HALF_WORD)
     kx = packed - ky * HALF_WORD
@@ -92,16 +94,16 @@ def _rise(axis, narrowing, gx, gy, packed):
 
 @inlined
 def look(terrain, i0, j0, body, stations, trial, rings, room):
-    """Look at the ground below every ring of the predicted pose.
+    """Query the ground below every ring of the predicted pose.
 
-    A ring and the stretch of the side that it answers for are above ground whose slope is that below the ring's centre,
-    plus or minus the terrain's kinks, on all of the way there. That holds as far as ``kink_reach``; thicker rings
-    are always looked at.
+    A ring and its stretch of the side are above ground whose slope is that below the ring's centre, plus or minus the
+    terrain's kinks, over the whole stretch. That is valid as far as ``kink_reach``; thicker rings are always queried
+    in full.
 
     Parameters
     ----------
     i0, j0 : the frame's node; trial : the pose; rings : (RING_ROWS, stations or more), the result
-    room : (LOOK_ROOM,), to work in
+    room : (LOOK_ROOM,), buffer
     """
     radius, oz, inverse_cell = body[BASE_RADIUS], trial.z, terrain.inverse_cell
     axis = (trial.dx, trial.dy, trial.dz)
@@ -109,7 +111,8 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
     taper = (body[TIP_RADIUS] - radius) / body[LENGTH]
     narrowing = abs(taper)
     between = body[LENGTH] / (stations - 1)
-    # of the stretch of the side that a ring answers for, as far as the kinks' bound goes (a ring is square to the axis)
+    # for the stretch of the side that belongs to a ring, as far as the kinks' bound is valid (a ring is perpendicular
+    # to the axis)
     covered = math.sqrt(max(0.0, terrain.kink_reach**2 - radius**2))
     inner, outer = min(0.5 * between, covered), min(between, covered)
     thick = math.inf if radius > terrain.kink_reach else 0.0
@@ -123,7 +126,7 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
             along = room[_ALONG + k]
             height, gx, gy = _height(inverse_cell, k, room)
             steep, lean = _rise(axis, narrowing, gx, gy, room[_KINKS + k])
-            # how far the axis comes down on the ring's stretch, and the side with it
+            # how far the axis drops on the ring's stretch, and the side with it
             reach = outer if first + k == 1 or first + k == stations - 2 else inner
             above = (
                 oz + (along - centre[3]) * axis[2] - height - (radius + taper * along) * steep - reach * lean - thick
@@ -137,7 +140,7 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
 
 @inlined
 def lowest_ring(terrain, i0, j0, body, stations, state, room):
-    """Gap [m] of the lowest ring over the tangent plane below it; not below 0, and 0 where there is no terrain."""
+    """Gap [m] of the lowest ring above the tangent plane below it; not below 0, and 0 where there is no terrain."""
     radius, inverse_cell = body[BASE_RADIUS], terrain.inverse_cell
     axis = (state[DX], state[DY], state[DZ])
     centre = (state[X], state[Y], state[Z], body[CENTRE])

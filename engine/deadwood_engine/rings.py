@@ -1,9 +1,9 @@
-"""Contacts of a log with the terrain: candidate points on rings (stations) along its axis.
+"""Contacts of a log with the terrain: candidate points on rings (contact stations) along its axis.
 
-On each ring, the point deepest along the local terrain normal, or the crest that stands highest under the ring's
-stretch of the side (``crests``), and two points at 45 degrees beside it, which find the walls of a channel; on the end
-faces, eight points of the rim and the middle. They are points of the smooth cone, not body-fixed vertices, so a log
-rolls without the rolling resistance of a polygon.
+On each ring, the deepest point along the local normal of the terrain, or the highest crest under the ring's stretch
+of the side (``crests``), and two points at 45 degrees beside it, which find the walls of a channel; on the end
+faces, eight points of the rim and the centre. They are points of the smooth cone, not vertices fixed to the body, so a
+log rolls without the rolling resistance of a polygon.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ _DIAGONAL = math.sqrt(0.5)
 
 @kernel
 def _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy):
-    """Point of a ring (centre c, axis d, radius a) deepest against the slope (gx, gy), and the surface below it."""
+    """Point of a ring (centre c, axis d, radius a) that is deepest against the slope (gx, gy), and the surface below
+    it.
+    """
     nd = dz - gx * dx - gy * dy
     ex, ey, ez = nd * dx + gx, nd * dy + gy, nd * dz - 1.0
     size = math.sqrt(ex * ex + ey * ey + ez * ez)
@@ -40,9 +42,9 @@ def _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy):
 
 @kernel
 def _sleep(terrain, i0, j0, state, body, stations, first):
-    """How far [m] the log can move before it can touch the terrain; 0 where a ring is below its lid.
+    """How far [m] the log can move before it can touch the terrain; 0 if a ring is below its bounding plane (lid).
 
-    A ring asks for half the stretch to either side. first : the ring to ask first
+    A ring includes half the stretch to either side. first : the ring to query first
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
@@ -69,8 +71,8 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
     stations is the number of rings; those between the ends have 1 or 3 candidate ``points``. frame holds the log's node
     (column i0, row j0); step is an ``Ahead``, of the pose ``trial``.
     path [m]: how far the log can have moved so far.
-    rings, room : for what a look at the rings finds, and to work in (``ring_look``)
-    Returns (count, path [m] before which none needs to be looked at again, whether there is terrain below every ring).
+    rings, room : for the results of the proximity query, and its buffer (``ring_look``)
+    Returns (count, path [m] before which no ring needs to be queried again, whether there is terrain below every ring).
     """
     dx, dy, dz = state[DX], state[DY], state[DZ]
     qx, qy, qz = trial.dx, trial.dy, trial.dz
@@ -103,10 +105,10 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         nd = nx * dx + ny * dy + nz * dz
         size = math.sqrt(max(0.0, 1.0 - nd * nd))
         above = rings[ABOVE, k] * nz + a
-        # support direction on the ring: against the normal, square to the axis
+        # support direction on the ring: against the normal, perpendicular to the axis
         ex, ey, ez = nd * dx - nx, nd * dy - ny, nd * dz - nz
         if size < ANY_POINT:
-            # axis along the normal: every point of the ring is as deep as any other
+            # axis along the normal: all points of the ring are equally deep
             if abs(dx) < 0.9:
                 ex, ey, ez = 1.0 - dx * dx, -dx * dy, -dx * dz
             else:
@@ -127,7 +129,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
             elif m < 7:
                 ce, cf = -_DIAGONAL, _DIAGONAL if m == 5 else -_DIAGONAL
             else:
-                # the rim's last, and the middle of the face, where ground may poke into a standing log
+                # the last of the rim, and the centre of the face, where ground may penetrate a standing log
                 ce, cf = -1.0 if m == 7 else 0.0, 0.0
             # a point this far above the tangent plane is out of the terrain's reach
             if above > a * size * ce:
@@ -136,12 +138,13 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
             px, py = cx + rx, cy + ry
             height, gx, gy = surface(terrain, i0, j0, px, py)
             if m < 3 and cz + rz - height < REFINED * a:
-                # once more, square to the ground found there: deeper by up to 8 % of the radius, and exact on a plane
+                # once more, perpendicular to the ground found there: deeper by up to 8 % of the radius, and exact on a
+                # plane
                 hx, hy, hz, other, kx, ky = _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy)
                 if cz + hz - other < cz + rz - height:
                     rx, ry, rz, height, gx, gy = hx, hy, hz, other, kx, ky
                     px, py = cx + rx, cy + ry
-                # two that have met at one point are one contact
+                # two that coincide in one point are one contact
                 if m == 0:
                     ox1, oy1, oz1, ox2, oy2, oz2 = rx, ry, rz, rx, ry, rz
                 else:
@@ -150,7 +153,8 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                     if one < (MERGED * a) ** 2:
                         continue
                     if two < (MERGED * a) ** 2:
-                        # of the two beside the first the deeper, or a mirrored slope would give another contact
+                        # of the two beside the first, the deeper one; otherwise a mirrored slope would give another
+                        # contact
                         if cz + rz - height >= other_gap:
                             continue
                         count = before
@@ -168,7 +172,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                 if found:
                     t, rx, ry, rz, gap, gx, gy = ct, hx, hy, hz, lower, kx, ky
                     px, py = cx + t * qx + rx, cy + t * qy + ry
-            # predicted below the surface (a NaN height, no ground, compares false)
+            # predicted to be below the surface (a NaN height, no ground, compares false)
             if gap < 0.0:
                 if side and not found:
                     far = max(between, 2.0 * terrain.cell)

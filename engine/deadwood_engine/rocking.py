@@ -1,11 +1,11 @@
-"""Rocking: a log that rolls to and fro in a hollow stays there, though it does not come to rest.
+"""Oscillation: a log that rolls to and fro in a hollow stays there, although it does not come to rest.
 
-Rolling costs a rigid log nothing (no friction opposes it), so what rocks in a hollow goes on for minutes, and the
-certificate of ``rest`` never holds. But energy only shrinks: a log that has turned back at the same places, swing after
-swing, without gaining any, seldom leaves. So while a log is slow, the box that its ends move in, and its peak of
-energy, are kept for windows of time: a log that shows nothing new in the last of them rests. One that slides on,
-however slowly, leaves the box; one that topples gains. How far logs so stopped would still have gone is measured
-(engine/README.md).
+Rolling costs a rigid log no energy (no friction opposes it), so an oscillation in a hollow continues for minutes, and
+the certificate of ``rest`` never holds. But energy only decreases: a log that turns back at the same places, period
+after period, without gaining energy, seldom leaves. While a log is slow, the bounding box of the motion of its ends and
+its peak energy are therefore recorded in windows of time: a log that shows nothing new in the last of them is at rest.
+One that slides on, however slowly, leaves the box; one that topples gains energy. How far logs stopped in this way
+would still have moved is measured (engine/README.md).
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ def _forget(windows, row):
 
 @kernel
 def forget_windows(windows):
-    """Nothing has been seen yet."""
+    """Clear all windows."""
     for row in range(WINDOWS):
         _forget(windows, row)
 
 
 @inlined
 def watch(windows, state, body, energy, rest_speed):
-    """Widen the present window's box by this pose; a window with too much energy [J/kg] counts for nothing."""
+    """Extend the present window's box by this pose; a window with too much energy [J/kg] does not count."""
     if energy > (ROCKING_SPEED * rest_speed) ** 2:
         windows[0, PEAK] = math.inf
         return
@@ -54,14 +54,15 @@ def watch(windows, state, body, energy, rest_speed):
 
 @kernel
 def rocks_in_place(windows, rest_speed):
-    """Whether the log stayed where it had been in the windows before, and gained nothing; starts the next window.
+    """Whether the log stayed where it had been in the previous windows, and gained no energy; starts the next window.
 
-    In these it must have moved within ROCKING_RANGE, and it may creep on by ROCKING_CREEP of the rest_speed [m/s].
+    In these it must have moved within ROCKING_RANGE, and it may creep by ROCKING_CREEP of the rest_speed [m/s].
     """
     creep, before, stayed = ROCKING_CREEP * rest_speed * ROCKING_WINDOW, 0.0, True
     for row in range(1, WINDOWS):
         before = max(before, windows[row, PEAK])
-        stayed = stayed and windows[row, LOW] < math.inf  # or a wide swing's slow turn would look like a place
+        # otherwise the slow turning point of a wide oscillation would look like a place
+        stayed = stayed and windows[row, LOW] < math.inf
     for k in range(6):
         low, high = math.inf, -math.inf
         for row in range(1, WINDOWS):

@@ -1,9 +1,9 @@
 """Free rotation of a symmetric top in closed form, exact for any time step.
 
-The angular momentum Lm of a free log is constant, so the motion is two rotations about fixed axes:
+The angular momentum Lm of a free log is constant, so the motion consists of two rotations about fixed axes:
 about Lm in the world (precession, rate |Lm|/A) and about the log's own axis in the body (rate (1/C - 1/A) Lm.d).
-Neither energy nor angular momentum can drift, which the explicit and the 2014 schemes do (a slender log has
-A/C of 1000 to 10000, and they turn tumbling into spin). Equation numbers: engine/README.md.
+Neither energy nor angular momentum can drift, as they do in explicit schemes and in that of 2014 (a slender log has
+A/C of 1000 to 10000, and these turn tumbling into spin). Equation numbers: engine/README.md.
 
 symbol  in code           frame, unit
 q       state[3:7]        unit quaternion, body -> world
@@ -68,7 +68,7 @@ def swing_of(state):
 
 @kernel
 def square_to_axis(state, a):
-    """What a vector has square to the axis."""
+    """Component of a vector perpendicular to the axis."""
     d = (state[DX], state[DY], state[DZ])
     return point(a, -dot(a, d), d)
 
@@ -82,7 +82,7 @@ def first_axis(state):
 
 @kernel
 def drift(state, transverse, axial, time):
-    """Eq. [a]: move the log freely for a time [s]: straight on, and rotate as a free symmetric top."""
+    """Eq. [a]: free motion of the log for a time [s]: straight, with the rotation of a free symmetric top."""
     state[X] += time * state[VX]
     state[Y] += time * state[VY]
     state[Z] += time * state[VZ]

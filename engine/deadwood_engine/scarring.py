@@ -1,4 +1,4 @@
-"""Scarring drag: soft ground that a rock digs into brakes it, before it meets the hard plane below.
+"""Scarring drag: soft ground that a rock penetrates slows it down before it meets the hard plane below.
 
 The model of Lu et al. (2019; Landslides 16:2353-2367). Between the surface and a rebound plane that lies ``depth``
 below it, the ground resists the centre of mass against its velocity v, and exerts no torque:
@@ -6,17 +6,18 @@ below it, the ground resists the centre of mass against its velocity v, and exer
     F = -1/2 (C_f + C_s) rho A |v| v                            their eq. 9 and 12            [q]
     depth = 0.1 M^(1/3) M_E^-0.4 |v_z|^0.8                      their eq. 11                  [r]
 
-A is the area, seen along v, of what of the body is below the surface; C_f = 1 (fluid part) and rho = 1700 kg/m3 are
-theirs. depth is set by the vertical speed at the node from which a step first reaches below the surface, and holds
-until the whole body is above it again. On the rebound plane act the contacts, with friction and restitution as ever.
+A is the projected area, along v, of the part of the body below the surface; C_f = 1 (fluid part) and rho = 1700 kg/m3
+are theirs. depth is set by the vertical speed at the node from which a step first reaches below the surface, and is
+valid until the whole body is above it again. The contacts, with friction and restitution as usual, act on the rebound
+plane.
 
-Within a step A is constant, and of [q] the exact solution is taken: |v| falls by the factor 1 / (1 + k |v| dt) with
-k = (C_f + C_s) rho A / (2 M). The surface is the plane of the facet below the body's deepest corner; the body is its
-hull, cut by that plane. In the ground a step goes no farther towards the plane, or away from it, than a share of depth.
+Within a step A is constant, and [q] is solved exactly: |v| falls by the factor 1 / (1 + k |v| dt) with
+k = (C_f + C_s) rho A / (2 M). The surface is the plane of the facet below the body's deepest vertex; the body is its
+hull, cut by that plane. In the ground a step moves towards the plane, or away from it, by at most a share of depth.
 
 symbol   in code             unit
-M_E      settings.strength   kN/m2, of the ground; 0: it is hard, and no body digs in
-C_s      settings.scar_drag  -, of what compacts
+M_E      settings.strength   kN/m2, of the ground; 0: it is hard, and no body penetrates
+C_s      settings.scar_drag  -, due to compaction
 M        body[MASS]          kg
 """
 
@@ -35,22 +36,23 @@ from .vectors import blend, cross, dot
 
 @kernel
 def scar_depth(mass, speed, strength):
-    """Eq. [r]: how far [m] below the surface the rebound plane lies; vertical speed [m/s], strength [kN/m2]."""
+    """Eq. [r]: depth [m] of the rebound plane below the surface; vertical speed [m/s], strength [kN/m2]."""
     return 0.1 * mass ** (1.0 / 3.0) * strength**-0.4 * abs(speed) ** 0.8
 
 
 @kernel
 def area_below(cloud, corners, p, n, along):
-    """Area [m2], seen along a unit vector, of what of a hull is below the plane through p with the normal n.
+    """Area [m2], projected along a unit vector, of the part of a hull below the plane through p with the normal n.
 
-    Half of what the faces of a convex body show along a line, the cut's included: its vector is what closes the rest.
+    Half of the area that the faces of a convex body, the cut included, project along a line: the vector of the cut
+    closes the sum.
 
     corners : (m, 3), of the hull, in the coordinates of p
     """
     shown, rest_x, rest_y, rest_z = 0.0, 0.0, 0.0, 0.0
     for face in range(cloud.starts.shape[0] - 1):
         first, last = cloud.starts[face], cloud.starts[face + 1]
-        ax, ay, az = 0.0, 0.0, 0.0  # twice the vector of the face's area below the plane
+        ax, ay, az = 0.0, 0.0, 0.0  # twice the area vector of the face's part below the plane
         begun, start, previous = False, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         b = corners[cloud.loops[last - 1]]
         below_b = dot((b[0] - p[0], b[1] - p[1], b[2] - p[2]), n)
@@ -84,9 +86,9 @@ def area_below(cloud, corners, p, n, along):
 
 @kernel
 def drag(cloud, terrain, frame, state, body, settings, scratch, dt):
-    """Brake a body that is in the ground for dt by eq. [q]. Returns its work [J/kg].
+    """Slow down a body that is in the ground for dt by eq. [q]. Returns the work [J/kg].
 
-    Logs (cloud is None) are round and hard, and so is their ground.
+    Logs (cloud is None) are round and rigid, and so is their ground.
     """
     if cloud is None:
         return 0.0
@@ -115,7 +117,9 @@ def drag(cloud, terrain, frame, state, body, settings, scratch, dt):
 
 @kernel
 def step_in_scar(cloud, terrain, frame, state, settings, depth):
-    """Longest step [s] of a body whose rebound plane is ``depth`` [m] below the surface: to or from it, a share."""
+    """Longest step [s] of a body whose rebound plane is ``depth`` [m] below the surface: a share of it, towards or away
+    from it.
+    """
     if cloud is None or depth == 0.0:
         return math.inf
     _, gx, gy = surface(terrain, frame[0], frame[1], state[X], state[Y])

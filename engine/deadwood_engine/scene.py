@@ -1,4 +1,4 @@
-"""The scene that logs slide through, as plain arrays. What a scene lacks has zero rows and costs nothing."""
+"""The scene through which logs slide, as plain arrays. What is absent has zero rows and costs nothing."""
 
 from __future__ import annotations
 
@@ -30,21 +30,22 @@ class SceneArrays(NamedTuple):
 
     terrain: Terrain
     cores: Cores  # all obstacles
-    cloud: Cloud | None  # the shape that slides; None where logs do: its kernels are then not even compiled
+    cloud: Cloud | None  # the shape that slides; None for logs: its kernels are then not even compiled
     lines: Segments
     fences: Segments  # the barriers' lines in plan, for the ledger
 
     @property
     def lying(self) -> Pieces:
-        """The pieces of lying logs, as they lie."""
+        """The pieces of the lying logs, in position."""
         return pieces_of(self.cores)
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A prepared scene; ``arrays`` is for kernels, the rest says what it holds.
+    """A prepared scene; ``arrays`` is for kernels, the rest describes it.
 
-    trees_outside, barriers_outside, lying_outside, blocks_outside : int64, rows of what is on no terrain and is
+    trees_outside, barriers_outside, lying_outside, blocks_outside : int64, rows of obstacles outside the terrain, which
+    are
         therefore not modelled
     """
 
@@ -74,21 +75,21 @@ class Scene:
         first: tuple[int, int] = (0, 0),
         reference: float | None = None,
     ) -> Scene:
-        """Check and lay out a scene.
+        """Check a scene and prepare its arrays.
 
         Parameters
         ----------
         heights : [m], shape (rows, columns), row 0 southernmost, NaN outside; heights at cell centres
         cell : [m]; x0, y0 : world position of the centre of cell (0, 0) of the whole DEM [m]
-        first : column and row of the whole DEM where heights[0, 0] stands, when the heights are a window of it
-        reference : [m] height that is zero in the kernels; the same for all windows of a DEM, or bits differ
-        friction : Coulomb's coefficient, one value or one a cell
+        first : column and row of heights[0, 0] in the whole DEM, if the heights are a window of it
+        reference : [m] height that is zero in the kernels; the same for all windows of a DEM, otherwise bits differ
+        friction : Coulomb's coefficient, one value or one per cell
         trees, barriers, lines, lying_logs, blocks : world coordinates [m]
 
         Raises
         ------
         ValueError
-            for a terrain, friction, tree, barrier or lying log that cannot be one
+            for an invalid terrain, friction, tree, barrier or lying log
         """
         trees, barriers, lines = trees or Trees.none(), barriers or Barriers.none(), lines or Lines.none()
         terrain = terrain_file.prepare(heights, cell, x0, y0, friction, first, reference)
@@ -115,20 +116,21 @@ class Scene:
         )  # fmt: skip
 
     def with_friction(self, friction: float) -> Scene:
-        """The scene with one coefficient everywhere; the rest of it is shared."""
+        """The scene with one coefficient everywhere; everything else is shared."""
         terrain = self.arrays.terrain._replace(friction=np.array([[friction]], np.float64))
         return replace(self, arrays=self.arrays._replace(terrain=terrain))
 
     def with_lines(self, lines: Lines) -> Scene:
-        """The scene with these lines watched in place of its own; the rest of it is shared."""
+        """The scene with these lines instead of its own; everything else is shared."""
         terrain = self.arrays.terrain
         arrays = self.arrays._replace(lines=segments_of(lines, terrain.x0, terrain.y0))
         return replace(self, arrays=arrays, line_count=len(lines.starts) - 1)
 
     def with_trees(self, trees: Trees) -> Scene:
-        """The scene with these trees in place of its own; the terrain is shared, and all is as prepared anew.
+        """The scene with these trees instead of its own; the terrain is shared, and the result equals a newly prepared
+        scene.
 
-        Lying logs and blocks are numbered after the trees; what was left out (``without``) stays so.
+        Lying logs and boulders are numbered after the trees; removed obstacles (``without``) remain removed.
         """
         _check_trees(trees)
         standing, outside = _standing(self.arrays.terrain, trees)
@@ -136,7 +138,7 @@ class Scene:
         return replace(self, arrays=arrays, tree_count=len(trees.x), trees_outside=outside)
 
     def with_barriers(self, barriers: Barriers) -> Scene:
-        """The scene with these barriers in place of its own; as ``with_trees``."""
+        """The scene with these barriers instead of its own; as ``with_trees``."""
         _check_sizes(height=barriers.height)
         _check_places("barrier", barriers.vertices)
         terrain = self.arrays.terrain
@@ -146,7 +148,7 @@ class Scene:
         return replace(self, arrays=arrays, barrier_count=len(barriers.height), barriers_outside=outside)
 
     def with_lying_logs(self, lying_logs: LyingLogs) -> Scene:
-        """The scene with these lying logs in place of its own; as ``with_trees``."""
+        """The scene with these lying logs instead of its own; as ``with_trees``."""
         _check_places("lying log", lying_logs.vertices)
         lying, outside = lying_file.prepare(self.arrays.terrain, lying_logs, self.tree_count)
         number = len(lying_logs.diameter)
@@ -154,7 +156,9 @@ class Scene:
         return replace(self, arrays=arrays, lying_count=number, lying_outside=outside)
 
     def _arrays_with(self, kind: int, solid: Any, more: int) -> SceneArrays:
-        """The arrays with other cores of one kind; more : how many things more that makes, which shifts later ones."""
+        """The arrays with other cores of one kind; more : number of additional objects, by which later ones are
+        shifted.
+        """
         terrain = self.arrays.terrain
         parts = by_kind(self.arrays.cores, terrain.cell, (terrain.column, terrain.row))
         order = (TREE, LYING, BLOCK)
@@ -166,7 +170,7 @@ class Scene:
     def without(self, *, barriers: Array | tuple[()] = (), others: Array | tuple[()] = ()) -> Scene:
         """The scene without some obstacles, the others numbered as before; the terrain is shared.
 
-        barriers : their rows; others : rows of trees, lying logs numbered after the trees, blocks after these
+        barriers : their rows; others : rows of trees, lying logs numbered after the trees, boulders after these
         """
         solid = self.arrays.cores.solid
         fences, owner = solid["kind"] == BARRIER, solid["owner"]
@@ -204,14 +208,14 @@ def _check_places(name: str, vertices: Array) -> None:
 
 
 def _in_window(items: Any, terrain: Terrain) -> Any:
-    """Items laid out in the nodes of the whole DEM, in those of the window that the heights are."""
+    """Items positioned in nodes of the whole DEM, converted to nodes of the window to which the heights belong."""
     index, cell = items.index, terrain.cell
     index = index._replace(x0=index.x0 - terrain.column * cell, y0=index.y0 - terrain.row * cell)
     return items._replace(node=items.node - (terrain.column, terrain.row), index=index)
 
 
 def _standing(terrain: Terrain, trees: Trees) -> tuple[Any, NDArray[np.int64]]:
-    """The cores of the trees that stand on the terrain, and the rows of the others."""
+    """The cores of the trees on the terrain, and the rows of the others."""
     plan = np.column_stack([trees.x, trees.y]).astype(float).reshape(-1, 2) - (terrain.x0, terrain.y0)
     foot = surfaces_at(terrain, plan)[:, 0]
     there = np.flatnonzero(np.isfinite(foot))

@@ -1,4 +1,4 @@
-"""A run's numbers and a worker's memory, as the kernels take them."""
+"""The settings of a run and the memory of a worker, as the kernels take them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .way import WAY
 
 
 class Settings(NamedTuple):
-    """A run's numbers: those of the fidelity, in metres and seconds, and the user's."""
+    """The settings of a run: those of the fidelity, in metres and seconds, and the user's."""
 
     time_step: float
     travel: float  # [m] of the fastest point in a step
@@ -36,14 +36,14 @@ class Settings(NamedTuple):
     ring_points: int  # candidates of a ring between the ends
     backward: bool  # sweep the contacts from last to first
     rolling_friction: float  # [-] of the ground
-    tree_friction: float  # [-] of stems and lying logs; below 0 the ground's
+    tree_friction: float  # [-] of stems and lying logs; negative: the ground's
     tree_restitution: float
     barrier_friction: float
     barrier_restitution: float
-    stage_steps: int = 0  # from one kept stage to the next; 0: none is kept
+    stage_steps: int = 0  # steps between two stored stages; 0: none is stored
     until_reached: bool = False  # a log ends when it has touched every line
     breaks: bool = False  # whether any tree can break
-    friction_max: float = 0.0  # of the ground, after much slip (``slip``)
+    friction_max: float = 0.0  # of the ground, for large slip (``slip``)
     friction_kappa: float = 0.0  # [1/m]; 0: friction does not depend on slip
     friction_beta: float = 0.0  # [1/s]
     strength: float = 0.0  # [kN/m2] of soft ground (``scarring``); 0: it is hard
@@ -51,31 +51,31 @@ class Settings(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """A worker's memory, made once: nothing is allocated while logs slide."""
+    """Memory of a worker, allocated once: nothing is allocated while logs slide."""
 
-    way: np.ndarray  # where the log's slide stands
+    way: np.ndarray  # state of the log's slide
     contacts: np.ndarray
     keys: np.ndarray
     old_keys: np.ndarray
     old_contacts: np.ndarray
-    spare: np.ndarray  # room for a contact that changes its place
-    listed: np.ndarray  # rows of the cores that are near
+    spare: np.ndarray  # buffer for a contact that changes its place
+    listed: np.ndarray  # rows of the near cores
     near_cores: np.ndarray  # these, in the log's frame
     hit_trees: np.ndarray
     hit_barriers: np.ndarray
-    trial: np.ndarray  # the pose a step ahead
-    pose: np.ndarray  # that of a time within the step
-    near: np.ndarray  # what is known of the surroundings
-    rings: np.ndarray  # what a look at every ring found, and room for the look (``ring_look``)
+    trial: np.ndarray  # the pose at the end of the step
+    pose: np.ndarray  # the pose at a time within the step
+    near: np.ndarray  # knowledge of the surroundings
+    rings: np.ndarray  # results of a query of all rings, and its buffer (``ring_look``)
     look: np.ndarray
     memory: np.ndarray
-    rest: np.ndarray  # ends at the last look at a slow log
-    rocking: np.ndarray  # where a slow log has been of late (``rocking``)
+    rest: np.ndarray  # ends at the last test of a slow log
+    rocking: np.ndarray  # recent positions of a slow log (``rocking``)
     trial_state: np.ndarray
     free: np.ndarray  # velocities before the solve
-    kicked: np.ndarray  # the same with what trees that break in the step push (``breaking``)
+    kicked: np.ndarray  # the same with the impulses of trees that break in the step (``breaking``)
     gone: np.ndarray  # rows of the cores that the log has broken
-    rolling: np.ndarray  # the moment against rolling
+    rolling: np.ndarray  # the moment that resists rolling
     points: np.ndarray
     hull: np.ndarray
     left: np.ndarray
@@ -84,10 +84,10 @@ class Scratch(NamedTuple):
     turns: np.ndarray  # its rotation matrices, now and predicted
     corners: np.ndarray  # its hull at the predicted pose
     normals: np.ndarray
-    noted: np.ndarray  # each core's place among the notes (``influence``); empty where nothing is noted
+    noted: np.ndarray  # each core's place among the notes (``influence``); empty if nothing is noted
     notes: np.ndarray
     book: np.ndarray
-    stages: StageTable  # those kept of the log at work, or those that logs go on from
+    stages: StageTable  # stages stored for the current log, or those from which logs are continued
 
     @staticmethod
     def allocate(
@@ -98,8 +98,8 @@ class Scratch(NamedTuple):
         noting: bool = False,
         stages: StageTable | None = None,
     ) -> Scratch:
-        # every candidate of the log, and what each obstacle has at most (``CORE_CONTACTS``), of as many as a log can
-        # lean on at once. ``add_contact``, the one place that writes to the table, leaves out what exceeds it
+        # every candidate of the log, and the maximum of each obstacle (``CORE_CONTACTS``), for as many as can touch a
+        # log at once. ``add_contact``, the only function that writes to the table, ignores any excess
         table = 3 * stations + 16 + CORE_CONTACTS * min(core_count, 1024)
         cloud = cloud or Cloud.none()
         table += len(cloud.points) + 64 * min(len(cloud.corners), 64)

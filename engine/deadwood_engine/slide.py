@@ -1,8 +1,8 @@
 """Slide many logs through a scene on all cores: the entry point of the engine.
 
-Logs are independent. Some at a time are computed by one call of ``slide_logs``, which releases the GIL, on a plain
-thread; workers take the next ones as they become free. Every log's numbers depend on the log alone, maxima and counts
-do not depend on order, so results are the same bits with any number of threads.
+Logs are independent. One call of ``slide_logs`` computes several of them on a plain thread and releases the GIL;
+workers take the next ones as they become free. The numbers of a log depend on the log alone, and maxima and counts do
+not depend on the order, so results are bitwise identical with any number of threads.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from .way import SUMMARY
 Array = NDArray[np.float64]
 
 
-LOGS_A_CALL = 16  # most logs a call; to hand a scene over costs as much as ten steps, and other workers wait for it
-POSES_AT_ONCE = 16384  # room for those of the logs of a call; only what is written to takes memory
+LOGS_A_CALL = 16  # logs per call at most; passing a scene costs as much as ten steps, and other workers wait for it
+POSES_AT_ONCE = 16384  # room for the poses of all logs of a call; only pages that are written to take memory
 
 
 class Interrupted(Exception):
-    """The caller's report asked to stop; nothing of the interrupted logs is kept."""
+    """The caller's report requested a stop; nothing of the interrupted logs is kept."""
 
 
 def slide(
@@ -73,38 +73,41 @@ def slide(
     soil_strength: float | None = None,
     scar_drag: float = 0.0,
 ) -> Result:
-    """Slide logs until each rests, is held, leaves the terrain, or runs out of time.
+    """Slide logs until each rests, is held, leaves the terrain, or reaches the time limit.
 
     Parameters
     ----------
-    scene, logs, fidelity : what slides where, and how exactly
+    scene, logs, fidelity : what slides where, and how accurately
     restitution : [-] Newton's coefficient of the ground
-    rolling_friction : [-] moment against rolling, of the ground's push times the log's radius there (``rolling``)
-    tree_friction, tree_restitution : [-] of stems and lying logs; None: the ground's where they stand
+    rolling_friction : [-] moment that resists rolling, relative to the ground's impulse times the log's radius
+    (``rolling``)
+    tree_friction, tree_restitution : [-] of stems and lying logs; None: those of the ground there
     barrier_friction, barrier_restitution : [-] of barriers, likewise
-    time_limit : [s]; rest_speed : [m/s] below which a log is looked at for rest
-    threads : workers; keep_poses : bool (n,), whose poses to keep; rasters : added to
-    shape : what slides in the logs' place; logs that are a Start must have been placed with it
-    inside : bool (n, lines), for danger: lines that a log starts within, so reaches with its first outline
-    influences : note which obstacles mattered to each log (``influence``); it changes nothing else
-    stages : with influences, filled with stages of the logs' ways (``stages``); it changes nothing else. Where trees
-        can break none are kept: logs go on from their release
-    going_on : int64 (n,), rows of the stages from which the logs go on instead, -1: from their start, in this scene or
-        in one ``Scene.without`` what was entered later; hits, their numbers, poses and rasters are of what follows
-    until_reached : a log that has reached every line, those aside that it is ``inside``, is left there, with -1 for the
-        reason to stop
-    friction_max, friction_kappa, friction_beta : [-, 1/m, 1/s] of a shape: the ground's friction grows with slip, from
+    time_limit : [s]; rest_speed : [m/s] below which a log is tested for rest
+    threads : workers; keep_poses : bool (n,), logs whose poses are stored; rasters : added to
+    shape : the body that slides instead of logs; logs given as a Start must have been placed with it
+    inside : bool (n, lines), for danger: lines that contain a log's start and are reached by its first outline
+    influences : record which obstacles mattered to each log (``influence``); affects nothing else
+    stages : with influences, filled with checkpoints of the logs (``stages``); affects nothing else. If trees
+        can break, none are stored: logs are continued from their release
+    going_on : int64 (n,), rows of the stages from which the logs are continued, -1: from their start, in this scene or
+        in one ``Scene.without`` what was entered later; hits, their numbers, poses and rasters cover what follows
+    until_reached : a log that has reached every line, except those that it is ``inside``, ends there, with -1 as the
+        stop reason
+    friction_max, friction_kappa, friction_beta : [-, 1/m, 1/s] of a shape: the friction of the ground grows with slip,
+    from
         the scene's to friction_max (``slip``); None: it does not
-    soil_strength, scar_drag : [MN/m2, -] of a shape: it digs into the ground, which brakes it (``scarring``); None: it
+    soil_strength, scar_drag : [MN/m2, -] of a shape: it penetrates the ground, which slows it down (``scarring``);
+    None: it
         does not
-    report : called about five times a second with the number of logs done; True stops the run
+    report : called about five times a second with the number of logs done; returning True stops the run
 
     Raises
     ------
     Interrupted
-        when ``report`` asked to stop
+        if ``report`` requested a stop
     """
-    if report is not None and report(0):  # a short run may be done before anybody asks
+    if report is not None and report(0):  # a short run may be finished before the first report
         raise Interrupted
     start = logs if isinstance(logs, Start) else place_logs(scene, logs, shape, threads)
     number = len(start.state)
@@ -185,7 +188,7 @@ def slide(
         )
         room, hit_room = np.zeros((POSES_AT_ONCE, trace.POSE_WIDTH)), np.zeros((64 * chunk, HIT_WIDTH))
         note_room = np.zeros(64 * chunk if influences else 0, NOTE).view(np.recarray)
-        # workers that wrote every step to neighbouring rows of one array would wait for each other's cache lines
+        # workers writing every step to neighbouring rows of one array would wait for each other's cache lines
         own, told = np.zeros(state.shape[1]), np.zeros(2, SUMMARY).view(np.recarray)
         told.item_row, told.grip = -1, np.nan
         while not stop[0]:
@@ -201,7 +204,7 @@ def slide(
                     last, stop,
                 )  # fmt: skip
                 if reached == row:
-                    # Sliding again with more room is the same to the bit, and the stamp keeps hits from counting twice.
+                    # Sliding again with more room gives the same bits, and the stamp prevents hits from counting twice.
                     if keep[row] and wanted > len(room):
                         room = np.zeros((2 * wanted, trace.POSE_WIDTH))
                     if told[0].hits > len(hit_room):
@@ -230,7 +233,7 @@ def slide(
     def guarded(worker: int) -> None:
         try:
             work(worker)
-        except BaseException as failure:  # reported by the caller's thread
+        except BaseException as failure:  # raised again in the caller's thread
             failures.append(failure)
             stop[0] = 1
 
@@ -265,16 +268,17 @@ def fidelity_in(
     tree_restitution: float | None,
     barrier_restitution: float | None,
 ) -> Fidelity:
-    """The row by which logs slide in a scene: that where things rebound, if any that stands there does."""
+    """The row with which logs slide in a scene: the one for restitution, if anything in the scene rebounds."""
     stems = restitution if tree_restitution is None else tree_restitution
     fences = restitution if barrier_restitution is None else barrier_restitution
-    kinds = scene.arrays.cores.solid["kind"][scene.arrays.cores.index.items]  # of what is there (``Scene.without``)
+    # of the obstacles present (``Scene.without``)
+    kinds = scene.arrays.cores.solid["kind"][scene.arrays.cores.index.items]
     wood, plates = bool(np.isin(kinds, (TREE, LYING)).any()), bool((kinds == BARRIER).any())
     return where_things_rebound(fidelity, restitution, stems * wood, fences * plates)
 
 
 def _slip_law(shape: Shape | None, most: float | None, kappa: float, beta: float) -> dict[str, float]:
-    """What friction has to do with slip, as ``Settings`` says it; of logs it has nothing."""
+    """The dependence of friction on slip, as fields of ``Settings``; none for logs."""
     if most is None:
         return {}
     if shape is None:
@@ -288,7 +292,7 @@ def _slip_law(shape: Shape | None, most: float | None, kappa: float, beta: float
 
 
 def _scar_law(shape: Shape | None, strength: float | None, drag: float) -> dict[str, float]:
-    """How soft the ground is, as ``Settings`` says it; to logs it is hard."""
+    """The strength of the ground, as fields of ``Settings``; for logs it is hard."""
     if strength is None:
         return {}
     if shape is None:
@@ -301,7 +305,7 @@ def _scar_law(shape: Shape | None, strength: float | None, drag: float) -> dict[
 
 
 def _check_tables(scene: Scene, start: Start, rasters: Rasters | None, keep_poses: NDArray[np.bool_] | None) -> None:
-    """Kernels look tables up without asking how long they are: of one scene and as many logs they must be."""
+    """Kernels do not check the lengths of tables: they must belong to one scene and have one row per log."""
     number, grid = len(start.state), scene.arrays.terrain.heights.shape
     if start.state.shape != (number, STATE_WIDTH) or start.body.shape != (number, BODY_WIDTH):
         raise ValueError(f"states and bodies must have {STATE_WIDTH} and {BODY_WIDTH} columns, one row a log")
@@ -320,7 +324,7 @@ _stamp_lock = threading.Lock()
 
 
 def _stamps(number: int) -> NDArray[np.int64]:
-    """Numbers for the rasters' stamps that no log of this process had before (rasters outlive a call)."""
+    """Stamps for the rasters that no log of this process had before (rasters outlive a call)."""
     global _stamped
     with _stamp_lock:
         first = _stamped

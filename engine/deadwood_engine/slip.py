@@ -1,16 +1,17 @@
-"""Friction that grows with slip: ground that a rock scars resists it the more, the farther it has gone in it.
+"""Friction that grows with slip: ground scarred by a rock resists it the more, the longer its path in it.
 
 The law of Leine et al. (2014; Multibody System Dynamics 32:241-271, section 3.7, equations 46 and 47) for rocks, with
-one state a body, the slip s:
+one state variable per body, the slip s:
 
     mu(s) = mu_min + (2 / pi) (mu_max - mu_min) atan(kappa s)                                        [p]
-    ds/dt = |v| while at least one contact with the ground pushes,   ds/dt = -beta s otherwise
+    ds/dt = |v| while at least one contact with the ground is loaded,   ds/dt = -beta s otherwise
 
-v is the velocity of the centre of mass, so s grows while a body rolls, too. mu_min is the ground's coefficient, and
-where that is more than mu_max it does not grow; at s = 1/kappa friction is halfway to mu_max.
+v is the velocity of the centre of mass, so s also grows while a body rolls. mu_min is the coefficient of the ground; if
+it exceeds mu_max, friction does not grow. At s = 1/kappa friction is halfway to mu_max.
 
-mu of a step is that of s at its node, and s goes on by the velocity of its middle, as positions do: a leapfrog of
-second order. In the air s decays exactly. Only bodies of points (clouds) know slip, and only the terrain's contacts.
+mu of a step is that of s at its node, and s is advanced with the velocity at the middle of the step, as positions are:
+a leapfrog of second order. In the air s decays exactly. Slip applies only to point clouds, and only to contacts with
+the terrain.
 
 symbol      in code         unit
 s           slip            m
@@ -37,7 +38,7 @@ def scarred(mu, most, kappa, slip):
 
 @kernel
 def slip_after(contacts, keys, count, state, slip, beta, dt):
-    """The slip [m] at the end of a step of which ``state`` has the velocities."""
+    """The slip [m] at the end of a step whose velocities are in ``state``."""
     for k in range(count):
         if keys[k, 0] == TERRAIN and contacts[k].pn > 0.0:
             return slip + dt * math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)

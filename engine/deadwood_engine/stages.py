@@ -1,10 +1,10 @@
-"""Stages of logs' ways: all that decides how a log goes on, from which it can be slid again without an obstacle.
+"""Stages: checkpoints of the complete state of a log, from which it can be slid again without an obstacle.
 
-Up to the step in which an obstacle is first looked at as the nearest, or matters (``influence.enter``), a log has gone
-its way as it would have without it, and knows the same of its surroundings, but for that obstacle's place in the list
-of what is near. So every few steps a stage is written over the one before, unless something has been entered since:
-then the one before stays, for that. What goes on from it in the scene without it is the same to the bit as from its
-release (``tests/engine/test_stages.py``), but for what came before: poses, and hits.
+Up to the step in which an obstacle is first queried as the nearest, or first matters (``influence.enter``), the motion
+of a log is the same as without it, and so is the knowledge of its surroundings, except for the obstacle's place in the
+near list. Every few steps a stage therefore overwrites the previous one, unless an obstacle has been entered since: the
+previous one is then kept for that obstacle. Continuing from it in the scene without the obstacle gives the same bits as
+from the release (``tests/engine/test_stages.py``), except for what came before: poses, and hits.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ Numbers = NDArray[np.int64]
 
 
 class StageTable(NamedTuple):
-    """Stages, a row each; as in ``scratch.Scratch``, a log's state and summary, and its marks (``trace.Marks``).
+    """Stages, a row each; as in ``scratch.Scratch``, the state and summary of a log, and its marks (``trace.Marks``).
 
     contact_rows, core_rows : int64 (n, 2), first row and the one after the last in keys and contacts, the loaded
-        contacts of the step before, and in listed and beside, the near cores; beside : along, room, clear of each
+        contacts of the previous step, and in listed and beside, the near cores; beside : along, room, clear of each
     """
 
     state: np.ndarray
@@ -60,7 +60,7 @@ class StageTable(NamedTuple):
 
     @staticmethod
     def allocate(number: int, lines: int, barriers: int) -> StageTable:
-        """Room for so many stages of one log."""
+        """Allocate memory for this number of stages of one log."""
         few = number * STAGE_CONTACTS
         return StageTable(
             np.zeros((number, STATE_WIDTH)),
@@ -110,10 +110,10 @@ class StageTable(NamedTuple):
 
 @dataclass
 class Stages:
-    """What ``slide`` keeps of a run with ``influences``, and goes on from.
+    """What ``slide`` stores of a run with ``influences``, and continues from.
 
-    table : the stages of all logs; log, owner, stage : for each log and obstacle that was entered the row of the table
-        from which the log can go on without it, -1: from its release; owner as ``number_of``; sorted by it
+    table : the stages of all logs; log, owner, stage : for each log and entered obstacle the row of the table
+        from which the log can be continued without it, -1: from its release; owner as ``number_of``; sorted by it
     """
 
     table: StageTable = field(default_factory=lambda: StageTable.allocate(0, 0, 0))
@@ -122,7 +122,9 @@ class Stages:
     stage: Numbers = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def before(self, logs: Numbers, gone: Numbers) -> Numbers:
-        """For each log the row of the stage from which it can go on without these obstacles, -1: from its release."""
+        """For each log the row of the stage from which it can be continued without these obstacles, -1: from its
+        release.
+        """
         gone = np.unique(gone)
         first, last = (np.searchsorted(self.owner, gone, side=side) for side in ("left", "right"))
         rows = np.concatenate([np.zeros(0, np.int64), *(np.arange(a, b) for a, b in zip(first, last, strict=True))])
@@ -136,12 +138,12 @@ class Stages:
 
 
 def number_of(by_barrier: Any, item: Any) -> Any:
-    """One number an obstacle: barriers below zero."""
+    """One number per obstacle: negative for barriers."""
     return np.where(by_barrier, -1 - item, item)
 
 
 class StageKeeper:
-    """Gathers the stages of logs, in whatever order they are done."""
+    """Collects the stages of logs, in any order of completion."""
 
     def __init__(self) -> None:
         self.tables: dict[int, StageTable] = {}
@@ -149,7 +151,7 @@ class StageKeeper:
         self.bytes = 0
 
     def add(self, row: int, room: StageTable, notes: Any, number: int) -> None:
-        """Of the log of this row, when it is done; beyond what may be held, logs go on from their release."""
+        """Add those of the log of this row, when it is done; beyond the limit, logs continue from their release."""
         entered = notes[:number].copy()
         table = room.first(int(entered["stage"].max(initial=-1)) + 1)
         self.bytes += table.bytes
@@ -183,13 +185,13 @@ def _copy(values, place):
 
 @kernel
 def keep_stage(stages, scratch, state, summary, marks, travel):
-    """Keep the stage in which the log is now, at the begin of a step, over the one before if nobody needs that.
+    """Store the present stage of the log, at the beginning of a step, over the previous one if that is not needed.
 
-    None where what is thin bounds the next step [m], but was not entered: without it the way ahead would be another.
+    Not if a thin obstacle bounds the next step [m], but was not entered: without it the predicted path would differ.
     """
     book, near, way = scratch.book, scratch.near[0], scratch.way[0]
     if way.travel < travel:
-        looked = way.next_look == way.time + REST_WINDOW  # and what is thin is then that of the look
+        looked = way.next_look == way.time + REST_WINDOW  # the thin obstacle is then that of the test for rest
         if looked or (near.thin >= 0 and scratch.noted[near.thin] == 0):
             return
     more = book[STAGES] == 0.0 or book[NOTED] > book[KEPT]
@@ -227,7 +229,9 @@ def keep_stage(stages, scratch, state, summary, marks, travel):
 
 @kernel
 def go_on(stages, row, scene, frame, body, scratch, state, marks):
-    """Make all as it was in a stage. What is near is listed anew, without what is gone, from where it was listed."""
+    """Restore everything from a stage. The near list is made again, without removed obstacles, for the place where it
+    was made.
+    """
     scratch.way[0], scratch.near[0], scratch.rolling[0] = stages.way[row], stages.near[row], stages.rolling[row]
     _copy(stages.state[row], state)
     _copy(stages.memory[row], scratch.memory)
@@ -255,7 +259,7 @@ def go_on(stages, row, scene, frame, body, scratch, state, marks):
     near.beside = near.cores if looked_at else 0
     first, last = stages.core_rows[row, 0], stages.core_rows[row, 1]
     for k in range(near.cores):
-        while first < last and stages.listed[first] < scratch.listed[k]:  # both ascend
+        while first < last and stages.listed[first] < scratch.listed[k]:  # both are ascending
             first += 1
         each, beside = scratch.near_cores[k], stages.beside[first]
         each.along, each.room, each.clear = beside[0], beside[1], beside[2]

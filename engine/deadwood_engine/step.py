@@ -1,14 +1,17 @@
-"""One log's slide: Moreau's time stepping from midpoint to midpoint, until it rests, leaves, or runs out of time.
+"""The slide of one log: Moreau's time stepping from midpoint to midpoint, until it rests, leaves, or reaches the time
+limit.
 
-A step (paper, section 3.2; engine/README.md for the equations) stands at a node, where contacts act. Four phases:
-1. ``choose_step``: how far to go, from the speed of the log's fastest point, the DEM's cell and the obstacles near;
-2. ``push``: the contacts of the pose that free motion would reach at the next node; gravity, half for the way that lies
-   behind and half for the way ahead; and the velocities that the contacts allow;
+A step (paper, section 3.2; engine/README.md for the equations) starts at a node, where contacts act. Four phases:
+1. ``choose_step``: its length, from the speed of the log's fastest point, the DEM's cell and the obstacles nearby;
+2. ``push``: the contacts of the pose that free motion would reach at the next node; gravity, half for the step behind
+and
+   half for the step ahead; and the velocities that the contacts permit;
 3. ``keep_books``: energy, penetration, hits;
-4. ``move_on``: the drift to the next node (parabola and rotation are exact, for equal steps or not), and an end there.
+4. ``move_on``: the drift to the next node (parabola and rotation are exact, for equal steps or not), and a possible end
+there.
 
-The way ahead is chosen before its contacts are found: a step that grew afterwards would carry the log past the plane
-that it may just reach.
+The length is chosen before the contacts are found: a step that grew afterwards would carry the log past the plane
+that it is only allowed to reach.
 """
 
 from __future__ import annotations
@@ -84,7 +87,7 @@ from .turning import turn_contacts
 
 @kernel
 def is_finite(state):
-    """Whether every number of a state is one: what looks up places and draws outlines counts on that."""
+    """Whether every number of a state is finite: the terrain lookup and the outlines rely on it."""
     amiss = 0.0
     for k in range(state.shape[0]):
         amiss += state[k] - state[k]  # 0, or NaN
@@ -93,7 +96,7 @@ def is_finite(state):
 
 @inlined
 def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
-    """The contacts of the release, and all books opened."""
+    """The contacts of the release, and all balances initialised."""
     rolling = scratch.rolling[0]
     rolling.moment = rolling.moment_before = rolling.spin_before = 0.0
     rolling.inertia, rolling.skin = body[AXIAL], body[BASE_RADIUS]
@@ -132,17 +135,17 @@ def begin(scene, frame, state, body, stations, settings, scratch, way, summary):
 
 @inlined
 def choose_step(scene, frame, state, body, settings, scratch, way):
-    """1. Gravity's second half for the step before, and the length of this one."""
+    """1. Gravity's second half for the previous step, and the length of this one."""
     gravity = settings.gravity
     state[VZ] -= 0.5 * gravity * way.before
     fastest, bend, roll = travel_bound(scene.cloud, state, body)
     bend += gravity
     pace = fastest + roll
-    pace = 0.5 * (pace + math.sqrt(pace * pace + 2.0 * bend * settings.travel))  # the mean on that way
+    pace = 0.5 * (pace + math.sqrt(pace * pace + 2.0 * bend * settings.travel))  # the mean over that distance
     dt = min(settings.time_step, settings.travel / pace) if pace > 0.0 else settings.time_step
     limited = False
     if way.travel < settings.travel:
-        # beside what is thin, or lies: by the skin, which may strike it
+        # beside a thin or lying obstacle: by the surface of the log, which may strike it
         most = way.travel / (fastest_point(state, body) + 0.5 * gravity * settings.time_step)
         limited = most < dt
         dt = min(dt, most)
@@ -163,10 +166,10 @@ def choose_step(scene, frame, state, body, settings, scratch, way):
 
 @inlined
 def push(scene, frame, state, body, stations, settings, scratch, way, summary):
-    """2. The contacts of the pose a step ahead, and the velocities that they allow (eq. 5).
+    """2. The contacts of the pose at the end of the step, and the velocities that they permit (eq. 5).
 
-    Anew, with a shorter step, where these would pass a stem well within it, or where something rebounds late in it, or
-    a body comes into ground that it scars.
+    Repeated with a shorter step if these velocities would pass a stem well within it, or if a contact rebounds late in
+    it, or if a body enters ground that it scars.
     """
     gravity, rolling, contacts, keys = settings.gravity, scratch.rolling[0], scratch.contacts, scratch.keys
     bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
@@ -238,7 +241,9 @@ def push(scene, frame, state, body, stations, settings, scratch, way, summary):
 
 @inlined
 def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, summary):
-    """3. What the contacts did: their work, how deep they were, whom they hit, and what the next step starts from."""
+    """3. The effect of the contacts: their work, their depth, the obstacles hit, and the initial state of the next
+    step.
+    """
     gravity, rolling, contacts, keys = settings.gravity, scratch.rolling[0], scratch.contacts, scratch.keys
     bounces = settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
     dt, count, pressed, deepest = way.dt, way.count, False, 0.0
@@ -246,7 +251,7 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
         summary.contacts += count
         # the work is that of the velocities at the node, between gravity's two halves
         gained = impulse_work(contacts, count, state, VX, 0.5 * gravity * dt, rolling, spin_of(state))
-        # Newton's law, contact by contact, can give energy where several act
+        # Newton's law, contact by contact, can generate energy where several act
         if way.residual > way.tolerance or (gained > 0.0 and bounces and rebounds_at_all(contacts, count)):
             gained, way.residual, used = make_admissible(
                 contacts, count, state, body, scratch.free, scratch.trial_state, rolling, way.tolerance,
@@ -264,11 +269,11 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
         summary.residual = max(summary.residual, way.residual)
         way.work += gained
         summary.energy_gain += max(0.0, gained)
-        pushed = False  # against an obstacle
+        pushed = False  # by an obstacle
         for k in range(count):
             ground = keys[k, 0] == TERRAIN
             pressed = pressed or (ground and contacts[k].pn > 0.0)
-            depth = -contacts[k].gap  # NaN where the ground begins within the step
+            depth = -contacts[k].gap  # NaN if the ground begins within the step
             if ground and not way.whole and depth > BURIED * body[BASE_RADIUS]:
                 way.undermined = True
             elif ground and depth > summary.penetration:
@@ -277,7 +282,7 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
                 deepest = max(deepest, depth)
                 below = depth > body[BASE_RADIUS] + settings.travel
                 way.lost = way.lost or (below and way.time - way.sunk > BELOW_GROUND)
-            if not ground and not summary.started_in_contact:  # not the overlap that a log was released with
+            if not ground and not summary.started_in_contact:  # not the overlap with which a log was released
                 summary.overlap = max(summary.overlap, depth)
                 deepest = max(deepest, depth)
                 both = body[BASE_RADIUS] + scene.cores.solid[keys[k, 1]].wide
@@ -300,7 +305,7 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
             )  # fmt: skip
         if standing < count:
             note_broken(scene, keys, standing, count, hits, summary.hits, way.time)
-            count = way.count = standing  # what is broken holds nothing any more
+            count = way.count = standing  # broken trees support nothing any more
         rolling.moment_before = rolling.moment
     else:
         rolling.moment_before = 0.0
@@ -325,7 +330,7 @@ def keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, s
 
 @inlined
 def move_on(scene, frame, state, body, stations, settings, scratch, way, summary, stop):
-    """4. Free motion to the next node. Returns the reason to stop there, -1 where there is none."""
+    """4. Free motion to the next node. Returns the reason to stop there, -1 for none."""
     dt = way.dt
     if not (way.speed < WILD_SPEED and way.energy < math.inf):  # a NaN, also of the spin or the axis, fails both
         return FAILED
@@ -374,13 +379,14 @@ def slide_log(
     ----------
     scene : SceneArrays; frame : int64 (2,), DEM node of the log's frame; body : row of the body table
     state : (16,), initial state, replaced by the final one; stations : number of rings
-    rasters, marks, poses, hits, summary : outputs; row : the log's number, for the rasters' stamp; keep : keep poses
-    stage : row of the stage that it goes on from, whose summary is given, or -1
-    stop : uint8 (1,), not zero when the user interrupts
+    rasters, marks, poses, hits, summary : outputs; row : the log's number, for the rasters' stamp; keep : whether to
+    store poses
+    stage : row of the stage from which it is continued, whose summary is given, or -1
+    stop : uint8 (1,), non-zero when the user interrupts
 
     Returns
     -------
-    number of poses wanted (more than ``poses`` or, in the summary, ``hits`` holds: run again with more room)
+    number of poses needed (if more than fit in ``poses`` or, in the summary, ``hits``: run again with more room)
     """
     set_axis(state)
     if not is_finite(state):
@@ -426,12 +432,12 @@ def slide_log(
         push(scene, frame, state, body, stations, settings, scratch, way, summary)
         keep_books(scene, frame, state, body, settings, scratch, way, marks, hits, summary)
         reason = move_on(scene, frame, state, body, stations, settings, scratch, way, summary, stop)
-    fall = 0.5 * settings.gravity * way.before  # the velocities are those of the middle of the step behind
+    fall = 0.5 * settings.gravity * way.before  # the velocities are those of the middle of the previous step
     sunk = state[VZ]
     state[VZ] -= fall
     change = energy_of(state, body) + settings.gravity * state[Z] - energy_start - way.work
     state[VZ] = sunk
-    spent = max(energy_start - settings.gravity * state[Z], LEAST_SPENT)  # what the run had to spend
+    spent = max(energy_start - settings.gravity * state[Z], LEAST_SPENT)  # the energy that was available
     summary.energy_error = (abs(change) + summary.energy_gain) / spent
     summary.reason, summary.duration = reason, way.time
     return way.kept
@@ -444,17 +450,17 @@ def slide_logs(
 ):  # fmt: skip
     """Slide the logs from row ``first`` to before ``last``, one after the other.
 
-    Parameters are those of ``slide_log``, of all logs; own (16,), told (2,) : room for one log's state and summary,
-    which come to lie in their rows of states and summaries, and the summary of a log of which nothing is known yet. The
-    hits of one log follow those of another in ``hits``, and so do its kept poses in ``poses`` and in ``notes`` the
-    obstacles that mattered to it; the summaries have how many.
-    going_on : int64 (n,), rows of the stages from which logs go on, -1: from their start
+    Parameters are those of ``slide_log``, for all logs; own (16,), told (2,) : buffers for one log's state and summary,
+    which are copied to their rows of states and summaries, and the summary of a log that has not started. The hits of
+    one log follow those of another in ``hits``, and so do its stored poses in ``poses`` and the obstacles that mattered
+    to it in ``notes``; the summaries have their numbers.
+    going_on : int64 (n,), rows of the stages from which logs are continued, -1: from their start
 
-    Of logs whose stages are kept one at a time, and none is begun where less than half of the room for poses is left:
-    a log that finds too little has to slide again.
+    Logs whose stages are stored are processed one at a time, and none is started if less than half of the room for
+    poses is left: a log that finds too little has to slide again.
 
-    Returns (row of the next log, number of poses wanted by it where it found too little room for them, or, as ``told``
-    has it, for its hits or notes).
+    Returns (row of the next log, number of poses needed by it if there was too little room for them or, according to
+    ``told``, for its hits or notes).
     """
     used, filled, posed = 0, 0, 0
     for row in range(first, last):

@@ -1,4 +1,4 @@
-"""Where a log is about to be, and what it knows of its surroundings there, as records."""
+"""The predicted pose of a log, and what is known of its surroundings there, as records."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from .compiled import kernel
 
-# A pose ahead of a round log: its axis
+# A predicted pose of a round log: its axis
 POSE = np.dtype(
     [
         ("dx", "f8"), ("dy", "f8"), ("dz", "f8"),  # direction, base to tip
@@ -14,22 +14,22 @@ POSE = np.dtype(
     ]
 )  # fmt: skip
 
-# What is near
+# The surroundings
 NEAR = np.dtype(
     [
-        ("base_x", "f8"), ("base_y", "f8"), ("tip_x", "f8"), ("tip_y", "f8"),  # m, plan ends that it was made for
+        ("base_x", "f8"), ("base_y", "f8"), ("tip_x", "f8"), ("tip_y", "f8"),  # m, ends in plan for which it was made
         ("cores", "i8"), ("beside", "i8"),  # cores in the list, and of these, how many may limit the next step
-        ("rings_wake", "f8"), ("obstacles_wake", "f8"),  # m, path before which no ring, no obstacle, need be looked at
-        ("clear", "f8"),  # m, that the log is clear at least of what was not looked at
+        ("rings_wake", "f8"), ("obstacles_wake", "f8"),  # m, path before which no ring, no obstacle needs a query
+        ("clear", "f8"),  # m, least clearance of the log from all that was not queried
         ("thin", "i8"),  # row of the core that bounds the next step, or -1
-        ("listed", "b1"),  # whether there is such a list of the cores that are near
-        ("gone", "i8"),  # trees that the log has broken: so many of ``scratch.gone``
+        ("listed", "b1"),  # whether there is a list of the near cores
+        ("gone", "i8"),  # trees that the log has broken: number of rows of ``scratch.gone``
     ]
 )  # fmt: skip
 
 
 @kernel
 def know_nothing(near):
-    """As of a log that has not been looked at."""
+    """As for a log that has not been queried."""
     near.listed, near.cores, near.beside, near.rings_wake, near.obstacles_wake = False, 0, 0, 0.0, 0.0
     near.clear, near.thin, near.gone = 0.0, -1, 0

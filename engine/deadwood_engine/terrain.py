@@ -1,11 +1,12 @@
 """The terrain: one bilinear surface through the DEM's heights at cell centres.
 
-Between four cell centres the height is h = h00 + ... bilinear, its gradient follows analytically, and a contact's
-normal is that of the surface at the contact point. Nothing is triangulated (a diagonal breaks mirror symmetry) and
-nothing is smoothed (the kinks between cells dissipate energy, and the calibrated friction counts on that).
+Between four cell centres the height is h = h00 + ... bilinear, its gradient follows analytically, and the normal of a
+contact is that of the surface at the contact point. The surface is not triangulated (a diagonal breaks mirror symmetry)
+and not smoothed (the edges between cells dissipate energy, and the calibrated friction includes that).
 
-Each log computes in a frame of its own: origin at the DEM node (row j0, column i0) below its release, heights
-relative to a reference. So a log's numbers do not depend on where on Earth, or where in the DEM, the slope lies.
+Each log is computed in a local frame: origin at the DEM node (row j0, column i0) below its release, heights
+relative to a reference. The numbers of a log therefore do not depend on where on Earth, or where in the DEM, the slope
+is.
 
 symbol  in code     unit  frame
 h       height      m     above the reference
@@ -22,7 +23,8 @@ import numpy as np
 from .compiled import kernel
 from .limits import KINK_CELLS, KINK_REACH, LID_REACH, LID_SLACK, WHOLE
 
-# [-] one unit of a kink; units that are more than half a word keeps (a wall of half a kilometre beside a cell of 0.5 m)
+# [-] unit of a kink; number of units that no longer fits half a word (a wall of half a kilometre beside a cell of 0.5
+# m)
 KINK, HALF_WORD = 1.0 / 64.0, 65536.0
 
 
@@ -30,15 +32,15 @@ class Terrain(NamedTuple):
     """Heights as the kernels read them.
 
     heights : [m] above ``reference``, shape (rows, columns) float32, row 0 southernmost, NaN outside
-    kinks : uint32, same shape; by how much the ground grows steeper around a cell (``kinks_of``), x and y packed
-    kink_reach : [m] how far around
+    kinks : uint32, same shape; by how much the slope may increase around a cell (``kinks_of``), x and y packed
+    kink_reach : [m] radius for which it is valid
     lids : float32, shape (blocks north, blocks east, 4); over each block of ``lid_cells`` cells a plane (normal x, y,
-        z; distance from the block's south-west node) that no terrain in the 3 x 3 blocks around it rises above
+        z; distance from the block's south-west node) that no terrain in the 3 x 3 blocks around it exceeds
     lid_cells : cells along a block's side; inverse_block : [1/m] one over that side
-    friction : Coulomb's coefficient [-], shape (1, 1) when it is the same everywhere, else the shape of heights
+    friction : Coulomb's coefficient [-], shape (1, 1) if it is the same everywhere, else the shape of heights
     cell, inverse_cell : cell size [m] and one over it
     x0, y0 : world position of the centre of cell (0, 0) of the whole DEM [m]
-    column, row : of the whole DEM, where heights[0, 0] stands; the heights may be a window of it
+    column, row : of heights[0, 0] in the whole DEM; the heights may be a window of it
     reference : [m] height that is zero in the kernels
     """
 
@@ -67,15 +69,15 @@ def prepare(
     first: tuple[int, int] = (0, 0),
     reference: float | None = None,
 ) -> Terrain:
-    """Check the terrain and lay it out for the kernels.
+    """Check the terrain and prepare its arrays for the kernels.
 
     ``first`` is the column and row of heights[0, 0] in the whole DEM, whose cell (0, 0) is at x0, y0. With the same
-    ``reference`` [m] a window gives the same bits as the whole; without, it is taken from the lowest height.
+    ``reference`` [m] a window gives the same bits as the whole; without one, it follows from the lowest height.
 
     Raises
     ------
     ValueError
-        when the grid is smaller than 2 x 2, holds no valid cell, or friction is negative, of another shape, or missing
+        if the grid is smaller than 2 x 2, has no valid cell, or friction is negative, of another shape, or missing
         where there is terrain
     """
     heights = np.asarray(heights)
@@ -120,7 +122,9 @@ def surface(terrain, i0, j0, x, y):
 
 @kernel
 def bilinear(heights, inverse_cell, i0, j0, x, y):
-    """``surface``, for kernels that are not inlined: a terrain's forty words on the stack cost as much as the look."""
+    """``surface``, for kernels that are not inlined: passing a terrain's forty words on the stack costs as much as the
+    lookup.
+    """
     u = x * inverse_cell
     v = y * inverse_cell
     iu = np.floor(u)
@@ -160,7 +164,7 @@ def surfaces_at(terrain: Terrain, plan: np.ndarray) -> np.ndarray:
 
 @kernel
 def friction_at(terrain, i0, j0, x, y):
-    """Coulomb's coefficient of the DEM cell that holds the place (nearest cell centre)."""
+    """Coulomb's coefficient of the DEM cell that contains the place (nearest cell centre)."""
     friction = terrain.friction
     if friction.shape[0] == 1:
         return friction[0, 0]
@@ -171,8 +175,9 @@ def friction_at(terrain, i0, j0, x, y):
 
 @kernel
 def lid_distance(terrain, i0, j0, x, y, z, dx, dy, dz):
-    """How far [m] a place in the frame of node (j0, i0) is above its block's lid, and the cosine between the lid's
-    normal and a direction d; -inf where no lid holds."""
+    """Height [m] of a place in the frame of node (j0, i0) above its block's bounding plane (lid), and the cosine
+    between the plane's normal and a direction d; -inf where there is no plane.
+    """
     lids, block = terrain.lids, terrain.lid_cells * terrain.cell
     x += i0 * terrain.cell
     y += j0 * terrain.cell
@@ -187,10 +192,11 @@ def lid_distance(terrain, i0, j0, x, y, z, dx, dy, dz):
 
 @kernel
 def lids_of(heights, cell, blocks, lids):
-    """Planes above the terrain, one a block: fitted to the nodes of the 3 x 3 blocks around, and lifted over them all.
+    """Bounding planes above the terrain, one per block: fitted to the nodes of the 3 x 3 blocks around, and raised
+    above them all.
 
-    A bilinear patch minus a plane has its maximum at a node, so the nodes are a bound for every point. Where a window
-    holds no terrain somewhere, or reaches over the grid's edge, there is no lid.
+    A bilinear patch minus a plane has its maximum at a node, so the nodes give a bound for every point. If a window
+    lacks terrain somewhere, or extends beyond the grid, there is no plane.
     """
     rows, columns = heights.shape
     for bj in range(lids.shape[0]):
@@ -218,7 +224,7 @@ def lids_of(heights, cell, blocks, lids):
                 for i in range(i0, i0 + span + 1):
                     over = np.float64(heights[j, i]) - mean - gx * (i - i0 - 0.5 * span) - gy * (j - j0 - 0.5 * span)
                     rise = max(rise, over)
-            # height of the lid above the block's own first node, half a block short of the window's middle
+            # height of the plane above the block's own first node, half a block short of the window's middle
             height = mean - 0.5 * blocks * (gx + gy) + rise
             gx, gy = gx / cell, gy / cell
             nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
@@ -228,13 +234,13 @@ def lids_of(heights, cell, blocks, lids):
 
 @kernel
 def kinks_of(heights, cell, around, kinks):
-    """By how much the ground grows steeper, seen from any point of a cell, on the way to any point within ``around``
-    cells of it: in units of KINK, rounded up, for the ways along x (the lower half of a word) and y (the upper).
+    """By how much the slope may increase, seen from any point of a cell, on the way to any point within ``around``
+    cells of it: in units of KINK, rounded up, for displacements along x (the lower half of a word) and y (the upper).
 
-    On a straight way (dx, dy) the ground so rises by no more than kx |dx| + ky |dy| above the tangent plane of the
-    point where the way begins. The slopes along x that a way eastwards can meet are those between nodes of the same
+    Along a straight displacement (dx, dy) the ground thus rises by at most kx |dx| + ky |dy| above the tangent plane of
+    its starting point. The slopes along x that a displacement eastwards can meet are those between nodes of the same
     columns and of those to the east, and within a cell a slope is between those of its two sides: a bound for every
-    point, not a sample. Ground that falls away, as beyond a crest, is no kink. Outside the DEM nothing rises.
+    point, not a sample. Ground that falls away, as beyond a crest, does not count. Outside the DEM nothing rises.
     """
     rows, columns = heights.shape
     unit = KINK * cell

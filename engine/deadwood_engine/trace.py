@@ -1,4 +1,4 @@
-"""What a sliding log leaves behind: rasters, touched lines, and poses, written whenever its way asks for an outline."""
+"""The traces of a sliding log: rasters, touched lines, and poses, written whenever an outline is due."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from .rotation import DX, DY, DZ, WX, WY, WZ, X, Y, Z
 
 
 class RasterArrays(NamedTuple):
-    """One worker's rasters, rows x columns, or 0 x 0: nothing asked for, nothing done.
+    """Rasters of one worker, rows x columns, or 0 x 0: nothing requested, nothing done.
 
-    What a passing log changes lies together cell by cell, for a log's cells are far apart in memory.
+    The values that a passing log changes are adjacent for each cell, because a log's cells are far apart in memory.
 
     hits : uint32 (rows, columns, 2), logs that hit the cell (HITS), and the last of them, row + 1 (STAMP)
     maxima : float32 (rows, columns, 4), SPEED [m/s], ENERGY [J], JUMP, HEIGHT [m], or 0 x 0: only hits are counted
     deposits : uint32 (rows, columns)
 
-    Of a scene with lines, where logs that pass a cell end (``outline.count_danger``); without, nothing is listed:
+    For a scene with lines, where logs that pass a cell end (``outline.count_danger``); without lines nothing is listed:
 
-    band : int64 (lines,), the band of danger that a line of the scene belongs to; 0: none
-    passed : uint32 (cells,), the cells that the log at work has hit, in their order; each is in it once at most
-    order : int64 (bands,), how many these are (LISTED), and of each band how many they were when it was touched, or -1
-    danger : uint32 (bands, cells), logs that hit the cell and touched a line of the band then or later; band 0: of any
+    band : int64 (lines,), the band of danger to which a line of the scene belongs; 0: none
+    passed : uint32 (cells,), the cells that the current log has hit, in this order; each at most once
+    order : int64 (bands,), their number (LISTED), and for each band the number when it was touched, or -1
+    danger : uint32 (bands, cells), logs that hit the cell and touched a line of the band then or later; band 0: any
     """
 
     hits: np.ndarray
@@ -45,17 +45,17 @@ class RasterArrays(NamedTuple):
 
 HITS, STAMP = range(2)
 SPEED, ENERGY, JUMP, HEIGHT = range(4)
-HIT_BYTES, MAXIMA_BYTES, CACHE_LINE = 8, 16, 64  # of a cell, and of what memory hands over at once
+HIT_BYTES, MAXIMA_BYTES, CACHE_LINE = 8, 16, 64  # of a cell, and of a unit of transfer from memory
 
 
 class Marks(NamedTuple):
-    """What one log touches: lines, barriers' lines, and barriers' lines that its centre of mass crossed; bool (n,)."""
+    """What one log touches: lines, lines of barriers, and those crossed by its centre of mass; bool (n,)."""
 
     lines: np.ndarray
     fences: np.ndarray
     crossed: np.ndarray
     line_time: np.ndarray  # [s] first touch of each line
-    inside: np.ndarray  # bool (n,): lines around the log's start, reached with its first outline
+    inside: np.ndarray  # bool (n,): lines that contain the log's start, reached with its first outline
 
 
 # Columns of a pose
@@ -66,17 +66,17 @@ POSE_WIDTH = 14
 # Columns of the trace's memory: ends at the last outline, centre there, and maxima since
 LAST_BASE, LAST_TIP, LAST_X, LAST_Y, PEAK_SPEED, PEAK_ENERGY, PEAK_JUMP, LAST_TURN = 0, 3, 6, 7, 8, 9, 10, 11
 PEAK_HEIGHT = 20
-# and of each end's way since, in plan: its course (x, y), the least and the greatest slope against that of a chord that
-# passes all places since, and how far it has come
+# and of each end's path since, in plan: its course (x, y), the least and the greatest slope against that of a chord
+# that passes all positions since, and the distance covered
 COURSE, COURSE_WIDTH = 21, 5
-# and how far the farther end had moved when the log's height above the ground was last looked at
+# and how far the farther end had moved when the log's height above the ground was last computed
 SEEN = COURSE + 2 * COURSE_WIDTH
 MEMORY_WIDTH = SEEN + 1
 
 
 @kernel
 def ends_moved(memory, state, body):
-    """How far [m] the farther moved end is from where the last outline saw it."""
+    """Distance [m] of the end that moved more from its position at the last outline."""
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
     moved = 0.0
     for end in range(2):
@@ -91,11 +91,12 @@ def ends_moved(memory, state, body):
 
 @kernel
 def _strays(memory, at, x, y, within):
-    """Whether the chord from an end's place at the last outline to one (x, y) [m] from it misses a place in between.
+    """Whether the chord from an end's position at the last outline to one (x, y) [m] from it misses a position in
+    between.
 
-    A chord may pass a place at ``within`` [m] at most: every place so leaves it a range of slopes against the course
-    (the chord to the first place farther away than that), and all of them their intersection. An end that turns back
-    leaves what lies beyond it.
+    A chord may pass a position at a distance of at most ``within`` [m]: every position therefore admits a range of
+    slopes against the course (the chord to the first position farther away than that), and all of them their
+    intersection. An end that turns back leaves positions beyond it.
     at : where the memory holds the course
     """
     if x * x + y * y <= within * within:
@@ -117,11 +118,12 @@ def _strays(memory, at, x, y, within):
 
 @kernel
 def outline_is_due(memory, state, body, moved, most, grain):
-    """Whether the area swept since the last outline is to be drawn.
+    """Whether the area swept since the last outline is due to be drawn.
 
-    It is drawn as the hull of both outlines, which is exact for a straight move. So an outline is due when an end has
-    moved by ``most`` [m] (``moved`` is how far the farther one has), has been off the straight way by more than WITHIN
-    times the grain [m] (a cell, or what two steps cover), or has come a grain ahead of the other.
+    It is drawn as the hull of both outlines, which is exact for straight motion. An outline is therefore due if an end
+    has moved by ``most`` [m] (``moved`` is the distance of the farther one), has deviated from the straight path by
+    more than WITHIN times the grain [m] (a cell, or the distance of two steps), or has moved a grain farther than the
+    other.
     """
     if moved >= most:
         return True
@@ -152,7 +154,7 @@ def _outline_of(points, at, memory, body):
 
 @kernel
 def remember_pose(memory, state, body):
-    """Make the present pose the last outline's."""
+    """Store the present pose as that of the last outline."""
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
     for axis in range(3):
         memory[LAST_BASE + axis] = state[X + axis] + back * state[DX + axis]
@@ -164,13 +166,13 @@ def remember_pose(memory, state, body):
 
 @kernel
 def remember_peaks(memory, speed, energy, jump, height):
-    """Start the maxima anew with what the last outline's pose has: that pose is part of the area swept from it."""
+    """Restart the maxima with the values at the last outline's pose, which is part of the area swept from it."""
     memory[PEAK_SPEED], memory[PEAK_ENERGY], memory[PEAK_JUMP], memory[PEAK_HEIGHT] = speed, energy, jump, height
 
 
 @kernel
 def remember_turn(memory, state):
-    """The rotation of the present pose, for a cloud's outline."""
+    """Rotation of the present pose, for a cloud's outline."""
     matrix_of(state, memory, LAST_TURN)
 
 
@@ -222,7 +224,7 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
     now, fast, heavy, high = np.uint32(row + 1), np.float32(speed), np.float32(energy), np.float32(jump)
     tall = np.float32(memory[PEAK_HEIGHT])
     listed, maxima = rasters.order[LISTED], rasters.maxima.shape[0] > 0
-    # the rows lie far apart in memory: asked for all at once, they come together
+    # the rows are far apart in memory: requested all at once, they arrive together
     for j in range(first, last + 1):
         place = j * columns + min(left[j], columns - 1)
         prefetch(rasters.hits, place * HIT_BYTES)
@@ -230,7 +232,7 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
             prefetch(rasters.maxima, place * MAXIMA_BYTES)
             prefetch(rasters.maxima, place * MAXIMA_BYTES + CACHE_LINE)
     for j in range(first, last + 1):
-        # unsigned: Numba then asks of no index whether it counts from the end
+        # unsigned: Numba then does not test for negative indices
         west, east = np.uint64(left[j]), np.uint64(right[j] + 1)
         cells = rasters.hits[j]
         if listed < rasters.passed.shape[0]:
@@ -239,7 +241,7 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
                 if cells[i, STAMP] != now and listed < rasters.passed.shape[0]:
                     rasters.passed[listed] = np.uint32(start + i)
                     listed += 1
-        # without a branch: whether a log is new to a cell, or faster there, is anybody's guess, the processor's too
+        # without a branch: whether a log is new to a cell, or faster there, is unpredictable for the processor
         for i in range(west, east):
             cells[i, HITS] += np.uint32(cells[i, STAMP] != now)
             cells[i, STAMP] = now
@@ -261,9 +263,9 @@ def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
 
 @kernel
 def forget_touches(marks):
-    """Before a log slides again with more room: else its lines would be taken as touched from the start.
+    """Before a log slides again with more room: otherwise its lines would count as touched from the start.
 
-    What the rasters have listed stays: they list a cell no second time, and the log goes the same way.
+    What the rasters have listed remains: they list no cell twice, and the motion is the same.
     """
     for line in range(marks.lines.shape[0]):
         marks.lines[line] = False
@@ -272,8 +274,9 @@ def forget_touches(marks):
 
 @kernel
 def forget_after(marks, sunk):
-    """Of a log that failed: what it touched since it was deeper in something than its radius (time sunk [s]), and every
-    barrier that it crossed, which have no time, count for nothing."""
+    """For a log that failed: disregard touches since it was deeper in something than its radius (time sunk [s]), and
+    all barriers that it crossed, which have no time.
+    """
     for line in range(marks.lines.shape[0]):
         if marks.line_time[line] >= sunk:
             marks.lines[line] = False
@@ -301,7 +304,7 @@ def draw_deposit(scene, frame, state, body, memory, work, rasters):
 
 @kernel
 def keep_pose(poses, kept, time, state, body, clearance, height):
-    """Append a pose if there is room; returns the number wanted so far."""
+    """Append a pose if there is room; returns the number needed so far."""
     if kept < poses.shape[0]:
         pose = poses[kept]
         pose[POSE_T] = time

@@ -1,4 +1,6 @@
-"""How far a body can get in free motion: the length of a step, and the sleep of rings and obstacles, rely on it."""
+"""How far a body can move in free motion: the basis of the length of a step and of the inactivity of rings and
+obstacles.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,7 @@ from .rotation import VX, VY, VZ, WX, WY, WZ, spin_of, swing_of
 
 @kernel
 def fastest_point(state, body):
-    """Bound of the speed of the body's fastest point [m/s]."""
+    """Upper bound of the speed of the body's fastest point [m/s]."""
     along = spin_of(state)
     spin = state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2
     across = math.sqrt(max(0.0, spin - along * along))
@@ -22,10 +24,10 @@ def fastest_point(state, body):
 
 @kernel
 def travel_bound(cloud, state, body):
-    """(speed, bend, roll): without gravity a body gets no farther in a time t than speed t + bend t^2 / 2 [m/s, m/s2].
+    """(speed, bend, roll): without gravity a body moves at most speed t + bend t^2 / 2 in a time t [m/s, m/s2].
 
-    A log is round: where it is, its axis says, and of that an end moves most. The ends' velocity turns with the axis
-    about the angular momentum. Its roll [m/s] moves only its skin. Of a cloud every point counts.
+    A log is round: its axis defines where it is, and the ends of the axis move fastest. The velocity of the ends turns
+    with the axis about the angular momentum. Its spin [m/s] moves only its surface. For a cloud every point counts.
     """
     if cloud is not None:
         return fastest_point(state, body), 0.0, 0.0

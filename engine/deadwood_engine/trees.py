@@ -1,10 +1,10 @@
-"""Standing trees: rigid vertical truncated cones with a round top, which a log cannot pass (paper, section 3.4).
+"""Standing trees: rigid vertical truncated cones with a rounded top, which a log cannot pass (paper, section 3.4).
 
-A tree is hard and stays: it blocks, turns and wedges a log for as long as they touch. Its top, half the DBH wide, is
-half a sphere that reaches the tree's height. What is no higher than ``limits.STUMP`` is cut or broken: a cylinder of
-its DBH with a flat top whose rim is rounded, one convex body for all of a log that may come down on it. (Flat for the
-log's face, round for its side and nothing for its rim, one rim in three sank by 5 to 48 cm. Half a sphere at the top
-left 0.6 to 0.9 of the DBH at the ground.)
+A tree is rigid and fixed: it blocks, turns and wedges a log for as long as they touch. Its top, half the DBH wide, is
+a hemisphere that reaches the tree's height. A tree no higher than ``limits.STUMP`` is cut or broken: a cylinder of
+its DBH with a flat top whose rim is rounded, one convex body for any part of a log that may come down on it. (With a
+top that is flat for the log's face, round for its side and absent for its rim, one rim in three sank by 5 to 48 cm. A
+hemisphere at the top left 0.6 to 0.9 of the DBH at the ground.)
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ Array = NDArray[np.float64]
 
 
 class Trees(NamedTuple):
-    """Standing trees as the user gives them; arrays of shape (n,) in metres.
+    """Standing trees as given by the user; arrays of shape (n,) in metres.
 
-    capacity : [J] that each takes in a hit before it breaks (``breaking``), infinite: it does not; None: none breaks
+    capacity : [J] that each absorbs in a hit before it breaks (``breaking``), infinite: it does not; None: none breaks
     """
 
     x: Array
@@ -38,7 +38,7 @@ class Trees(NamedTuple):
         return Trees(empty, empty, empty, empty)
 
     def then(self, more: Trees) -> Trees:
-        """These trees, and further ones behind them; of either whose capacities are not given none breaks."""
+        """These trees, followed by further ones; those without capacities do not break."""
         x, y, diameter, height = (np.concatenate(pair) for pair in zip(self[:4], more[:4], strict=True))
         if self.capacity is None and more.capacity is None:
             return Trees(x, y, diameter, height)
@@ -51,7 +51,7 @@ def prepare(
 ) -> Any:
     """The cores of trees; plan [m] shape (n, 2) from the centre of the DEM's cell (0, 0), foot [m] above reference.
 
-    A stem goes on below the ground, for on a steep slope that is lower beside it.
+    A stem continues below the ground, because on a steep slope the ground beside it is lower.
     """
     stump = height <= STUMP
     rim = np.minimum(STUMP_RIM * radius, 0.5 * height)

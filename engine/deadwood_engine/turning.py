@@ -1,17 +1,17 @@
-"""Ground contacts whose plane turns from one step to the next: what bears the log's weight does no work.
+"""Ground contacts whose plane turns from one step to the next: the impulse that carries the log's weight does no work.
 
-A push works with the mean of the velocities before and after the step. Where the plane w0 = (n, r x n) that a contact
-moves along has turned to w1, the log approaches w1 by -delta = -v.(w1 - w0), and a push P along w1 works P delta / 2.
-Of P, the blow alone may do that: it takes delta^2 / (2 G), as an inelastic kink does. The rest bears the weight, square
-to the log's way. All of it along w1, a log that rocks in a hollow loses g dt delta / 2 at every turn: at 15 ms a log
-that swings in a smooth hollow for 40 s kept 70 % of its height, where the kinks of the DEM leave 94 %. So the push is
-along
+The work of an impulse is that of the mean of the velocities before and after the step. If the plane w0 = (n, r x n)
+along which a contact moves has turned to w1, the log approaches w1 by -delta = -v.(w1 - w0), and an impulse P along w1
+does the work P delta / 2. Of P, only the impact part may do so: it dissipates delta^2 / (2 G), as an inelastic kink
+does. The rest carries the weight, perpendicular to the motion. With all of it along w1, a log that oscillates in a
+hollow loses g dt delta / 2 at every turn: at 15 ms a log that oscillates in a smooth hollow for 40 s kept 70 % of its
+height, where the kinks of the DEM leave 94 %. The impulse therefore acts along
 
     w = (1 - share) w0 + share w1,    share = (1 + blow) / 2,    blow = -delta / (g dt n_z - delta),
 
-with a target that keeps the log from w1 just the same. A blow without weight is along w1. Over convex ground
-(delta > 0) there is no blow while the weight holds the log down. Where a gap lets the log keep part of its approach,
-``left``, to the next step, that part has not turned yet, and the plane that it moves along by then is one between both.
+with a target that keeps the log out of w1 just the same. An impact without weight acts along w1. Over convex ground
+(delta > 0) there is no impact while the weight holds the log down. If a gap lets the log keep part of its approach,
+``left``, until the next step, that part has not turned yet, and the plane along which it moves by then is between both.
 """
 
 from __future__ import annotations
@@ -33,9 +33,10 @@ def plane_speed(old, state):
 
 @kernel
 def remember_plane(old, c, state):
-    """Keep the plane that the log moves along after this step, and its speed along the normal.
+    """Store the plane along which the log moves after this step, and its speed along the normal.
 
-    That is the plane ahead, or one between that and the last where the gap left part of the approach to the next step.
+    This is the predicted plane, or one between that and the previous one if the gap left part of the approach to the
+    next step.
     """
     n, r = (c.ahead_nx, c.ahead_ny, c.ahead_nz), (c.ahead_rx, c.ahead_ry, c.ahead_rz)
     old.nx, old.ny, old.nz = n
@@ -53,10 +54,11 @@ def remember_plane(old, c, state):
 
 @inlined
 def turn_contacts(contacts, keys, count, state, old_contacts, kick, fall, flat):
-    """Eq. [k]: push along a plane between the last step's and the one ahead, where a ground contact of both is loaded.
+    """Eq. [k]: let the impulse act along a plane between the previous and the predicted one, if a ground contact is
+    loaded in both steps.
 
-    kick : [m/s] of gravity in this step; fall : [m/s] the part of it that the velocities hold already
-    flat : [m/s] smaller turns are none
+    kick : [m/s] of gravity in this step; fall : [m/s] the part of it that the velocities already include
+    flat : [m/s] smaller turns are ignored
     """
     for k in range(count):
         c = contacts[k]
@@ -68,7 +70,7 @@ def turn_contacts(contacts, keys, count, state, old_contacts, kick, fall, flat):
         size = abs(delta)
         if size <= flat:
             continue
-        left = max(target, -size)  # what the gap ahead has room for
+        left = max(target, -size)  # what the predicted gap permits
         taken = left - delta
         blow = taken / (kick * c.nz + taken) if taken > 0.0 else 0.0
         share = min(1.0, max(0.0, 0.5 * (1.0 + blow - (1.0 - blow) * left / delta)))

@@ -42,14 +42,14 @@ def blend(p, a, q, b):
 
 @kernel
 def unit(a):
-    """In the direction of a, of length 1."""
+    """Unit vector in the direction of a."""
     scale = 1.0 / norm(a)
     return a[0] * scale, a[1] * scale, a[2] * scale
 
 
 @kernel
 def across(d, u):
-    """A unit vector square to d and, unless they are parallel, to u (both unit)."""
+    """A unit vector perpendicular to d and, unless they are parallel, to u (both unit)."""
     n = cross(d, u)
     if dot(n, n) < FLAT_TOLERANCE**2:
         ax, ay, az = abs(d[0]), abs(d[1]), abs(d[2])

@@ -42,7 +42,7 @@ def impulse(c):
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("share", [1.0, 0.4])
-def test_the_share_takes_what_is_asked(plain, seed, share):
+def test_the_share_absorbs_the_requested_energy(plain, seed, share):
     """Of one or two contacts of a tree, whatever the share that acts now: the energy of the body falls by just that."""
     rng = np.random.default_rng(seed)
     table = pushed(rng, 1 + seed % 2)

@@ -75,7 +75,7 @@ def test_the_body_table_is_of_the_shape():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_it_faces_where_it_is_told(seed):
+def test_it_faces_the_given_direction(seed):
     """Its quaternions turn the body; seen from the cloud's own coordinates, x and z point as asked."""
     turn = turned(seed)
     shape = box(turned(seed + 50))
@@ -101,7 +101,7 @@ def test_the_matrix_turns_as_the_quaternion():
 
 
 def test_it_is_put_on_the_ground_with_its_lowest_point():
-    """The least vertical gap of its points to rough ground is what was asked for, in every log's own frame."""
+    """The least vertical gap of its points to rough ground is the requested one, in every log's own frame."""
     rng = np.random.default_rng(4)
     terrain = Scene.prepare(rng.random((30, 30)), 1.0, 0.0, 0.0, friction=0.3).arrays.terrain
     shape, number = box(), 6

@@ -218,7 +218,7 @@ def test_corners_beyond_a_plate_are_pushed_back_to_the_middle_s_side(plain, scen
     assert travel == pytest.approx(10.0 - box.body[REACH])
 
 
-def test_each_kind_that_is_near_is_asked_with_its_own_skin(plain, scene):
+def test_each_kind_that_is_near_has_its_own_friction(plain, scene):
     """A stem, a lying log and a barrier with one post, all in the box: keys, and friction and restitution of each."""
     box = Box(plain, scene, Rotation.identity(), (15.0, 15.0, 5.0), 3)
     box.state[9] = -1.0

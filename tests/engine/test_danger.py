@@ -107,7 +107,7 @@ def test_threads_change_nothing_and_nothing_else_changes(runs):
     assert np.array_equal(one.reach_time, none.reach_time, equal_nan=True)
 
 
-def test_totals_go_on_where_they_were(runs):
+def test_totals_continue_where_they_were(runs):
     _, totals = runs[1, 5]
     scene = slope()
     halves = Rasters.allocate(scene, 1, BANDS)

@@ -67,7 +67,7 @@ def told(scratch, count):
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", ["open", "far", "all"])
 def test_what_is_known_to_be_far_is_not_missed(plain, seed, kind):
-    """A log that remembers where it need not look, beside one that knows nothing at any pose: the same contacts."""
+    """A log that stores where no query is needed, beside one without that knowledge at any pose: the same contacts."""
     find = plain("detection").find_contacts
     scene, rows = scene_of(kind), 130
     knowing, fresh = (Scratch.allocate(STATIONS, rows, 1, None) for _ in range(2))
@@ -106,7 +106,7 @@ def test_without_obstacles_a_step_is_bound_by_none(plain):
     assert found == (0, math.inf, True)
 
 
-def test_obstacles_are_left_out_where_they_are_not_asked_for(plain):
+def test_obstacles_are_left_out_where_they_are_not_requested(plain):
     """As where the ground alone is asked whether it holds a log at rest."""
     scene, state = scene_of("all"), np.zeros(16)
     state[:3], state[13] = (22.0, 30.5, 0.8), 1.0  # in the barrier

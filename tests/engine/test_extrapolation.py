@@ -1,4 +1,4 @@
-"""Aitken's extrapolation: exact on a geometric sequence, and it stops where a contact lets go and at the cones."""
+"""Aitken's extrapolation: exact on a geometric sequence, and it stops where a contact opens and at the cones."""
 
 import math
 
@@ -22,7 +22,7 @@ def test_all_sweeps_to_come_of_one_mode(rate):
     assert now + times * now == pytest.approx(place, rel=1e-9)
 
 
-def test_what_does_not_lessen_goes_on_for_ever_and_what_turns_tells_nothing():
+def test_an_undamped_mode_continues_for_ever_and_a_turning_one_gives_no_estimate():
     assert sweeps_ahead(1.0, 1.0, 1.0) == math.inf
     assert sweeps_ahead(1.2, 1.0, 1.44) == math.inf
     assert sweeps_ahead(0.0, 0.0, 0.0) == 0.0
@@ -58,8 +58,8 @@ def test_of_a_line_it_stops_where_an_end_lets_go(random_contacts, seed):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_impulses_and_velocities_go_on_together(random_contacts, seed):
-    """Each stays in its cone, and the velocities change by what the impulses that are left of it change."""
+def test_impulses_and_velocities_continue_together(random_contacts, seed):
+    """Each stays in its cone, and the velocities change according to the remaining change of the impulses."""
     rng = np.random.default_rng(seed)
     table, times = random_contacts(rng, 5), rng.uniform(0.0, 50.0)
     for name in ("last_n", "last_t", "last_u"):

@@ -77,7 +77,7 @@ def test_a_pause_ends_a_hit_and_another_stem_is_another(scene):
 
 
 def test_what_begins_no_hit(scene):
-    """The ground, a contact without a push, and a push that is rounding; the last goes on where one has begun."""
+    """The ground, a contact without an impulse, and an impulse that is rounding; the last continues a hit."""
     hits = np.zeros((9, HIT_WIDTH))
     none = (-1, 5.0, -3.0, 0.0, 0.0), (1, 0.0, -3.0, 0.0, 0.0), (1, 1e-9, -3.0, 0.0, 0.0)
     assert pushes(scene, hits, 0, 1.0, *none) == 0
@@ -152,7 +152,7 @@ def test_of_several_contacts_of_one_stem_the_strongest_is_the_first(scene):
     assert hits[0, BLOW_X] == pytest.approx(4.5)
 
 
-def test_without_room_one_more_than_there_is_is_asked_for(scene):
+def test_without_room_one_more_than_there_is_is_reported(scene):
     hits = np.zeros((1, HIT_WIDTH))
     two = (2, 3.0, -6.0, 0.0, 0.0), (3, 3.0, -6.0, 0.0, 0.0)
     assert pushes(scene, hits, 0, 1.0, *two) == 2

@@ -1,4 +1,4 @@
-"""How long a log may go on beside obstacles: nowhere has its axis left the room that the bound gives it."""
+"""How far a log may move beside obstacles: its axis nowhere leaves the room given by the bound."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def test_the_axis_stays_in_its_room(seed):
 
 
 @pytest.mark.parametrize("taper", [0.02, 0.5, 1.0])
-def test_a_log_is_as_clear_of_a_core_as_is_said(taper):
+def test_a_log_is_as_clear_of_a_core_as_is_reported(taper):
     """Against the least gap of 3000 pairs: never nearer than said; and where their axes pass one another at 16 degrees
     or more, hardly farther, 3 % of the axes' distance."""
     rng = np.random.default_rng(7)

@@ -1,4 +1,4 @@
-"""Asking for memory ahead changes nothing, wherever it is asked for; in plain Python it does nothing at all."""
+"""Prefetching memory changes nothing, wherever it is used; in plain Python it does nothing at all."""
 
 import numba
 import numpy as np
@@ -12,7 +12,7 @@ def fetch_all(table, step):
         prefetch(table, place)
 
 
-def test_what_is_asked_for_stays_as_it_is_also_before_and_beyond_an_array():
+def test_what_is_requested_stays_as_it_is_also_before_and_beyond_an_array():
     table = np.arange(1000, dtype=np.float32).reshape(10, 25, 4)
     before = table.copy()
     fetch_all(table, 64)

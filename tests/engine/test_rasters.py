@@ -41,7 +41,7 @@ def test_workers_are_put_together(scene):
         assert np.isnan(told[name]).any()
     danger = sum(worker.danger for worker in made.workers)
     assert np.array_equal(told["danger"], danger.reshape(3, *SHAPE))
-    # what is told is a copy: the run goes on
+    # the returned arrays are copies: the run continues
     told["hit_count"][...] = 99
     assert np.array_equal(made.totals()["hit_count"], hits)
 
@@ -59,7 +59,7 @@ def test_an_earlier_run_is_added(scene, first):
         assert np.array_equal(told[name], values, equal_nan=values.dtype.kind == "f"), name
 
 
-def test_no_danger_unless_asked_for(scene):
+def test_no_danger_unless_requested(scene):
     assert "danger" not in filled(scene, 1).totals()
     assert raster_arrays(SHAPE).passed.size == 0
     assert raster_arrays(SHAPE, np.array([0, 0])).band.size == 0

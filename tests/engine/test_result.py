@@ -88,7 +88,7 @@ def test_a_line_that_was_not_reached_has_no_time(told):
     assert np.array_equal(told[0].reach_time, [[1.5, np.nan]] * N, equal_nan=True)
 
 
-def test_every_column_that_is_told_by_its_name_is_that_column(told):
+def test_every_column_found_by_its_name_is_that_column(told):
     made, summary, _, _, _ = told
     names = (
         "path",

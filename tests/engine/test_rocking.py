@@ -64,7 +64,7 @@ def test_what_does_not_lessen_is_known_too():
     ],
     ids=["creeps", "slides", "gains", "topples", "far", "fast"],
 )
-def test_what_goes_on_is_never_called_rocking(place, energy):
+def test_what_continues_is_never_called_rocking(place, energy):
     assert decided(place, energy) is None
 
 
@@ -73,8 +73,8 @@ def test_a_slower_creep_is_within_what_a_place_means():
     assert decided(*swing(2.4, 0.3, drift=0.0005)) is not None
 
 
-def test_a_fast_window_says_nothing_about_where_a_log_stays():
-    """The watch starts anew: a wide swing that turns slowly is none about the place where it turns."""
+def test_a_fast_window_reports_nothing_about_where_a_log_stays():
+    """The observation starts again: the slow turning point of a wide oscillation does not count as a place."""
     place, energy = swing(1.0, 0.1)
     fast_until = 10.0
     found = decided(place, lambda t: 100.0 if t < fast_until else energy(t))

@@ -113,7 +113,7 @@ def everything(scene):
 @pytest.mark.parametrize("window", [False, True])
 @pytest.mark.parametrize("name", ["trees", "barriers", "lying_logs"])
 @pytest.mark.parametrize("number", [0, 2, 30])
-def test_another_layer_on_the_same_terrain_is_a_scene_prepared_anew(name, number, window):
+def test_another_layer_on_the_same_terrain_is_a_scene_prepared_again(name, number, window):
     """Every bit of it, also in a window of a DEM far away whose cells are no power of two; the terrain is shared."""
     rng, cell, x0, y0 = np.random.default_rng(number), 0.7, 2_786_103.1, 1_196_011.3
     heights = rng.uniform(0.0, 0.3, (60, 60)) + 0.4 * np.arange(60)[:, None]

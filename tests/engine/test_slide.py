@@ -35,7 +35,7 @@ def same(one, other, rows=slice(None), of=slice(None)):
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
-def test_every_log_is_that_of_a_run_of_its_own(scene, threads):
+def test_every_log_is_that_of_a_separate_run(scene, threads):
     """More logs than one call takes, dealt out to workers; three of them by themselves."""
     number = 2 * LOGS_A_CALL + 5
     together = run(scene, number, threads=threads)
@@ -86,7 +86,7 @@ def test_what_is_placed_is_left_as_it_was(scene):
     assert same(result, run(scene, 6))
 
 
-def test_poses_are_kept_of_those_that_are_asked_for(scene):
+def test_poses_are_kept_of_those_that_are_requested(scene):
     keep = np.arange(20) % 7 == 3
     result = run(scene, keep_poses=keep, threads=2)
     assert np.array_equal(np.unique(result.poses.log_row), np.flatnonzero(keep))

@@ -1,4 +1,4 @@
-"""From a stage a log goes on without an obstacle as it would from its release, bit for bit."""
+"""From a stage a log continues without an obstacle as it would from its release, bit for bit."""
 
 import sys
 
@@ -42,7 +42,7 @@ def check(scene: Scene, start: Start, name: str, seed: int, **options) -> tuple[
 
 @pytest.mark.parametrize("cell", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize(("name", "number"), [("draft", 20), ("standard", 10), ("fine", 3)])
-def test_a_log_goes_on_as_from_its_release(name, number, cell):
+def test_a_log_continues_as_from_its_release(name, number, cell):
     """Trees, barriers, lying logs, blocks, alone and many together; with restitution, too."""
     options = {"restitution": 0.2 if cell == 1.0 else 0.0, "time_limit": 40.0}
     scene = slope(cell, 17, **obstacles(18))
@@ -51,7 +51,7 @@ def test_a_log_goes_on_as_from_its_release(name, number, cell):
     assert saved > 0.1
 
 
-def test_a_cloud_goes_on_likewise():
+def test_a_cloud_continues_likewise():
     shape = Shape.of(np.random.default_rng(1).normal(size=(14, 3)) * [0.3, 0.4, 0.9])
     scene = slope(1.0, 3, **obstacles(4))
     later, _ = check(scene, released(scene, 6, 5, shape), "draft", 6, shape=shape, time_limit=8.0)
@@ -76,7 +76,7 @@ def test_keeping_changes_nothing_and_threads_change_no_stage():
         assert np.array_equal(getattr(one, name), getattr(three, name))
 
 
-def test_where_there_is_no_more_room_logs_go_on_from_earlier(monkeypatch):
+def test_where_there_is_no_more_room_logs_continue_from_earlier(monkeypatch):
     """From the last stage that there was room for, or from the release: the same bits."""
     scene = slope(1.0, 3, **obstacles(4))
     start = released(scene, 10, 5)

@@ -1,6 +1,6 @@
-"""One step, phase by phase: how long it is, what it enters into the books, and where a slide ends.
+"""One step, phase by phase: its length, its entries in the balances, and where a slide ends.
 
-The kernels run as Python here; what a slide comes to is held by tests/physics and tests/extremes.
+The kernels run as Python here; the results of slides are tested in tests/physics and tests/extremes.
 """
 
 import math
@@ -113,7 +113,7 @@ def end_of(plain, scene, state, *, stop=0, **fields):
     return reason, way, summary
 
 
-def test_it_goes_on_in_free_motion(plain, scene):
+def test_it_continues_in_free_motion(plain, scene):
     state, moved = flying(2), flying(2)
     reason, way, summary = end_of(plain, scene, moved, time=1.0, path=2.0, steps=3.0)
     drift(state, LOG[4], LOG[5], DT)
@@ -226,7 +226,7 @@ def test_what_is_deeper_than_a_step_can_bring_it_fails(plain, scene):
     assert not marks.crossed.any()
 
 
-def test_who_pushed_is_told(plain, scene):
+def test_the_obstacle_that_acted_is_reported(plain, scene):
     """A stem is hit once, however many contacts it has, and its depth is an overlap, not a penetration."""
     summary, way, scratch, _ = booked(plain, scene, (TREE, 1, -0.03), (TREE, 1, -0.01), (0, 3, -0.005), push=0.1)
     assert (summary.tree_hits, summary.barrier_hits, summary.hits) == (1.0, 0.0, 1.0)

@@ -31,7 +31,7 @@ def test_the_farther_end_counts():
         assert trace.ends_moved(memory, two, LOG) == pytest.approx(moved, abs=1e-12)
 
 
-def test_a_kept_pose_has_ends_speed_spin_and_the_number_wanted_goes_on_without_room():
+def test_a_kept_pose_has_ends_speed_spin_and_the_number_needed_is_counted_beyond_the_room():
     state = pose((1, 2, 3), (1, 1, 1), velocity=(3, 4, 12), spin=(2, -1, 2))
     poses = np.zeros((1, trace.POSE_WIDTH))
     assert trace.keep_pose(poses, 0, 0.7, state, LOG, 0.25, 1.5) == 1
@@ -85,7 +85,7 @@ def test_between_two_outlines_both_ends_go_straight(seed):
     assert worst > 0.5 * within
 
 
-def test_a_straight_way_has_an_outline_every_so_many_metres():
+def test_a_straight_path_has_an_outline_at_a_fixed_distance():
     memory = np.zeros(trace.MEMORY_WIDTH)
     trace.remember_pose(memory, pose((0, 0, 0), (1, 1, 0.3)), LOG)
     due = [

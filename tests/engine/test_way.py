@@ -12,7 +12,7 @@ FOLDER = Path(deadwood_engine.__file__).parent
 
 
 @pytest.mark.parametrize("name", SUMMARY.names)
-def test_each_column_of_the_summary_is_told(name):
+def test_each_column_of_the_summary_is_reported(name):
     """``result_of`` makes a field of it, but for the counts that ``slide`` cuts the tables by, and a part of the
     energy error."""
     elsewhere = {"hits": "slide", "poses": "slide", "influences": "slide", "energy_gain": "step"}

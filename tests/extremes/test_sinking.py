@@ -11,7 +11,7 @@ SINKS = {"draft": 1.0, "standard": 0.5}
 
 @pytest.mark.parametrize("cell", [0.5, 1.0, 2.0, 5.0, 10.0])
 @pytest.mark.parametrize("fidelity", SINKS)
-def test_no_log_sinks_deeper_than_is_said(at, fidelity, cell):
+def test_no_log_sinks_deeper_than_is_reported(at, fidelity, cell):
     """150 logs of 20 to 80 cm on 35 degrees with white noise of a tenth of a cell, which turns the ground by 11 degrees
     from cell to cell in the mean. 976 points of each log's surface, at every pose that the trace sees."""
     number, rng = 150, np.random.default_rng(5)

@@ -63,7 +63,7 @@ def test_no_log_rests_buried_at_the_border(at, fidelity):
         ),
     ],
 )
-def test_depths_at_the_border_are_told(at, fidelity):
+def test_depths_at_the_border_are_reported(at, fidelity):
     """Before, those that came to rest 16 m deep were told to be 2 cm deep."""
     deep, told, _ = at_the_border(at, fidelity)
     assert (deep <= told + 0.02).all()

@@ -157,7 +157,7 @@ def test_moved_by_a_map_offset_the_bits_stay():
     assert np.array_equal(*ends)
 
 
-def test_what_holds_is_told_apart():
+def test_what_holds_is_distinguished():
     """Three logs on one slope: a stem holds the first, the second of two lying logs the next, nothing the last. A log
     held by a lying log lies where it is: the raster of deposits has it. Codes of stored runs keep their meaning."""
     assert STOP_REASONS[:6] == ("rest", "tree", "barrier", "left_dem", "time_limit", "failed")

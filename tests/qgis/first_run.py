@@ -202,6 +202,7 @@ def steps() -> Iterator[int]:
     iface.addProject(f"{WORK}/first_run/project.qgz")
     yield 4000
     seen["project"] = tree_of(QgsProject.instance().layerTreeRoot())
+    seen["complaints"] = [f"{each.title()}: {each.text()}" for each in iface.messageBar().items()]
     if SHOTS:
         settings = QgsLayoutExporter.ImageExportSettings()
         settings.dpi = 100

@@ -101,7 +101,7 @@ def test_what_is_kept_and_the_run_that_is_saved_are_what_was_shown(seen, work):
     assert len(left) == len(gpd.read_file(work / "trees.gpkg")) - len(seen["felled"]["found"])
 
 
-def test_an_engine_that_dies_is_started_again_and_asked_anew(seen):
+def test_an_engine_that_dies_is_started_again_and_the_request_repeated(seen):
     assert seen["killed_at"] < 3000
     told = seen["restarted"]
     assert "started again" in told["said"]

@@ -176,7 +176,7 @@ def test_a_temporary_folder_and_the_layers_of_a_run(told):
     assert told["temporary"]["waiting"] == {}
 
 
-def test_a_file_that_is_to_be_opened_is_loaded_when_the_tool_ran_in_a_thread_of_its_own(told):
+def test_a_file_that_is_to_be_opened_is_loaded_when_the_tool_ran_in_a_separate_thread(told):
     """As from a dialog: what is registered while preparing is lost on the way from that thread's context."""
     outcome = told["in_a_thread"]
     assert outcome["worked"], outcome["said"]
@@ -203,8 +203,8 @@ def test_a_model_of_three_tools_runs(qgis, tmp_path):
 
 
 @pytest.fixture
-def started(qgis, tool, tmp_path) -> Iterator[tuple[subprocess.Popen, Path]]:
-    """QGIS with a long run of slide-logs in it, which has begun to slide."""
+def started(qgis, tool, tmp_path, request) -> Iterator[tuple[subprocess.Popen, Path]]:
+    """QGIS with a long run of slide-logs in it, which has begun to slide; ``param``: more of its words."""
     releases = tmp_path / "releases.gpkg"
     made = qgis.run(
         "deadwood:samplereleases",
@@ -216,7 +216,7 @@ def started(qgis, tool, tmp_path) -> Iterator[tuple[subprocess.Popen, Path]]:
     out.mkdir()
     program = shutil.which("qgis_process.bin") or shutil.which("qgis_process")
     words = [program, "run", "deadwood:slidelogs", "--", f"DEM={SAMPLE / 'dem.tif'}", f"RELEASES={releases}"]
-    words += ["FRICTION=0.25", f"OUTPUT={out / 'run'}"]
+    words += ["FRICTION=0.25", f"OUTPUT={out / 'run'}", *getattr(request, "param", ())]
     process = subprocess.Popen(
         words, env=qgis.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -261,7 +261,12 @@ def alive(pid: int) -> bool:
         return False
 
 
+LINES = f"LINES={SAMPLE / 'sample.gpkg'}|layername=lines"
+
+
+@pytest.mark.parametrize("started", [(), ("FIDELITY=auto", "ERROR=0.02", LINES)], ids=["once", "auto"], indirect=True)
 def test_a_cancelled_run_leaves_nothing_behind(started):
+    """With a fidelity that is chosen the work of each has a folder of its own."""
     process, out = started
     tools = children(process.pid)
     assert tools

@@ -88,7 +88,7 @@ def test_the_check_tells_where_the_tool_is_and_what_it_works_with(qgis, tool):
     ("place", "words"),
     [("nowhere/deadwood-tool", "DEADWOOD_TOOL names nowhere/deadwood-tool"), ("/bin/false", "not the toolbox")],
 )
-def test_a_missing_tool_is_said_with_the_way_to_install_it(qgis, place, words):
+def test_a_missing_tool_is_reported_with_the_way_to_install_it(qgis, place, words):
     ran = qgis("run", "deadwood:checkinstallation", DEADWOOD_TOOL=place)
     assert ran.status == 1
     assert words in ran.err
@@ -103,7 +103,7 @@ def test_without_the_tool_the_algorithms_are_still_there_and_say_why_they_do_not
     assert not out.exists()
 
 
-def test_the_setting_goes_before_the_variable(qgis, tool, tmp_path: Path):
+def test_the_setting_overrides_the_variable(qgis, tool, tmp_path: Path):
     with settings(qgis, f"[deadwood]\nexecutable={tool.parent}\n"):
         ran = qgis("run", "deadwood:makelog", "--", f"OUTPUT={tmp_path / 'log'}", DEADWOOD_TOOL="nowhere")
     assert ran.status == 0, ran.err[-3000:]

@@ -16,7 +16,7 @@ from deadwood_toolbox.shelf import TOOLS, find
 SAMPLE = Path(__file__).parents[2] / "sample_data"
 DEM = SAMPLE / "dem.tif"
 LAYERS = SAMPLE / "sample.gpkg"
-# In the order of the work: what the command line has made of one is the input of the next. {work} is its folder.
+# In the order of the workflow: the command line's output of one is the input of the next. {work} is its folder.
 CASES: dict[str, dict[str, object]] = {
     "sample-releases": {"areas": f"{LAYERS}|layername=release_area", "dem": DEM, "count": 24},
     "import-trees": {"trees": SAMPLE / "trees.csv", "dem": DEM, "id_field": "tree_id"},
@@ -257,7 +257,7 @@ def test_friction_may_be_a_layer_but_not_both(qgis, work, tmp_path):
     assert "forest" in one.err
 
 
-def test_a_folder_is_only_replaced_where_the_user_says_so(qgis, work, tmp_path):
+def test_a_folder_is_only_replaced_if_the_user_says_so(qgis, work, tmp_path):
     (tmp_path / "log").mkdir()
     (tmp_path / "log" / "mine.txt").write_text("mine")
     for replace in ("false", "true"):

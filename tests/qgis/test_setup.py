@@ -81,7 +81,7 @@ def test_the_environment_is_made_and_found(told):
         ("cancelled_while_installing", "Cancelled; nothing was left behind"),
     ],
 )
-def test_what_cannot_be_made_is_said_in_plain_words_and_leaves_nothing(told, case, words):
+def test_what_cannot_be_made_is_reported_in_plain_words_and_leaves_nothing(told, case, words):
     outcome = told[case]
     assert not outcome["worked"]
     assert words in outcome["message"]
@@ -115,7 +115,7 @@ def test_it_is_removed_whole(told):
     assert told["removed"]["left"] == []
 
 
-def test_qgis_goes_on_meanwhile(told):
+def test_qgis_continues_meanwhile(told):
     """Between two looks at its events; starting a process and renaming a folder take a few hundredths of a second."""
     assert max(each["blocked_s"] for each in told.values()) < 1.0
 

@@ -53,7 +53,7 @@ def test_the_model_gives_what_its_tools_give_one_by_one(made):
     assert (made / "run" / "project.qgz").exists()
 
 
-def test_friction_is_asked_for_before_the_first_step(qgis, tmp_path):
+def test_friction_is_required_before_the_first_step(qgis, tmp_path):
     given = {"dem": DEM, "areas": f"{LAYERS}|layername=release_area", "lines": f"{LAYERS}|layername=lines"}
     outputs = {f"{name}:{kind}": tmp_path / kind for name, kind in (("slide", "run"), ("report", "report"))}
     ran = qgis.run("deadwood:slopetoreport", given | outputs)

@@ -187,7 +187,7 @@ def test_a_fault_of_ours_saves_its_traceback(toy, out):
 
 @pytest.mark.parametrize("width", [80, 100])
 def test_the_help_of_every_tool_fits_the_terminal(width):
-    """Commands in it go on behind a backslash, so that they can still be copied."""
+    """Commands in it continue after a backslash, so that they can still be copied."""
     top = build(shelf.TOOLS, shelf.TOOLS)
     for name, command in top.commands.items():
         context = click.Context(command, info_name=f"deadwood-tool {name}", terminal_width=width)
@@ -244,7 +244,7 @@ def test_a_manifest_works_from_any_folder(toy, tmp_path, monkeypatch):
     ran = toy("toy-walk", "--config", "there/runs/manifest.json", "--output", tmp_path / "b")
     moved = json.loads((tmp_path / "b" / "manifest.json").read_text())["parameters"]
     assert moved["trees"] == f"{tmp_path / 'there' / 'maps' / 'trees.gpkg'}|layername=a"
-    assert "is read in its place" in ran.err
+    assert "is read instead" in ran.err
 
 
 def test_a_manifest_of_the_first_version_still_works(toy, tmp_path, monkeypatch):
@@ -261,7 +261,7 @@ def test_a_manifest_of_the_first_version_still_works(toy, tmp_path, monkeypatch)
         assert ran.status == 0
         told = json.loads((output / "manifest.json").read_text())["parameters"]
         assert (told["trees"], told["seed"]) == (str(tmp_path / "trees.gpkg"), 3)
-        assert ("is read in its place" in ran.err) == moved
+        assert ("is read instead" in ran.err) == moved
 
 
 def test_every_manifest_names_version_and_engine(toy, out):
@@ -335,7 +335,7 @@ def test_a_python_caller_gets_the_same_manifest(tmp_path):
 # --- what is said while it runs ---------------------------------------------------------------------------------------
 
 
-def test_nothing_is_said_to_follow_where_nothing_was_written():
+def test_no_next_command_is_shown_where_nothing_was_written():
     ask = make_log.Ask(output="a log")
     tool = dataclasses.replace(make_log.TOOL, then="deadwood-tool make-report {output}")
     assert cli._following(tool, ask, Outcome({})) == ""
@@ -348,7 +348,7 @@ def test_results_go_to_stdout_and_messages_to_stderr(toy, out):
     assert ran.err.splitlines() == ["begun", f"output: {out}"]
 
 
-def test_quiet_says_nothing(toy, out):
+def test_quiet_reports_nothing(toy, out):
     ran = toy("toy-walk", "--dem", "x", "--output", out, "--quiet", "--wait-s", "0.2", "--progress", "bar")
     assert (ran.status, ran.out, ran.err) == (0, "", "")
 

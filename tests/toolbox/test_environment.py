@@ -26,7 +26,7 @@ def test_other_numbers_and_what_the_compiler_ignores_are_not(given):
 
 
 @pytest.mark.parametrize(("given", "megabytes"), [({}, CACHE_MB), ({"GDAL_CACHEMAX": "64"}, 64)])
-def test_gdal_keeps_no_more_of_rasters_than_it_is_told(given, megabytes, tmp_path):
+def test_gdal_keeps_no_more_of_rasters_than_its_limit(given, megabytes, tmp_path):
     """Asked of GDAL itself: 400 MB are read, and what the process has grown by is the cache and 150 MB at most."""
     environ = {name: value for name, value in os.environ.items() if name != "GDAL_CACHEMAX"} | given
     keep_cache_small(environ)

@@ -41,7 +41,7 @@ def test_plain_lines_are_sparse_and_say_rate_and_time_left(at):
     ]
 
 
-def test_of_a_quick_stage_no_plain_line_is_said_and_each_stage_has_its_own_rate(at):
+def test_of_a_quick_stage_no_plain_line_is_reported_and_each_stage_has_its_own_rate(at):
     stream = io.StringIO()
     speaker = Speaker("plain", stream=stream)
     for done in range(5):
@@ -106,8 +106,8 @@ def test_only_a_terminal_that_wants_them_gets_colours(monkeypatch):
         assert stream.getvalue() == said
 
 
-def test_the_work_goes_on_where_nobody_reads_how_far_it_is():
-    """As with ``2>&1 | head``: a message that reaches nobody ends no run."""
+def test_the_work_continues_without_a_reader_of_the_progress():
+    """As with ``2>&1 | head``: a message that reaches no reader ends no run."""
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w") as closed:
@@ -118,7 +118,7 @@ def test_the_work_goes_on_where_nobody_reads_how_far_it_is():
             closed.close()
 
 
-def test_warnings_are_said_even_when_quiet():
+def test_warnings_are_reported_even_when_quiet():
     stream = io.StringIO()
     Speaker(quiet=True, stream=stream).warn("a DBH of 0.6 cm")
     assert stream.getvalue() == "warning: a DBH of 0.6 cm\n"

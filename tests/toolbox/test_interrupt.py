@@ -79,7 +79,7 @@ def test_a_signal_while_python_ends_changes_nothing(start_toy, tmp_path, number)
     assert (tmp_path / "result" / "manifest.json").is_file()
 
 
-def test_an_interrupt_when_the_results_stand_says_so(toy, tmp_path, monkeypatch):
+def test_an_interrupt_when_the_results_stand_reports_it(toy, tmp_path, monkeypatch):
     """Nothing was left under a final name: that would be untrue of results that have just got theirs."""
 
     def interrupted(*_):

@@ -61,7 +61,7 @@ def test_a_new_kind_is_one_entry(compass, capsys, tmp_path):
     assert "| `--towards` | Where it points |" in catalogue.page((compass,))
 
 
-def test_a_kind_that_is_none_is_refused_where_it_is_declared():
+def test_a_kind_that_is_invalid_is_refused_where_it_is_declared():
     with pytest.raises(ValueError, match="no kind of parameter is called 'numbre'"):
         tool.ask("numbre", "Diameter")
 

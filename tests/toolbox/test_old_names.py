@@ -66,7 +66,7 @@ def test_flags_files_of_parameters_and_keywords_take_them_unsaid(tmp_path, capsy
     assert capsys.readouterr().err == ""
 
 
-def test_the_new_name_goes_before_the_old_one():
+def test_the_new_name_overrides_the_old_one():
     assert with_new_names("slide-logs", {"time_limit": 3.0, "time_limit_s": 5.0}) == {"time_limit_s": 5.0}
     assert with_new_names("slide-logs", {"time_limit_s": 5.0, "time_limit": 3.0}) == {"time_limit_s": 5.0}
     assert with_new_names("slide-logs", {"time_limit_s": None, "time_limit": 3.0}) == {"time_limit_s": 3.0}

@@ -21,7 +21,7 @@ def test_a_page_is_as_far_behind_as_the_oldest_engine_that_it_names() -> None:
             engines.behind(wrong, KNOWN)
 
 
-def test_a_page_of_another_engine_says_so_in_its_first_line_and_one_of_todays_does_not() -> None:
+def test_a_page_of_another_engine_reports_it_in_its_first_line_and_one_of_todays_does_not() -> None:
     late = engines.noted(page_of(BEFORE), KNOWN)
     assert late.splitlines()[2].startswith(f"> **Measured with another engine** (sources {BEFORE}, the one before")
     assert engines.noted(late, KNOWN) == late

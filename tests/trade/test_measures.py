@@ -29,7 +29,7 @@ def test_reach_difference_of_the_same_run_is_zero_but_not_certain():
     assert 0.001 < record["high"] < 0.02
 
 
-def test_interval_of_the_reach_difference_covers_the_truth_as_often_as_it_says():
+def test_interval_of_the_reach_difference_covers_the_true_value_as_often_as_it_says():
     rng = np.random.default_rng(5)
     covered = 0
     for _ in range(400):
@@ -100,7 +100,7 @@ def test_slope_through_the_origin_weighs_by_certainty():
     assert slope == pytest.approx(1.0, rel=1e-3)
 
 
-def test_fall_of_the_median_covers_the_truth_as_often_as_it_says():
+def test_fall_of_the_median_covers_the_true_value_as_often_as_it_says():
     """Depths of first order in the step with noise of their own: two halvings divide their median by four."""
     rng, covered = np.random.default_rng(6), 0
     for _ in range(300):

@@ -49,7 +49,7 @@ def test_unbiased_whatever_siblings_share(again: float) -> None:
 
 
 @pytest.mark.parametrize(("again", "expected"), [(0.0, 1.0), (1.0, 0.3)])
-def test_siblings_are_told_apart(again: float, expected: float) -> None:
+def test_siblings_are_distinguished(again: float, expected: float) -> None:
     """Where nothing is drawn again, siblings share their fate: of pairs whose one reaches, both do. Else p of them."""
     rng = np.random.default_rng(6)
     both = one = 0.0

@@ -47,5 +47,5 @@ def test_numbers_have_two_digits(value, text):
 @pytest.mark.parametrize(
     ("low", "high", "text"), [(0.01, 0.1, "0.6 to 6 min"), (1.0, 12.0, "1 to 12 h"), (48.0, 480.0, "2 to 20 days")]
 )
-def test_times_are_told_in_the_unit_of_the_longer(low, high, text):
+def test_times_are_reported_in_the_unit_of_the_longer(low, high, text):
     assert region_page.span(low, high) == text

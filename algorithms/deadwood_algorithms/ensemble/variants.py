@@ -68,9 +68,9 @@ class Ensemble:
         borders: tuple[int, ...] = (),
         hits: bool = False,
     ) -> list[list[Arrays]]:
-        """Of each variant, what is kept of each chunk of the logs.
+        """For each variant, the stored outcomes of each chunk of logs.
 
-        wanted : names of `outcomes_of_logs`; hits : whether the cells that were hit are kept, too
+        wanted : names of `outcomes_of_logs`; hits : whether the cells hit are stored too
         borders : numbers of logs after which a chunk ends
         """
         load_kernels(self.layers.shape, self.feedback)
@@ -94,7 +94,7 @@ class Ensemble:
         return found
 
     def _slide(self, variant: Variant, parts: Sequence[slice], before: int, total: int, *, hits: bool) -> Arrays:
-        """Slide the first of these parts; the workers of a scheduler may begin with the others."""
+        """Slide the first of these parts; the workers of a scheduler may start on the others."""
         logs = variant.logs(self.logs.logs) if variant.logs else self.logs.logs
         some = self.logs.take(parts[0])
 
@@ -128,7 +128,7 @@ class Ensemble:
 def open_ensemble(
     inputs: SceneInputs, fidelity: Fidelity, where: Where, most: int, seed: int, feedback: Feedback
 ) -> Iterator[Ensemble]:
-    """Read the scene and the logs, and draw at most ``most`` of these; the terrain model stays open."""
+    """Read the scene and the logs, and draw at most ``most`` of them; the terrain model stays open."""
     with open_simulation(inputs, fidelity, where, feedback) as simulation:
         layers, released = read_released_scene(simulation, feedback)
         logs = released.take(hash_order(released.logs.log_id, seed)[:most])

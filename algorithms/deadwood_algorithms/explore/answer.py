@@ -1,7 +1,7 @@
-"""What became of the logs of one question: batch by batch, in the scene as it was read and in the one as changed.
+"""The outcomes of the logs of one request: batch by batch, in the original scene and in the changed one.
 
-What a change does is found by sliding again the logs that it can matter to. Of what is taken away the engine notes to
-whom it mattered (``deadwood_engine.influence``), of what is added the logs' poses tell who came near.
+The effect of a change is found by sliding again the logs that it can affect. For removed objects the engine records
+which logs they affected (``deadwood_engine.influence``); for added ones the poses of the logs show which came near.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from deadwood_engine.trace import HITS
 
 Stale = Callable[[], bool]
 
-FIRST = (30, 70, 200, 300)  # logs of the first batches, of later ones the last of these
+FIRST = (30, 70, 200, 300)  # logs of the first batches; later ones have the size of the last
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Ways:
 
 @dataclass
 class Batch:
-    """Some of the logs, by their rows, and what became of them in one scene."""
+    """Some of the logs, by row, and their outcomes in one scene."""
 
     rows: slice
     reach: NDArray[np.bool_]
@@ -125,7 +125,7 @@ class Batch:
 
 @dataclass
 class Base(Batch):
-    """In the scene as it was read: also what tells whom a change can matter to."""
+    """In the original scene: includes what determines which logs a change can affect."""
 
     log: NDArray[np.int64]  # to which an obstacle mattered, and the obstacle's row
     item: NDArray[np.int64]
@@ -143,11 +143,11 @@ class Changed(Batch):
 
 @dataclass
 class Answer:
-    """A question and what of it is answered.
+    """A request and the part of it that is answered.
 
-    layers : the scene as it was read; edited : as changed
-    base, changed : the batches that have slid in the one and in the other; hits, hits_changed : of all of these
-    spare : empty rasters that logs were drawn on before, whose memory need not be handed out again
+    layers : the original scene; edited : the changed one
+    base, changed : the batches that have slid in either; hits, hits_changed : of all of these
+    spare : empty rasters that were used before, whose memory is reused
     """
 
     question: Question
@@ -197,8 +197,8 @@ class Answer:
         self.hits_changed = Hits.summed([self.hits_changed, batch.hits])
 
     def _changed(self, base: Base, part: slice, stop: Stale) -> Changed:
-        """The logs of a batch that the changes concern slide again, and what they do replaces what they did; where
-        these are many, all of the batch slide."""
+        """Slide the affected logs of a batch in the changed scene and replace their outcomes; if they are many,
+        slide the whole batch."""
         rows = self.concerned(base)
         if 2 * rows.size > base.number:
             result, hits = self._slide(self.edited, part, stop)
@@ -252,8 +252,9 @@ class Answer:
         return result, hits
 
     def _where(self, poses: Poses, start: Start) -> Part:
-        """A part of the terrain model that holds all that was drawn: each outline is that of two poses that were kept,
-        and of what lies between them. It is wider than need be, by what moves in a few steps."""
+        """A part of the terrain model that contains everything that was drawn: each outline is that of two stored poses
+        and of what lies between them. It is wider than necessary, by the movement of a few steps.
+        """
         dem, fidelity = self.layers.dem, self.simulation.fidelity
         ends = np.concatenate([poses.base[:, :2], poses.tip[:, :2]])
         wide = float(start.body[:, LENGTH if self.layers.shape else BASE_RADIUS].max())
@@ -301,7 +302,7 @@ def shapes_of(changes: Changes) -> NDArray[Any]:
 
 
 def changed_scene(layers: SceneLayers, changes: Changes) -> SceneLayers:
-    """The scene with what is added, behind its own things of that kind, and without what is felled."""
+    """The scene with added objects, after its own objects of that kind, and without felled ones."""
     scene = layers.scene
     try:
         if len(changes.plant):
@@ -326,7 +327,7 @@ def changed_scene(layers: SceneLayers, changes: Changes) -> SceneLayers:
 
 
 def joined_lines(vertices: Any, starts: Any, more: tuple[Any, ...]) -> tuple[Any, Any, Any]:
-    """Lines as the engine takes them, with further ones behind them, and the sizes of these."""
+    """Lines as the engine takes them, with further ones appended, and the sizes of these."""
     ends = starts[-1] + np.cumsum([len(each.points) for each in more])
     together = np.concatenate([np.reshape(vertices, (-1, 2)), *(each.points for each in more)])
     return together, np.concatenate([starts, ends]).astype(np.int64), np.array([each.size for each in more])

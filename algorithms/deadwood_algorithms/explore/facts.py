@@ -187,7 +187,7 @@ def difference_frame(answer: Answer, asked: Any, began: float, corner: Corner) -
 
 
 def reach_facts(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, Any]]:
-    """As a run's summary tells it: also what the shares may be for the logs that left the terrain model."""
+    """As in a run's summary: includes the bounds of the shares for logs that left the terrain model."""
     reach = np.concatenate([each.reach for each in batches])
     left = left_dem(np.concatenate([each.reason for each in batches]))
     return reach_records(map(str, answer.layers.lines.ids), reach, left)

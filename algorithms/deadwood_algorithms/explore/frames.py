@@ -58,10 +58,12 @@ def _little(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def message_of(text: str | bytes) -> dict[str, Any]:
-    """A message that came in; what is no JSON object, or holds a number that is none, is refused in words."""
+    """A received message; one that is not a JSON object, or contains an invalid number, is rejected with an
+    explanation.
+    """
     if len(text) > MOST_MESSAGE:
         raise UserError(
-            f"the message has {len(text)} bytes, but at most {MOST_MESSAGE} are taken; ask for less at once"
+            f"the message has {len(text)} bytes, but at most {MOST_MESSAGE} are allowed; request less at once"
         )
 
     def refused(word: str) -> Any:

@@ -1,7 +1,7 @@
-"""What an answer is made of, as layers from which `slide-logs` gives the same answer, bit for bit.
+"""The inputs of an answer, as layers from which `slide-logs` gives the same answer, bit for bit.
 
-The releases are those that were slid. A layer of the scene is written anew only where something was changed in it: its
-own rows with all their columns, less what was felled, and behind them what was drawn.
+The releases are those that were slid. A layer of the scene is only written again if something in it was changed: its
+own rows with all columns, minus felled objects, followed by drawn ones.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ DRAWN = "drawn"  # how what was drawn is called, with its number
 
 @dataclass(frozen=True)
 class Keeper:
-    """Keeps runs in a folder.
+    """Stores runs in a folder.
 
-    slide : slides a run with these parameters in the place of the scene's own, into the folder that they name
-    write : writes layers into a file, with a record of what they were made of and of what was chosen by hand
+    slide : slides a run with these parameters instead of the scene's own, into the folder that they name
+    write : writes layers into a file, with a record of their sources and of manual choices
     """
 
     inputs: SceneInputs
@@ -50,7 +50,7 @@ class Keeper:
     write: Callable[[Path, Mapping[str, Layer], Mapping[str, Any]], None]
 
     def keep(self, layers: SceneLayers, question: Question, changes: Changes, name: Any, run_too: bool = True) -> Told:
-        """Write the layers of an answer, and slide a run on them; or leave the run to whoever asks (``run_too``)."""
+        """Write the layers of an answer, and slide a run on them, unless the caller does (``run_too``)."""
         if not isinstance(name, str) or not NAME.fullmatch(name) or name.endswith((".", " ")):
             raise UserError("give the run a name of letters, digits, blanks, points, - and _, at most 80 of them")
         run, beside = self.folder / name, self.folder / f"{name}_layers.gpkg"
@@ -127,7 +127,7 @@ def kept_layers(inputs: SceneInputs, layers: SceneLayers, question: Question, ch
 
 
 def own_rows(path: str | None, geometry: str, what: str, layers: SceneLayers) -> Layer | None:
-    """The rows of a layer of the scene, as they are read for it; None where there is no such layer."""
+    """The rows of a layer of the scene, as read for it; None if there is none."""
     if path is None:
         return None
     return read_vector(path, geometry=(geometry,), target_crs=layers.dem.crs, what=what, feedback=Quiet())
@@ -156,14 +156,14 @@ def trees_left(inputs: SceneInputs, layers: SceneLayers, changes: Changes) -> La
 
 
 def named(own: Layer | None, name: str, *others: str) -> Layer | None:
-    """The rows with their ids, as text, in the first of these columns: what is drawn has one, too."""
+    """The rows with their ids, as text, in the first of these columns; drawn objects have one, too."""
     if own is not None:
         own[name] = [str(each) for each in ids_of(own, name, *others)]
     return own
 
 
 def new_ids(taken: Iterable[Any], number: int) -> list[str]:
-    """Ids that none of these is: drawn 1, drawn 2, ..."""
+    """Ids that are not in use: drawn 1, drawn 2, ..."""
     known, found, k = {str(each) for each in taken}, [], 1
     while len(found) < number:
         if f"{DRAWN} {k}" not in known:

@@ -103,7 +103,7 @@ PHRASES = {
     "lost_one": "1 log no longer reaches it",
     "gained": "{n} logs newly reach it",
     "gained_one": "1 log newly reaches it",
-    "paired_note": "Paired: the same {done} logs, with and without the change, which concerned {concerned} of them.",
+    "paired_note": "Paired: the same {done} logs, with and without the change, which affected {concerned} of them.",
     "holders_note": "Trees that held most logs, ringed on the map:",
     "holder": "{n} logs, DBH {dbh} cm",
     "holder_one": "1 log, DBH {dbh} cm",
@@ -159,7 +159,8 @@ PHRASES = {
     "legend_more": "more",
     "legend_more_2": "far more",
     "legend_difference_note": (
-        "Grey where the 95 % interval of the cell contains 0. Thin lines join where a log lay to where it lies now."
+        "Grey where the 95 % interval of the cell contains 0. Thin lines connect the old and the new resting place of "
+        "a log."
     ),
     "legend_slope": "Slope over {cell} m",
     "legend_contours": "Contours every {step} m",
@@ -178,7 +179,7 @@ PHRASES = {
     "picked": "log {id}: {speed} m/s",
     # saving
     "keep": "Save as run",
-    "keep_note": "Writes the run's folder, the changed layers included, as slide-logs would have.",
+    "keep_note": "Writes the run's folder, the changed layers included, as slide-logs would.",
     "name": "Name",
     "save": "Save",
     "saving": "Saving …",

@@ -90,9 +90,9 @@ class Changes:
 
 @dataclass(frozen=True)
 class Defaults:
-    """What holds where a message does not say it.
+    """Values that apply where a message gives none.
 
-    friction : None where a layer holds it, which then cannot be replaced by a number that the page knows
+    friction : None if a layer holds it, which then cannot be replaced by a number that the page knows
     """
 
     sizes: Sizes
@@ -140,7 +140,7 @@ def entries(message: Mapping[str, Any], name: str, most: int) -> list[Any]:
     if not isinstance(value, list):
         raise UserError(f"'{name}' must be a list")
     if len(value) > most:
-        raise UserError(f"'{name}' has {len(value)} entries, but at most {most} are taken")
+        raise UserError(f"'{name}' has {len(value)} entries, but at most {most} are allowed")
     return value
 
 
@@ -254,7 +254,7 @@ def drawn_of(thing: Mapping[str, Any], what: str, column: Column, grid: Grid) ->
     if length <= 0.0:
         raise UserError(f"a line of '{what}' has no length; draw it again")
     if what == "lying_logs" and length > LONGEST_LYING_M:
-        raise UserError(f"a lying log is {length:.0f} m long, but at most {LONGEST_LYING_M:g} m are taken")
+        raise UserError(f"a lying log is {length:.0f} m long, but at most {LONGEST_LYING_M:g} m are allowed")
     return Drawn(points, size_of(thing, column))
 
 

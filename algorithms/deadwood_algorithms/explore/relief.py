@@ -16,7 +16,7 @@ from deadwood_algorithms.files.pictures import lit, span_of, stretched
 from deadwood_algorithms.params.tool import UserError
 
 TILE = 256  # [px] side of a tile
-SPAN_CELLS = 1024  # of the level, at most along a side, whose light says what is black and white on all
+SPAN_CELLS = 1024  # greatest side, in cells of the level, whose shading defines black and white on all levels
 KEPT = 256  # tiles, some 40 kB each
 Array = NDArray[np.float32]
 

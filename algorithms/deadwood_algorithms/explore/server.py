@@ -39,12 +39,13 @@ TILE_S = 30.0
 END_S = 0.3  # the command itself has little more than half a second to end in its own order
 MOST_LOST, LOST_S = 3, 60.0  # engine processes lost within such a time: no further one is started
 ENGINE_LOST = "the engine process was lost and has been started again; the last request is being repeated"
-ENGINE_GONE = "the engine process is lost again and again and is not started again; the terminal says more"
+ENGINE_GONE = "the engine process keeps failing and is not started again; see the terminal"
 
 
 class EngineProcess:
-    """A child that answers on pipes. ``heard`` is called with every frame, ``ended`` when there will be no more, both
-    on a thread of its own."""
+    """A child process that answers on pipes. ``heard`` is called with every frame, ``ended`` at the end,
+    both on a separate thread.
+    """
 
     def __init__(
         self, command: Sequence[str], first: str, heard: Callable[[Any, bytes], None], ended: Callable[[], None]
@@ -128,7 +129,7 @@ class Desk:
         return f"deadwood_{self.port}"
 
     def start(self) -> None:
-        """Start the engine; what it says is heard on the loop."""
+        """Start the engine; its messages are handled on the loop."""
         self.ready.clear()
         mine: list[EngineProcess] = []
 
@@ -169,7 +170,7 @@ class Desk:
             waiting.cancel()
         self.tiles.clear()
         if not started:
-            self.ready.set()  # whoever waits for it looks
+            self.ready.set()  # a waiting caller then checks
             return
         now = time.monotonic()
         self.lost = [each for each in self.lost if now - each < LOST_S] + [now]
@@ -186,7 +187,7 @@ class Desk:
             self.page.show(dict(frame.facts), frame.packed())
 
     async def tile(self, level: int, column: int, row: int) -> bytes:
-        """A tile of the relief; nothing where there is none."""
+        """A tile of the relief; empty if there is none."""
         if self.engine is None:
             return b""
         self.asked += 1
@@ -212,7 +213,7 @@ def said_again(feedback: Feedback, header: dict[str, Any]) -> None:
 
 
 class Guarded(tornado.web.RequestHandler):
-    """Refuses whoever comes under another name (a page elsewhere whose name leads here) or without the token."""
+    """Rejects requests under another host name (a page elsewhere whose name resolves to here) or without the token."""
 
     @property
     def desk(self) -> Desk:
@@ -291,7 +292,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
     def open(self, *_: str, **__: str) -> None:
         before, self.desk.page = self.desk.page, self
         if before:
-            before.show({"op": "refused"}, refusal("the page was opened anew elsewhere, and continues there").packed())
+            before.show({"op": "refused"}, refusal("the page was opened again elsewhere and continues there").packed())
             before.close(OPENED_ELSEWHERE)
 
     def on_message(self, message: str | bytes) -> None:
@@ -309,7 +310,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
             self.desk.page = None
 
     def show(self, header: dict[str, Any], block: bytes) -> None:
-        """Send a frame; one that a later one will hold is left out while the page has not read what it was sent."""
+        """Send a frame; one that a later frame supersedes is skipped while the page has not read the previous ones."""
         if self.unsent + len(block) > MOST_UNSENT and not header.get("final", True):
             return
         self.unsent += len(block)
@@ -325,9 +326,9 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
 
 
 def serve(command: Sequence[str], first: str, port: int, feedback: Feedback, opened: Callable[[str], None]) -> None:
-    """Serve the page until the feedback says to end; ``opened`` is called with its address when it is there.
+    """Serve the page until the feedback requests the end; ``opened`` is called with its address when it is ready.
 
-    On a thread of its own, for a notebook's cell runs within a loop already.
+    Runs on a separate thread, because the cells of a notebook already run within a loop.
 
     command : starts the engine process, whose first line of input is ``first``
     """

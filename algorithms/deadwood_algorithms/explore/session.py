@@ -1,6 +1,6 @@
-"""A scene that is kept in memory for questions: where do logs from here go, and what if these trees were not there?
+"""A scene kept in memory for requests: where do logs from here go, and what if these trees were absent?
 
-No file, no network: messages in, frames out. The logs of a question slide in batches of 30, 70, 200, ... into one count
+No files, no network: messages in, frames out. The logs of a request slide in batches of 30, 70, 200, ... into one count
 of hits. Each batch is sent as soon as it is done, and together they are, bit for bit, one run of `slide-logs` on the
 same releases.
 """
@@ -52,7 +52,7 @@ class Session:
         self.answer: Answer | None = None
 
     def warm_up(self) -> None:
-        """Answer a question that nobody asked, so that the first click finds loaded what later ones do."""
+        """Answer a dummy request, so that the first click finds everything loaded."""
         west, south, east, north = self.layers.dem.bounds
         for x, y in itertools.product(TRIED, TRIED):
             place = [x * (east - west), y * (north - south), 0.0]
@@ -69,14 +69,14 @@ class Session:
         self._go_on(Told(send, question.number, began, bool(self.changes)), stale)
 
     def edit(self, message: Mapping[str, Any], send: Send, stale: Stale) -> None:
-        """Put these changes in the place of those in force, and tell what they do to the question asked last."""
+        """Replace the active changes by these, and report their effect on the last request."""
         began = time.perf_counter()
         self.change(message)
         if self.answer:
             self._go_on(Told(send, message.get("id"), began, True), stale)
 
     def change(self, message: Mapping[str, Any]) -> None:
-        """Put these changes in the place of those in force, and tell nothing yet."""
+        """Replace the active changes by these, without reporting yet."""
         changes = changes_of(message, len(self.layers.trees.x), self.layers.dem)
         if self.answer:
             self.answer.with_changes(changes)
@@ -112,9 +112,9 @@ class Session:
         return Answer(question, self.changes, simulation, layers, edited, releases, start)
 
     def _go_on(self, receiver: Told, stale: Stale) -> None:
-        """Slide what is missing, batch by batch, and tell it.
+        """Slide what is missing, batch by batch, and report it.
 
-        The first batch is always finished: if every new question ended the one before it, none would be answered while
+        The first batch is always finished: if every new request ended the previous one, none would be answered while
         the mouse moves.
         """
         answer, corner = self.answer, self.layers.dem.bounds[:2]

@@ -26,8 +26,8 @@ from deadwood_algorithms.explore.session import Session
 from deadwood_algorithms.params.tool import UserError
 
 LENGTH_BYTES = 4  # of the length before a frame
-GRACE_S = 2.0  # after its input has ended, the process is given so long to end what it does
-MOST_WAITING = 1000  # messages; beyond that the sender is asked to wait
+GRACE_S = 2.0  # time for the process to finish its work after the end of its input
+MOST_WAITING = 1000  # messages; beyond that the sender is told to wait
 REPLACED = ("release", "edit")  # by a newer one
 
 
@@ -44,7 +44,7 @@ class Out:
                 self.stream.write(len(block).to_bytes(LENGTH_BYTES, "little") + block)
                 self.stream.flush()
         except (BrokenPipeError, ValueError):
-            os._exit(0)  # nobody reads any more
+            os._exit(0)  # no reader is left
 
 
 def own_stdout() -> Out:
@@ -91,7 +91,7 @@ class Front:
                 try:
                     self.waiting.put_nowait(message)
                 except queue.Full:
-                    self.out.send(refusal("too much is asked at once; wait for the answers", message))
+                    self.out.send(refusal("too many requests at once; wait for the answers", message))
             self.ended.set()
             tiles.shutdown(wait=False, cancel_futures=True)
             self.waiting.put(None)
@@ -101,14 +101,14 @@ class Front:
         self._guarded(self._do, message)
 
     def _guarded(self, work: Callable[[dict[str, Any]], None], message: dict[str, Any]) -> None:
-        """A wrong message is reported; so is a fault of the toolbox, and the engine goes on."""
+        """A wrong message is reported; so is a bug of the toolbox, and the engine continues."""
         try:
             work(message)
         except UserError as error:
             self.out.send(refusal(str(error), message))
         except Exception as error:
             traceback.print_exc(file=sys.stderr)
-            self.out.send(refusal(f"a bug in the toolbox: {type(error).__name__}; the terminal says more", message))
+            self.out.send(refusal(f"a bug in the toolbox: {type(error).__name__}; see the terminal", message))
 
     def _do(self, message: dict[str, Any]) -> None:
         name, turn = message.get("op"), message.get("turn", {})

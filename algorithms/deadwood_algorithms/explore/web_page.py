@@ -35,7 +35,7 @@ KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 PAGE = resources.files("deadwood_algorithms.explore") / "page"
 SHARED = {"view3d.js": resources.files("deadwood_algorithms.report") / "view3d.js"}  # what reports have, too
 RAMP_STEPS = 4  # between two stops of the scale of shares
-# Classes of slope, from [deg], in colours from light to dark that colour-blind readers tell apart (YlOrBr).
+# Classes of slope, from [deg], in colours from light to dark that colour-blind readers can distinguish (YlOrBr).
 SLOPE = ((20.0, "#ffffd4"), (30.0, "#fed98e"), (35.0, "#fe9929"), (40.0, "#d95f0e"), (45.0, "#993404"))
 CHANGED, CHANCE = RUNS[1], "#dddddd"  # what the user changed; cells whose difference chance explains
 

@@ -107,7 +107,7 @@ def filled_column(
     exclusive: bool = False,
     maximum: float | None = None,
 ) -> np.ndarray:
-    """A column as float64 that need not be there nor be whole: its gaps take the option, and are NaN without one."""
+    """An optional column as float64; its gaps take the value of the option, and are NaN without one."""
     values = np.full(len(frame), np.nan)
     if name in frame:
         values = number_column(frame, name, minimum=minimum, exclusive=exclusive, maximum=maximum, gaps=True)
@@ -133,7 +133,7 @@ def id_column(frame: pandas.DataFrame, name: str) -> np.ndarray:
 def warn_implausible(
     values: np.ndarray, column: schemas.Column, where: str, feedback: Feedback, *, fix: str | None = None
 ) -> None:
-    """Warn when most values, or single ones, lie where no tree or log does: mostly a mistaken unit."""
+    """Warn if most values, or single ones, are implausible for a tree or log: usually a wrong unit."""
     values = values[np.isfinite(values)]
     if column.usual is None or not values.size:
         return
@@ -160,7 +160,7 @@ def field_names(frame: pandas.DataFrame) -> str:
 
 def _complaint(value: Any, minimum: float | None, exclusive: bool, maximum: float | None) -> str:
     below = isinstance(value, (int, float)) and minimum is not None and value <= minimum
-    maximum = None if below else maximum  # one bound is broken; the other is no news
+    maximum = None if below else maximum  # one bound is violated; the other is irrelevant
     bounds = [f"greater than {minimum:g}" if exclusive else f"at least {minimum:g}"] if minimum is not None else []
     bounds += [f"at most {maximum:g}"] if maximum is not None else []
     wanted = "a number " + " and ".join(bounds) if bounds else "a finite number"

@@ -41,16 +41,16 @@ def read_config(
     changed: Callable[[str], None] | None = None,
     given: Collection[str] = (),
 ) -> dict[str, Any]:
-    """The parameters in a JSON file, a plain object of names and values, or of an earlier run: its manifest, or a file
-    of its results that carries the record.
+    """The parameters in a JSON file, either a plain object of names and values, or those of an earlier run: its
+    manifest, or a file of its results that contains the record.
 
-    Relative paths in it are taken from the folder in which the command runs, as those of flags are. An input of a
-    manifest that is not there is looked for where it lies if all was moved together; ``note`` is called with it.
+    Relative paths in it are relative to the current folder, as in flags. An input of a manifest that no longer exists
+    is searched for where it would be if everything was moved together; ``note`` is called with the place.
 
     Parameters
     ----------
     changed : callable, optional
-        Called for each input that is not what it was when the manifest was made; without it that is refused.
+        Called for each input that has changed since the manifest was made; without it that is an error.
     given : collection of str
         Parameters that are given otherwise, whose inputs do not matter.
     """
@@ -109,7 +109,7 @@ def _content(path: str) -> Any:
 
 
 def _records(manifest: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """The inputs of a manifest by parameter; what is no record of one is as if it were not there."""
+    """The inputs of a manifest by parameter; invalid records are ignored."""
     listed = manifest.get("inputs")
     rows = [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
     return {str(each.get("parameter")): each for each in rows if isinstance(each.get("path"), str)}
@@ -136,12 +136,12 @@ def _compared(
     if stands == identity.CHANGED and changed is not None:
         changed(f"{file} has changed since {path} was made; the result is that of the changed file")
     if place != value and stands != identity.GONE:
-        note(f"{value} is not there; {place}, which lies as it did to the manifest, is read in its place")
+        note(f"{value} is not there; {place}, at the same place relative to the manifest, is read instead")
     return place
 
 
 def _found(named: str, now: Path, then: str | None, note: Callable[[str], None]) -> str:
-    """An input's path as a manifest names it, or, where nothing is there, where it has been moved to.
+    """An input's path as in the manifest or, if nothing is there, where it was moved to.
 
     ``now`` and ``then`` are the manifest's folder and the one that it names.
     """
@@ -149,7 +149,7 @@ def _found(named: str, now: Path, then: str | None, note: Callable[[str], None])
     if not os.path.exists(file):
         for other in moved_paths(file, now, then):
             if other.exists():
-                note(f"{file} is not there; {other}, which lies as it did to the manifest, is read in its place")
+                note(f"{file} is not there; {other}, at the same place relative to the manifest, is read instead")
                 return f"{other}{bar}{layer}"
     return named
 

@@ -19,13 +19,13 @@ from deadwood_algorithms.files.dem_windows import DemWindows, open_windows, read
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet
 
-WHOLE_CELLS = 25_000_000  # a DEM of so many cells at most is read whole: 100 MB of heights, read in a second
+WHOLE_CELLS = 25_000_000  # a DEM of at most this many cells is read whole: 100 MB of heights, read in a second
 KEPT = 16  # blocks, those used last
 
 
 @dataclass
 class DemBlocks:
-    """A large DEM that stays open; asked like the `Grid` of the whole, of which no block is read that nobody needs."""
+    """A large DEM that stays open, with the interface of the whole `Grid`; only the blocks that are needed are read."""
 
     dem: DemWindows
     feedback: Feedback

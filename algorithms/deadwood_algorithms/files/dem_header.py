@@ -35,15 +35,15 @@ from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
-# than any survey's positional accuracy, and less than a bilinear surface can tell.
+# than the positional accuracy of any survey, and less than a bilinear surface can resolve.
 SHIFT_ALLOWED_CELLS = 0.05
 FEET = ("ft", "ftus", "us-ft", "us_ft", "ftintl")  # how a band calls them
-# Projections of the whole world, true to scale at the equator alone, and how much of that is let pass.
+# Projections of the whole world, true to scale at the equator only, and the tolerated deviation of scale.
 WORLD_METHODS = ("Popular Visualisation", "Mercator (", "Equidistant Cylindrical", "Pseudo Plate")
 STRETCH_ALLOWED = 0.01
 
 
-LEAST_CELL_M, MOST_CELL_M = 0.000999, 10_000.0  # what is finer or coarser than any terrain model is a slip
+LEAST_CELL_M, MOST_CELL_M = 0.000999, 10_000.0  # finer or coarser than any terrain model: an error
 
 
 @contextmanager
@@ -170,7 +170,9 @@ def _code_by_numbers(source: Any) -> str:
 
 
 def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path, given: str | None) -> None:
-    """A map of the world in one piece counts in metres that are none: at 47 degrees north Web Mercator's are 0.68 m."""
+    """The metres of a map of the whole world are not metres on the ground: at 47 degrees north Web Mercator's are 0.68
+    m.
+    """
     method = crs.coordinate_operation.method_name if crs.coordinate_operation else ""
     if not method.startswith(WORLD_METHODS):
         return

@@ -1,6 +1,6 @@
-"""A DEM opened once and read whole, or in windows where it is too large to hold, each a small `Grid` of its own.
+"""A DEM opened once and read whole or, if it is too large, in windows, each a small `Grid`.
 
-What is refused, and what is outside, is the same either way.
+The checks, and the cells that count as outside, are the same either way.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class DemWindows:
         return from_origin(west, north, self.cell, self.cell)
 
     def grid(self, rows: slice, columns: slice) -> Grid:
-        """Heights of a window as float64 [m], NaN for what is outside; the window may reach beyond the raster."""
+        """Heights of a window as float64 [m], NaN outside; the window may extend beyond the raster."""
         wide = [slice(each.start - MARGIN_CELLS, each.stop + MARGIN_CELLS) for each in (rows, columns)]
         values = np.full([max(0, each.stop - each.start) for each in wide], np.nan)
         bottom, top = max(wide[0].start, 0), min(wide[0].stop, self.shape[0])
@@ -139,7 +139,7 @@ class DemWindows:
         return [slice(ny - each.stop, ny - each.start) for each in strips[::-1]] if self.flipped else strips
 
     def file_window(self, rows: slice, columns: slice) -> Window:
-        """Where a window lies in the file."""
+        """Position of a window in the file."""
         first = self.shape[0] - rows.stop if self.flipped else rows.start
         height, width = rows.stop - rows.start, columns.stop - columns.start
         return Window(columns.start, first, width, height)  # type: ignore[call-arg]
@@ -161,7 +161,7 @@ def open_windows(
         cell, flipped = transform.a, transform.e < 0
         x0, y0 = transform.c + cell / 2, transform.f + (0.5 - ny if flipped else 0.5) * cell
         dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
-        if as_ground and source.dtypes[0] != "uint8":  # of which it was said what it may be
+        if as_ground and source.dtypes[0] != "uint8":  # uint8 was already reported
             warn_of_heights(_samples(dem), dem.path, dem.cell, feedback)
         yield replace(dem, zero_is_outside=_has_collar(dem, feedback)) if look_through else dem
 
@@ -221,7 +221,7 @@ def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.floa
 
 
 def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32], inner: tuple[slice, slice]) -> bool:
-    """Whether 0 m is the only height of the whole DEM below `COLLAR_DROP_M`; mostly the window tells that."""
+    """Whether 0 m is the only height of the whole DEM below `COLLAR_DROP_M`; usually the window shows that."""
     if lowest_inland(values, dem.cell, inner) <= COLLAR_DROP_M:
         return False
     return all(lowest_inland(strip, dem.cell, inner) > COLLAR_DROP_M for strip, inner in _wide_strips(dem))
@@ -232,12 +232,12 @@ def _wide_strips(dem: DemWindows) -> Iterator[tuple[NDArray[np.float32], tuple[s
     for rows in dem.strips():
         wide = Part(0, rows.start - MARGIN_CELLS, dem.shape[1], rows.stop - rows.start + 2 * MARGIN_CELLS)
         wide = wide.cut_to(dem.shape)
-        # one stage of progress: two that take turns would begin anew, and show nothing
+        # one stage: two alternating ones would start again each time, and show nothing
         yield _heights(dem, wide, Quiet()), (slice(rows.start - wide.row, rows.stop - wide.row), slice(None))
 
 
 def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
-    """Look once through the whole DEM for heights that are none, and say whether cells of 0 m are such."""
+    """Scan the whole DEM once for invalid heights, and return whether cells of 0 m are invalid."""
     lowest, zeros, heights, found = np.inf, 0, 0, Found()
     strips = len(dem.strips())
     for done, (values, inner) in enumerate(_wide_strips(dem)):
@@ -277,9 +277,9 @@ class WindowWriter:
     def __init__(
         self, path: Path, *, with_statistics: bool = True, final: bool = True, of_region: bool = False, **profile: Any
     ) -> None:
-        """``final`` is false of a raster that the tool reads again and drops: neither statistics nor overviews.
+        """``final`` is false for a raster that the tool reads again and deletes: without statistics and overviews.
 
-        ``of_region`` is one of many runs, whose overviews may take their time (`geotiff.lay_out`).
+        ``of_region`` is a raster of many runs, whose overviews may take their time (`geotiff.lay_out`).
         """
         self.path, self.final, self.of_region = path, final, of_region
         self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
@@ -321,4 +321,4 @@ class WindowWriter:
         with rasterio.open(self.path) as made:
             for window, checksum in self.written:
                 if zlib.crc32(np.ascontiguousarray(made.read(window=window)).data) != checksum:
-                    raise OSError(f"{self.path}: what was written does not read back")
+                    raise OSError(f"{self.path}: the written file cannot be read back")

@@ -42,7 +42,7 @@ CREATE TABLE IF NOT EXISTS gpkg_metadata_reference (reference_scope TEXT NOT NUL
 """
 EXTENSION_TABLES = ("gpkg_metadata", "gpkg_metadata_reference")
 
-# What is being written now is made by this; a GeoTIFF takes it in as it is made.
+# The record of what is being written; a GeoTIFF includes it when it is created.
 MAKING: ContextVar[Callable[[], Mapping[str, Any]] | None] = ContextVar("MAKING", default=None)
 
 
@@ -57,7 +57,7 @@ def tags_now() -> dict[str, str]:
 
 
 def embed(path: Path, record: Mapping[str, Any]) -> None:
-    """Put a record into a finished file, where its format lets one add to it, or beside it."""
+    """Add a record to a finished file, if its format allows it, or beside it."""
     ending = path.suffix.lower()
     if ending in (".tif", ".tiff"):
         return  # as it was made (`tags_now`)
@@ -93,7 +93,7 @@ def _into_geopackage(path: Path, text: str) -> None:
 
 
 def record_in(path: Path) -> dict[str, Any] | None:
-    """The record that a file carries, or that lies beside it; None where there is none."""
+    """The record in a file or beside it; None if there is none."""
     readers = {".gpkg": _of_geopackage, ".html": _of_page}
     readers |= dict.fromkeys((".tif", ".tiff"), _of_geotiff)
     try:

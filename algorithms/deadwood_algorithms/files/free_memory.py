@@ -10,13 +10,13 @@ MEMINFO, CGROUP = Path("/proc/meminfo"), Path("/sys/fs/cgroup")  # of Linux
 
 
 def free_bytes() -> int | None:
-    """Memory that this process may still take; None where the system does not tell."""
+    """Memory that is still available to this process; None if the system does not report it."""
     known = [each for each in (_available(), _of_container()) if each is not None]
     return min(known) if known else None
 
 
 def _available() -> int | None:
-    """What the system has left: Linux says it in a file, of Windows and macOS psutil knows it."""
+    """Memory available on the system: Linux reports it in a file, psutil on Windows and macOS."""
     try:
         for line in MEMINFO.read_text().splitlines():
             if line.startswith("MemAvailable:"):

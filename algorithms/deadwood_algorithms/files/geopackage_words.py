@@ -1,8 +1,8 @@
-"""What a GeoPackage says of its layers and columns in words, for other programs: a description of each layer, the
-meaning of each column, and of one with a unit a title that shows it, the field's alias (extension Schema).
+"""Descriptions in a GeoPackage for other programs: a description of each layer, the meaning of each column and, for a
+column with a unit, a title that shows it, the field's alias (Schema extension).
 
-The words are those of `schemas`; columns of the user that no schema knows have no description. GDAL reads the
-comment and the alias from version 3.7 on, and what is built on it (QGIS) with it.
+The texts are those of `schemas`; a user's columns that no schema knows have no description. GDAL reads comment and
+alias from version 3.7 on, and so do programs built on it (QGIS).
 """
 
 from __future__ import annotations

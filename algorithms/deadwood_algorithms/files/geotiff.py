@@ -25,11 +25,13 @@ from rasterio.transform import Affine
 STDERR = 2  # the descriptor, to which libraries in C write
 TILE_CELLS = 256
 # Up to 2 x 2 tiles a map shows a raster as quickly without overviews. A cloud-optimised file is made by copying, which
-# costs as much as writing did; beyond the second limit (a DEM of 46 000 x 46 000 cells) that is left to the user. Of a
-# window of a DEM even empty tiles are looked at (4.3 CPU seconds of 30 000 x 30 000 cells): each of many runs on a DEM
-# writes such, so there the limit is lower (11 500 x 11 500), but not for what is written once of a whole region.
+# costs as much as writing; beyond the second limit (a DEM of 46 000 x 46 000 cells) that is left to the user. For a
+# window of a DEM even empty tiles are scanned (4.3 CPU seconds for 30 000 x 30 000 cells): each of many runs on a DEM
+# writes such rasters, so the limit is lower for them (11 500 x 11 500), but not for a raster written once for a whole
+# region.
 COG_FROM_CELLS, COG_UP_TO_CELLS, SPARSE_UP_TO_CELLS = 4 * TILE_CELLS**2, 2**31, 2**27
-# Packing costs more than copying: what is copied at once is packed by that alone, up to 256 MB per band on the disk.
+# Compression costs more than copying: a file that is copied immediately is compressed only then, up to 256 MB per band
+# on the disk.
 UNPACKED_UP_TO_CELLS = 2**26
 COPYING_BYTES = 128 * 2**20  # GDAL's cache while it copies, else a share of the machine's memory
 
@@ -58,9 +60,10 @@ def geotiff_profile(
 
 @contextmanager
 def libtiff_silent() -> Iterator[None]:
-    """While GeoTIFFs are written: libtiff tells of a full disk on stderr itself, past GDAL's and rasterio's handlers.
+    """While GeoTIFFs are written: libtiff reports a full disk on stderr itself, bypassing the handlers of GDAL and
+    rasterio.
 
-    The failure comes as an exception, or by reading back, and is reported in a line of ours.
+    The failure arrives as an exception, or when reading back, and is reported in one line of the toolbox.
     """
     try:
         kept, nowhere = os.dup(STDERR), os.open(os.devnull, os.O_WRONLY)
@@ -118,10 +121,10 @@ def is_laid_out(cells: int, *, sparse: bool, of_region: bool = False) -> bool:
 
 
 def lay_out(path: Path, cells: int, *, sparse: bool, of_region: bool = False) -> None:
-    """Turn a large GeoTIFF into a cloud-optimised one with overviews; small ones stay as they are.
+    """Convert a large GeoTIFF into a cloud-optimised one with overviews; small ones are left unchanged.
 
-    An overview holds values that are in the raster (the nearest), so that a count stays a count. ``sparse`` is a
-    raster of which tiles are missing, ``of_region`` one that is written once of many runs, and may take its time.
+    An overview contains values of the raster (nearest), so that a count remains a count. ``sparse`` is a raster with
+    missing tiles, ``of_region`` one that is written once for many runs, and may take its time.
     """
     if not is_laid_out(cells, sparse=sparse, of_region=of_region):
         return

@@ -1,6 +1,6 @@
-"""Heights judged by themselves: which cells hold none, and whether the ground that they make has steps of its own.
+"""Checks of heights: which cells hold no valid height, and whether the ground has artificial steps.
 
-Arrays only, for `dem_windows`; what is outside is NaN.
+Arrays only, for `dem_windows`; cells outside are NaN.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ MARGIN_CELLS = MIXED_CELLS + 2  # around a window, for its cells to be judged as
 # Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
 COLLAR_DROP_M = 100.0
 
-# Heights in feet make of a slope of 30 degrees one of 62. No hillside of any size is that steep in its middle.
+# Heights in feet turn a slope of 30 degrees into one of 62. No hillside of any size has such a median slope.
 STEEPEST_DEG = 58.0
 FOOT_M = 0.3048
 SMALLER_UNITS = {"decimetres": 0.1, "centimetres": 0.01, "millimetres": 0.001}
 
 STEP_M = 0.2  # lower ones hold no log
 # Shares of pairs of neighbouring differences, along rows or along columns: at least the first are not level in both,
-# and of these the second lie between level ground and a step. On surveyed ground hardly any pair does, on whole metres
-# and repeated cells most do.
+# and of these the second are between level ground and a step. On surveyed ground hardly any pair is; on whole metres
+# and repeated cells most are.
 SLOPING_SHARE, STEPPED_SHARE = 0.05, 0.3
-JUDGED_BY = 200  # pairs of cells; fewer tell nothing
-UNEVEN_SHARE = 0.2  # of multiples of a step that are no plane
+JUDGED_BY = 200  # pairs of cells; fewer do not decide
+UNEVEN_SHARE = 0.2  # of multiples of a step that are not a plane
 ROUNDED_TO_M = 0.002  # heights of some thousand metres in 32 bits
 BLOCK_CELLS = 2**22  # judged at once
 RISE_CELLS = 500  # of an array, by whose corner its unit is judged
@@ -99,7 +99,7 @@ def _grown(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _inland(
     heights: NDArray[np.floating], apart: NDArray[np.bool_], rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lowest and highest neighbour of each cell that is not ``apart``; infinite where there is none."""
+    """Lowest and highest neighbour of each cell that is not ``apart``; infinite if there is none."""
     low, high = np.full(rows.size, np.inf), np.full(rows.size, -np.inf)
     for down in (-1, 0, 1):
         for right in (-1, 0, 1):
@@ -168,9 +168,9 @@ def _is_step(rise: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 class Found:
-    """Cells that were turned into NaN because they hold no height of ground, and what is reported about them.
+    """Cells that were turned into NaN because they contain no valid height, and the report about them.
 
-    ``inner`` is the part of the array that is reported; what is around it lies beyond a window.
+    ``inner`` is the part of the array that is reported; the rest is beyond a window.
     """
 
     def __init__(self) -> None:
@@ -180,7 +180,7 @@ class Found:
         self.rise = np.nan  # a usual one from cell to cell, of numbers that are no heights
 
     def empty_far(self, values: NDArray[Any], inner: tuple[slice, slice] = EVERYWHERE) -> None:
-        """Take out undeclared nodata values that are no height on Earth."""
+        """Remove undeclared nodata values that are not heights on Earth."""
         low, high = _extremes(values)
         self.numbers = float(np.fmin(low, self.numbers[0])), float(np.fmax(high, self.numbers[1]))
         if max(-low, high) > FARTHEST_M:
@@ -291,7 +291,7 @@ def holes_in(values: NDArray[np.floating]) -> Holes | None:
 
 
 def _extremes(values: np.ndarray) -> tuple[float, float]:
-    """Lowest and highest value, NaN passed over (and given where there is nothing else)."""
+    """Lowest and highest value, ignoring NaN (returned if there is nothing else)."""
     return float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
 
 
@@ -319,8 +319,8 @@ def steep_words(path: str, slope_deg: float, where: str) -> str:
     """The warning of a slope that heights in feet, or in decimetres, would explain."""
     factor, unit = (FOOT_M, "feet") if _slope_with(slope_deg, FOOT_M) <= STEEPEST_DEG else (0.1, "decimetres")
     return (
-        f"{path}: the median slope {where} is {slope_deg:.0f} degrees, as hardly any ground has; are its heights in "
-        f"{unit} (then it is {_slope_with(slope_deg, factor):.0f} degrees), or in another unit than metres? "
+        f"{path}: the median slope {where} is {slope_deg:.0f} degrees, steeper than almost any ground; are its heights "
+        f"in {unit} (then it is {_slope_with(slope_deg, factor):.0f} degrees), or in another unit than metres? "
         f"Fix: {remedies.times(path, factor)}"
     )
 

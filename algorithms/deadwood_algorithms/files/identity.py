@@ -1,8 +1,9 @@
-"""The identity of files: SHA-256 of what decides what is read, and whether it is still the same. Standard library only.
+"""The identity of files: SHA-256 of all content that determines what is read, and whether it has changed. Standard
+library only.
 
-What an input's path stands for is several files at times (`input_files`). A GeoPackage changes its bytes without
-changing what it holds (QGIS opens it, keeps a style in it, or holds changes in a ``-wal`` beside it), so it also has
-the digest of its rows: as long as either is the same, so is the input.
+The path of an input may stand for several files (`input_files`). A GeoPackage changes its bytes without changing its
+content (QGIS opens it, stores a style in it, or keeps changes in a ``-wal`` beside it), so a digest of its rows is
+stored as well: if either is the same, so is the input.
 """
 
 from __future__ import annotations
@@ -92,8 +93,9 @@ def _run_id_of(place: Path) -> str | None:
 
 
 def _identity_of_several(places: Sequence[Path]) -> str:
-    """Digest of what is in them, in their order, without the time that a manifest holds; and of their names, because
-    results that are distinguished by them repeat them."""
+    """Digest of their content, in order, without the time in a manifest; and of their names, because results that are
+    distinguished by them repeat them.
+    """
     digest = hashlib.sha256()
     for each in places:
         known = _run_id_of(each) or (each.suffix.lower() == ".gpkg" and content_of(each))
@@ -103,7 +105,7 @@ def _identity_of_several(places: Sequence[Path]) -> str:
 
 
 def _name(file: Path) -> str:
-    """What tells a file of an input from the others; the manifests of several runs by their folders."""
+    """The name that distinguishes a file of an input; manifests of several runs have that of their folder."""
     return f"{file.parent.name}/{file.name}" if file.name == MANIFEST else file.name
 
 
@@ -144,14 +146,14 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
 
 
 def compared(record: Mapping[str, Any], named: str | None = None) -> tuple[str, str]:
-    """Whether an input still is what it was: `SAME`, `CHANGED` or `GONE`, and the path of the file that tells.
+    """Whether an input is unchanged: `SAME`, `CHANGED` or `GONE`, and the path of the deciding file.
 
     Parameters
     ----------
     record : mapping
-        Of the input, as a manifest has it.
+        Of the input, as in a manifest.
     named : str, optional
-        Where it is looked for, else where the record says.
+        Where to look for it, otherwise the place in the record.
     """
     named = str(record.get("path")) if named is None else named
     places = places_of(named)
@@ -174,9 +176,10 @@ def compared(record: Mapping[str, Any], named: str | None = None) -> tuple[str, 
 
 
 def where_now(record: Mapping[str, Any], now: Path, then: str | None) -> tuple[str, str, str]:
-    """Where an input of a manifest is: its path, how it stands, and the file that tells.
+    """Where an input of a manifest is: its path, its state, and the deciding file.
 
-    It is looked for where it was, and where it lies if all was moved together; the one that is the same goes first.
+    The original place is tried first, then where it would be if everything was moved together; an unchanged one is
+    preferred.
     ``now`` and ``then`` are the manifest's folder, and the one that it names.
     """
     named = str(record.get("path"))
@@ -207,7 +210,7 @@ def _moved(named: str, now: Path, then: str) -> str:
 
 
 def described(named: str) -> dict[str, Any]:
-    """Rows and CRS of an input that is a layer, CRS of one that is a raster; what is not known is null."""
+    """Rows and CRS of an input that is a layer, CRS of a raster; unknown values are null."""
     facts: dict[str, Any] = {"rows": None, "crs": None}
     place, layer = places_of(named)[0], str(named).partition("|")[2].removeprefix("layername=")
     with suppress(Exception):  # what the tool cannot read either, it says itself

@@ -1,7 +1,7 @@
-"""What a Python caller hands over in place of a path (a GeoDataFrame, a table, an array with its place), as a file.
+"""Data that a Python caller passes instead of a path (a GeoDataFrame, a table, an array with its transform), as a file.
 
-The file is named by what is in it, so that the same data are the same input wherever they come from: a result's
-``run_id`` holds no temporary path and no time, and a file that is there already is never written to again.
+The file is named by its content, so that the same data are the same input wherever they come from: a result's
+``run_id`` contains no temporary path and no time, and an existing file is never written again.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def crs_text(value: Any) -> str:
 
 
 def as_file(value: Any, name: str, folder: Path) -> Path:
-    """The file in ``folder`` that holds the data given for the parameter ``name``; written unless it is there."""
+    """The file in ``folder`` with the data given for the parameter ``name``; written unless it exists."""
     folder.mkdir(parents=True, exist_ok=True)
     if _is_data_array(value):
         value = _of_data_array(value, name)
@@ -137,7 +137,7 @@ def as_file(value: Any, name: str, folder: Path) -> Path:
 
 
 def _is_frame(value: Any) -> bool:
-    return hasattr(value, "to_csv") and hasattr(value, "columns")  # pandas, and what is made from it
+    return hasattr(value, "to_csv") and hasattr(value, "columns")  # pandas, and libraries based on it
 
 
 def _is_data_array(value: Any) -> bool:

@@ -32,14 +32,16 @@ DEEPEST_VRT = 8  # a VRT of VRTs of ...
 
 
 def tiles_of(path: str | Path) -> list[str]:
-    """The files that a path stands for: itself, the rasters in a folder, or what is between its commas."""
+    """The files that a path stands for: itself, the rasters in a folder, or the parts between commas."""
     named = str(path)
     try:
         if os.path.isfile(named):
             return [named]
         if os.path.isdir(named):
             if tool := made_from(Path(named)).get("tool"):
-                raise UserError(f"{named}: this is the folder of a result of {tool}, no terrain model; name the file")
+                raise UserError(
+                    f"{named}: this is the folder of a result of {tool}, not a terrain model; name the file"
+                )
             inside = sorted(
                 each.name
                 for each in Path(named).iterdir()
@@ -57,9 +59,9 @@ def tiles_of(path: str | Path) -> list[str]:
 
 
 def places_of(named: str | Path) -> list[Path]:
-    """The file or folder that an input's path names, without its layer; where it names several with commas, each.
+    """The file or folder that an input's path names, without its layer; if it names several with commas, each of them.
 
-    A part between commas that is no path by itself belongs to the next, for a name may hold a comma.
+    A part between commas that is not a path belongs to the next, because a name may contain a comma.
     """
     whole = Path(str(named).partition("|")[0])
     if _exists(whole) or "," not in str(named):
@@ -75,7 +77,7 @@ def places_of(named: str | Path) -> list[Path]:
 
 
 def files_of(place: Path) -> list[Path]:
-    """Every file that decides what is read from a place; of the folder of a result its manifest, which seals it."""
+    """Every file that determines what is read from a place; for the folder of a result its manifest, which seals it."""
     if not (_exists(place) and place.is_dir()):
         return list(_with_companions(place))
     if (place / MANIFEST).is_file():
@@ -98,7 +100,7 @@ def _with_companions(place: Path, depth: int = 0) -> Iterator[Path]:
 
 
 def sources_of_vrt(place: Path) -> list[Path]:
-    """The files that a VRT is put together from, of rasters or of vectors, each once; none of what is no VRT."""
+    """The source files of a VRT of rasters or vectors, each once; none if the file is not a VRT."""
     try:
         root = ElementTree.parse(place).getroot()
     except (OSError, ElementTree.ParseError):
@@ -114,7 +116,7 @@ def sources_of_vrt(place: Path) -> list[Path]:
 
 
 def made_from(place: Path) -> dict[str, Any]:
-    """The manifest in a folder of a result, or that of the result that a file lies in; empty where there is none."""
+    """The manifest in a folder of a result, or of the result to which a file belongs; empty if there is none."""
     folder = place if _exists(place) and place.is_dir() else place.parent
     try:
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))

@@ -1,8 +1,8 @@
-"""No input is taken from the network unless the user allows it: results shall depend on files that are there tomorrow.
+"""No input is taken from the network unless the user allows it: results must depend on files that still exist tomorrow.
 
-A path that names the network is refused, always. A file that points to it (a GDAL virtual raster or layer, the
-description of a map service) is refused unless the variable `ALLOWED` is set: whoever sends such a file would else
-have this computer ask addresses of his choice. What no look into the file can find, the command forbids GDAL itself
+A path that names the network is always rejected. A file that points to it (a GDAL virtual raster or layer, the
+description of a map service) is rejected unless the variable `ALLOWED` is set: otherwise the author of such a file
+could make this computer request any address. What cannot be detected in the file, the command forbids GDAL itself
 (`deadwood_toolbox.environment`).
 """
 
@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 from deadwood_algorithms.params.tool import UserError
 
 ALLOWED = "DEADWOOD_NETWORK"
-# How GDAL and OGR name what is not a file here: addresses, file systems of clouds, servers.
+# How GDAL and OGR name sources that are not local files: addresses, cloud file systems, servers.
 ELSEWHERE = re.compile(
     r"\b(https?|ftps?|s3|gs|az|abfss?)://|/vsi(curl|s3|gs|az|adls|oss|swift|hdfs|webhdfs)(_streaming)?[/?]"
     r"|^\s*(PG|PGeo|MySQL|MSSQL|OCI|MongoDBv3|ES|Carto|WFS3?|OAPIF|OGCAPI|WMS|WMTS|WCS|TMS|NGW|EEDAI?|PLScenes|DAAS):",
@@ -34,8 +34,7 @@ def refuse_elsewhere(path: str | Path, what: str) -> None:
     """Raise ``UserError`` for a path that is an address of the network."""
     if ELSEWHERE.search(str(path)) and not Path(path).exists():
         raise UserError(
-            f"{path}: the {what} must be a file on this computer, no address of the network; download it, and give "
-            "the file"
+            f"{path}: the {what} must be a file on this computer, not a network address; download it, and give the file"
         )
 
 
@@ -74,7 +73,7 @@ def _look_into(file: Path, named: str, what: str, seen: set[Path], allowed: bool
         relative = element.get("relativeToVRT") == "1" or element.get("relativetoVRT") == "1"
         source = file.parent / text if relative else Path(text)
         if is_special(source):
-            raise UserError(f"{named}: the {what} file points to {text}, which is a pipe or a device and no file")
+            raise UserError(f"{named}: the {what} file points to {text}, which is a pipe or a device, not a file")
         if source.is_file():
             _look_into(source, named, what, seen, allowed)
 
@@ -95,7 +94,7 @@ def _elements(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str]
 def _root_of(file: Path, named: str, what: str) -> ElementTree.Element | None:
     """The XML of a virtual raster or layer, or of a service; None for any other file.
 
-    GDAL reads some that are no XML (blanks or a comment before the head); what they point to cannot be looked into.
+    GDAL reads some that are not valid XML (blanks or a comment before the head); these cannot be inspected.
     """
     head = b""
     try:
@@ -117,6 +116,6 @@ def _root_of(file: Path, named: str, what: str) -> ElementTree.Element | None:
 
 def _refusal(named: str, what: str, address: str) -> str:
     return (
-        f"{named}: the {what} file points to the network ({address}), and that is not followed; download what it "
+        f"{named}: the {what} file points to the network ({address}), which is not followed; download what it "
         f"points to, or set {ALLOWED}=1 to allow it"
     )

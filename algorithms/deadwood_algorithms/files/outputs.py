@@ -32,7 +32,7 @@ ASIDE = "-aside"  # and that of a folder that holds a file about to be replaced,
 LOCKLESS = tuple(getattr(errno, name) for name in ("ENOLCK", "ENOTSUP", "EOPNOTSUPP", "ENOSYS") if hasattr(errno, name))
 FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
 FULL_WORDS = ("disk is full", "disk full", "no space left", "quota exceeded", "disk quota")
-# Below this many free bytes, a failed write of GDAL (which often tells no reason) is put down to the disk.
+# Below this number of free bytes, a failed write of GDAL (which often gives no reason) is attributed to the disk.
 NEARLY_FULL_BYTES = 256 * 1024
 
 
@@ -72,7 +72,7 @@ def output_path(
     with _staged(final, path, check) as folder:
         if (left := beside(final)) and not overwrite:
             raise UserError(
-                f"{left[0]}: this was left beside an earlier {final.name} and would be read into the new one; "
+                f"{left[0]}: this was left beside an earlier {final.name} and would be read as part of the new one; "
                 "--overwrite removes it"
             )
         temporary = folder / final.name
@@ -93,10 +93,10 @@ def output_folder(
     inputs: Iterable[str | Path | None] = (),
     tool: str = "",
 ) -> Iterator[Path]:
-    """Give a temporary folder that takes the final place at success and vanishes at failure.
+    """Provide a temporary folder that takes the final place on success and disappears on failure.
 
     ``overwrite`` replaces only a folder whose ``manifest.json`` names this ``tool``, that is, an earlier result of it,
-    in which no input lies: a slip such as ``--output ~ --overwrite`` must not cost anybody their files.
+    without inputs in it: a mistake such as ``--output ~ --overwrite`` must not destroy anybody's files.
     """
     final = Path(path)
     inputs = [str(each) for each in inputs if each]
@@ -138,7 +138,7 @@ def output_folder(
         if not final.is_dir():
             folder.chmod(0o777 & ~_umask())
             os.replace(folder, final)
-        elif not occupied():  # made beforehand, perhaps a mount point, which cannot be renamed: filled in place
+        elif not occupied():  # created in advance, perhaps a mount point, which cannot be renamed: filled in place
             whole = folder.with_name(folder.name + WHOLE)
             os.replace(folder, whole)
             _fill(final, whole)
@@ -156,10 +156,10 @@ def output_folder(
 
 @contextmanager
 def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterator[Path]:
-    """A hidden folder beside ``final``, removed in the end; its making is the check that one can write there.
+    """A hidden folder beside ``final``, removed in the end; creating it verifies that the place is writable.
 
-    ``check`` refuses an output that may not be replaced; it is asked before anything is made, and again once no other
-    run can write the same output any more.
+    ``check`` rejects an output that may not be replaced; it is called before anything is created, and again once no
+    other run can write the same output.
     """
     check()
     made = [each for each in final.parents if not _exists(each, named)]
@@ -167,7 +167,7 @@ def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterat
     try:
         final.parent.mkdir(parents=True, exist_ok=True)
         lock = _lock(final, named)
-        if lock:  # whoever left something here is gone
+        if lock:  # the previous owner of the rest is gone
             _tidy(final)
         check()
         folder = Path(tempfile.mkdtemp(prefix=_hidden(final, STAGED), dir=final.parent))
@@ -226,7 +226,7 @@ def _set_aside(final: Path, aside: Path) -> Iterator[None]:
         aside.mkdir()
     try:
         for each in ([final] if left and final.exists() else []) + left:
-            with suppress(FileNotFoundError):  # whoever held it has just ended
+            with suppress(FileNotFoundError):  # the previous owner has just ended
                 os.replace(each, aside / each.name)
         yield
     finally:
@@ -292,7 +292,7 @@ def _unlock(lock: BaseFileLock | None) -> None:
     if lock is None:
         return
     place = Path(lock.lock_file)
-    with suppress(OSError):  # while it is held, so that nobody holds a file that has no name any more
+    with suppress(OSError):  # while it is locked, so that nobody locks a file that has no name any more
         place.unlink()
     lock.release()
     if os.name == "nt":  # where an open file cannot be removed, and none that another run has opened since
@@ -308,7 +308,7 @@ def _in_words(error: OSError, named: str | Path, folder: Path) -> UserError:
 
 
 def _is_full(error: BaseException | None, folder: Path) -> bool:
-    """Whether a failure, or what caused it, is a full disk; GDAL and SQLite say so in words, or not at all."""
+    """Whether a failure, or its cause, is a full disk; GDAL and SQLite report it in words, or not at all."""
     library = False
     while error is not None:
         if isinstance(error, OSError) and error.errno in FULL:
@@ -347,7 +347,7 @@ def refuse_input(final: Path, named: str | Path, inputs: Sequence[str], tool: st
 
 
 def _sources_of(place: Path) -> Iterator[str]:
-    """What the result was made from that an input is, or that it lies in."""
+    """Sources of the result that an input is, or to which it belongs."""
     parameters = made_from(place).get("parameters", {})
     for name, value in parameters.items() if isinstance(parameters, dict) else ():
         if name != "output" and isinstance(value, str) and os.path.isabs(value):

@@ -19,15 +19,16 @@ from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from numpy.typing import ArrayLike, NDArray
 
-from deadwood_algorithms.schemas.looks import LOOKS, ROAD, Look
+from deadwood_algorithms.schemas.looks import HIGH_END, LOOKS, LOW_END, ROAD, Look
 
 RELIEF = ((225.0, 0.35), (270.0, 0.25), (315.0, 0.40))  # lights from the west all around: (azimuth [deg], weight)
 SUN_HEIGHT_DEG = 40.0
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 CASING = 1.4  # points of white on both sides of a line, so that it is seen on any ground
-RIM, RIM_WIDTH = "#1b1f23", 0.9  # dark, and so many points around a dot
+RIM, RIM_WIDTH = "#1b1f23", 0.9  # dark, and its width in points around a dot
 OPACITY = 0.85  # of a quantity over the relief
 NORTH_POINTS = 28.0  # from the tip of the arrow to the letter
+ENDS_HEIGHT = 0.62  # of a factor's place, that its two bars take
 BAR_SHARE = 0.2  # of a map's width that its scale bar takes, at most
 
 
@@ -62,7 +63,7 @@ def lit(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]:
 def show_relief(
     axes: Axes, heights: NDArray[np.floating], cell: float, extent: tuple[float, float, float, float]
 ) -> AxesImage:
-    """Draw heights (row 0 south) as relief, pale enough for what lies on it; extent: west, east, south, north [m]."""
+    """Draw heights (row 0 south) as relief, pale enough for overlays; extent: west, east, south, north [m]."""
     shade = hillshade(heights, cell)
     return axes.imshow(
         shade, cmap="gray", vmin=-0.6, vmax=1.05, extent=extent, origin="lower", interpolation="bilinear"
@@ -145,6 +146,15 @@ def show_dots(
         drawn = PathPatch(path, facecolor="none", edgecolor=edge, linewidth=width, capstyle="round", gid=name, **more)
         drawn.set_snap(False)
         axes.add_patch(drawn)
+
+
+def show_ends(axes: Axes, place: float, base: float, at_low: float, at_high: float) -> None:
+    """A factor's two bars, from the outcome as it is to that at each end of the range: side by side, so that neither
+    hides the other where both ends move the outcome the same way."""
+    one_way = (at_low - base) * (at_high - base) > 0.0
+    height, aside = (0.5 * ENDS_HEIGHT, 0.25 * ENDS_HEIGHT) if one_way else (ENDS_HEIGHT, 0.0)
+    for value, colour, step in ((at_low, LOW_END, -aside), (at_high, HIGH_END, aside)):
+        axes.barh(place + step, value - base, height, left=base, color=colour, zorder=2)
 
 
 def bar_length(width: float) -> float:

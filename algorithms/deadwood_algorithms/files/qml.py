@@ -12,7 +12,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr, unescape
 
-VERSION = "3.22.0-Białowieża"
+# The last of 3.22, which takes a project of an earlier 3.22 for an old one and warns of it; from 3.26 on QGIS warns
+# only of projects of later versions and of QGIS 2.
+VERSION = "3.22.16-Białowieża"
 CATEGORIES = "LayerConfiguration|Symbology|Symbology3D|Labeling|Temporal"
 EDGE = "#232323"
 # QGIS's key of a marker symbol layer's, line's and fill's simplest kind.
@@ -37,7 +39,7 @@ Label = str | Span
 
 
 def _label(label: Label) -> str:
-    """The attribute, and for a span what it is made of, which QGIS passes over and `relabelled` reads."""
+    """The attribute and, for a range, its parts, which QGIS ignores and `relabelled` reads."""
     if isinstance(label, str):
         return f" label={quoteattr(label)}"
     ends = (("low", label.low), ("high", label.high))
@@ -152,9 +154,9 @@ def intervals(start_field: str, end_field: str) -> str:
 
 
 def appears(day: tuple[int, int, int], seconds_field: str) -> str:
-    """Each feature is shown from some seconds after the start of a day on, and stays.
+    """Each feature is shown from a number of seconds after the start of a day.
 
-    A time that is added to a date loses the parts of its seconds in QGIS, and one made of an epoch has a time zone.
+    In QGIS, a time added to a date loses fractions of a second, and one made from an epoch has a time zone.
     """
     seconds = f'"{seconds_field}"'
     parts = (
@@ -289,7 +291,7 @@ def ramp(stops: Sequence[Stop], *, opacity: float = 0.9) -> str:
 
 
 def paletted(rows: Sequence[tuple[int, str, str]]) -> str:
-    """One colour a value: (value, colour, label); what is not listed is transparent."""
+    """One colour per value: (value, colour, label); other values are transparent."""
     listed = "".join(
         f'<paletteEntry value="{value}" color="{colour}" label={quoteattr(label)} alpha="255"/>'
         for value, colour, label in rows

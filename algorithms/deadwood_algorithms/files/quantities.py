@@ -1,7 +1,7 @@
 """Sizes as people write them in cells of text: 41,4 cm, 40-45, [40,45), 40 bis unter 45, k.A.
 
-For columns of sizes that are no plain numbers. A class counts as its middle, a word for a gap as a gap, and a word that
-the user explains as the number that he gives. What is none of these, such as an open class (>60), which has no middle,
+For columns of sizes that are not plain numbers. A class counts as its middle, a word for a gap as a gap, and a word
+that the user explains as the number given for it; anything else, such as an open class (>60), which has no middle,
 stays unread, so that the message can name its row.
 """
 
@@ -67,7 +67,7 @@ def read_sizes(column: Any, unit: str, words: Mapping[str, float] | None = None)
     cells = column.tolist()
     texts = [cell for cell in cells if isinstance(cell, str) and not is_gap(cell)]
     both = any("," in text for text in texts) and any("." in text for text in texts)
-    if both and any(map(GROUPED.search, texts)):  # 1.234 beside 35,5: what the point means, nobody can tell
+    if both and any(map(GROUPED.search, texts)):  # 1.234 beside 35,5: the meaning of the point is ambiguous
         return Sizes(values, np.ones(len(column), bool), 0, "")
     classes, example = 0, ""
     for row, cell in enumerate(cells):

@@ -22,7 +22,7 @@ LOOKED_AT = {each.bands[0].name: each.look for each in RUN_RASTERS if each.look 
 RAMP = LinearSegmentedColormap.from_list("hits", list(HITS))
 LONGEST_IN = 8.0  # of a map, in inches
 LINE_OF_BAR = 50  # letters beside a bar of colours
-MARGIN = 0.05  # around what is drawn, as a share of its longer side
+MARGIN = 0.05  # around the content, as a share of its longer side
 
 
 class Raster(Protocol):
@@ -45,7 +45,7 @@ class Raster(Protocol):
 
 
 def map_axes() -> Axes:
-    """Axes of a figure of its own."""
+    """Axes of a separate figure."""
     _, axes = pyplot.subplots(figsize=(LONGEST_IN, LONGEST_IN), layout="constrained")
     return axes
 

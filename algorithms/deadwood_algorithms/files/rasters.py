@@ -99,7 +99,7 @@ def read_part_on(source: Any, grid: Grid, feedback: Feedback | None = None, what
 
 
 def _nearest(source: Any, grid: Grid, strip: slice, moved: Any) -> np.ndarray:
-    """Values of the source cells that hold the centres of these rows of the grid; NaN beyond the source."""
+    """Values of the source cells that contain the centres of these rows of the grid; NaN beyond the source."""
     frame, (column, row) = grid.frame, grid.first
     x = frame.x0 + (column + np.arange(grid.shape[1])) * frame.cell
     y = frame.y0 + (row + np.arange(strip.start, strip.stop)) * frame.cell
@@ -127,7 +127,7 @@ def _nearest(source: Any, grid: Grid, strip: slice, moved: Any) -> np.ndarray:
 
 @dataclass(frozen=True)
 class ByRows:
-    """A band that is computed when its rows are written, and takes no memory of its own.
+    """A band that is computed while its rows are written, and needs no memory.
 
     of : rows, counted from the south, to their values
     """
@@ -158,7 +158,7 @@ def write_raster(
 ) -> None:
     """Write a GeoTIFF (tiled, deflate) from an array whose row 0 is the southernmost, and read it back.
 
-    Its style for QGIS stands beside it, in ``NAME.qml``; ``style`` says what it is (a name of `styles.RASTERS`).
+    Its style for QGIS is written beside it, to ``NAME.qml``; ``style`` is a name of `styles.RASTERS`.
     """
     bands = {description: values}
     write_bands(path, bands, grid, nodata=nodata, dtype=dtype, units=[units], style=style, raster=raster)
@@ -190,14 +190,14 @@ def write_bands(
     raster: str = "",
     meaning: str = "",
 ) -> None:
-    """Write a GeoTIFF of several bands by their names, as `write_raster` does one; ``units`` by band.
+    """Write a GeoTIFF of several named bands, as `write_raster` writes one; ``units`` by band.
 
-    ``raster`` is what it is called in `schemas.files`, where the meaning of each band stands; ``meaning`` says more of
-    the one that it has. No copy is made of a band: strips of rows are written, measured and read back.
+    ``raster`` is its name in `schemas.files`, which has the meaning of each band; ``meaning`` extends that of a single
+    band. Bands are not copied: strips of rows are written, measured and read back.
 
-    Of a window the whole grid is written, and only the window stored; the statistics are those of the window.
+    For a window the whole grid is written, but only the window stored; the statistics are those of the window.
 
-    The reading back is what finds a full disk: GDAL writes the last tiles at closing, and closing raises nothing.
+    Reading back detects a full disk: GDAL writes the last tiles when closing, which raises nothing.
     """
     for values in bands.values():
         if values.shape != grid.shape:
@@ -243,14 +243,15 @@ def write_bands(
             for rows in strips:
                 there = written.read(number, window=place(rows))
                 if not np.array_equal(there, _north_up(values, dtype, rows), equal_nan=dtype[0] == "f"):
-                    raise OSError(f"{path}: what was written does not read back")
+                    raise OSError(f"{path}: the written file cannot be read back")
     if style:
         styles.store_beside(Path(path), styles.of_raster(style, np.array([largest])))
 
 
 def describe_band(target: Any, number: int, name: str, *, raster: str = "", meaning: str = "") -> None:
-    """Name a band of a file that is being written, and say in its metadata what it means (``long_name``): the given
-    words, else those of the schema."""
+    """Name a band of a file that is being written, and write its meaning to its metadata (``long_name``): the given
+    text, else that of the schema.
+    """
     target.set_band_description(number, name)
     band = band_named(raster, name)
     if meaning := meaning or (band.meaning if band is not None else ""):
@@ -293,7 +294,7 @@ def open_raster(path: str | Path, what: str) -> Any:
 
 
 def is_raster(path: str | Path) -> bool:
-    """Whether the path opens as a raster with a band; a vector file, a text table, or nothing at all is none."""
+    """Whether the path opens as a raster with a band; not a vector file, a text table, or a missing file."""
     if "|" in str(path) or not Path(path).is_file():
         return False
     refuse_missing(path, "raster")
@@ -305,7 +306,7 @@ def is_raster(path: str | Path) -> bool:
 
 
 def refuse_cut_off(source: Any, path: str | Path) -> None:
-    """Where GDAL reads what is missing at the end of a file as 0 without a word (the other formats raise)."""
+    """Reject truncated files if GDAL silently reads the missing end as 0 (the other formats raise)."""
     if source.driver == "AAIGrid":
         refuse_broken_ascii(path, source.width, source.height)
     needed = source.width * source.height * source.count * np.dtype(source.dtypes[0]).itemsize
@@ -314,7 +315,7 @@ def refuse_cut_off(source: Any, path: str | Path) -> None:
 
 
 def read_values(source: Any, window: Window, dtype: Any) -> np.ndarray:
-    """A window of band 1, scale and offset applied, NaN for what is masked or not finite; rows as in the file."""
+    """A window of band 1, scale and offset applied, NaN where masked or not finite; rows as in the file."""
     try:
         raw = source.read(1, window=window, masked=True)
     except RasterioError as error:

@@ -1,4 +1,4 @@
-"""Commands that fix a raster, for messages: by ``rio``, which comes with rasterio and so is there wherever we are."""
+"""Commands that fix a raster, for messages: with ``rio``, which rasterio brings and is always available."""
 
 from __future__ import annotations
 
@@ -32,9 +32,7 @@ def warp(source: Any, path: str | Path, size: str, code: str | None = None, *, c
         steps = f"{rio()} convert {quoted(path)} {first} && {rio()} edit-info {first} --crs {shlex.quote(crs)} && "
         code = code or crs
     target = f" --dst-crs {code or own_code(source)} --res {size} --resampling bilinear"
-    if not source.gcps[0] and (
-        source.transform.a < 0 or source.transform.e > 0
-    ):  # rio finds no extent of its own for these
+    if not source.gcps[0] and (source.transform.a < 0 or source.transform.e > 0):  # rio finds no extent for these
         xs, ys = zip(*(source.transform @ corner for corner in _corners(source)), strict=True)
         target += f" --bounds {min(xs):.12g} {min(ys):.12g} {max(xs):.12g} {max(ys):.12g}"
     kind = np.dtype(source.dtypes[0])
@@ -91,7 +89,7 @@ def _copy(path: str | Path, ending: str = "fixed") -> str:
 
 
 def _masked(path: str | Path) -> str:
-    """``rio calc`` leaves nodata as it is, and fails where a raster has none; one of several tiles always has."""
+    """``rio calc`` keeps nodata, and fails if a raster has none; one of several tiles always has."""
     import rasterio  # not for those who only want the words
 
     files = tiles_of(path)
@@ -102,7 +100,7 @@ def _masked(path: str | Path) -> str:
 
 
 def _as_floats(path: str | Path) -> str:
-    """``rio calc`` keeps the type of a raster, and of one of integers cuts off what is behind the point."""
+    """``rio calc`` keeps the type of a raster, and truncates decimals of an integer one."""
     import rasterio
 
     with rasterio.open(tiles_of(path)[0]) as source:

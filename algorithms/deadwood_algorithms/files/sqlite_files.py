@@ -1,8 +1,8 @@
-"""What SQLite keeps beside a GeoPackage, and whether another program holds one. Standard library only.
+"""The files that SQLite keeps beside a GeoPackage, and whether another program has one open. Standard library only.
 
-Changes that are not merged yet stand in a ``-wal`` beside the file, what an unfinished change replaced in a
+Changes that are not merged yet are in a ``-wal`` beside the file, content replaced by an unfinished change in a
 ``-journal``. Both belong to the file's name, not to its content: beside another file of that name SQLite replays them
-into it. A program that died leaves them.
+into it. A program that crashed leaves them behind.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def beside(place: Path) -> list[Path]:
 
 
 def unmerged(place: Path) -> list[Path]:
-    """Those of them that decide what is read."""
+    """Those of them that affect what is read."""
     return [each for each in beside(place) if not each.name.endswith(SHARED_MEMORY) and _size(each)]
 
 

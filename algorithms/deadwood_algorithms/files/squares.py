@@ -15,9 +15,9 @@ SIDE = 2048  # cells; 16 MB of heights
 def by_block(
     row: NDArray[np.float64], column: NDArray[np.float64], side: int
 ) -> Iterator[tuple[tuple[int, int], NDArray[np.intp]]]:
-    """Each square of cells that holds some of these, by its own row and column among the squares, and which it holds.
+    """Each square of cells that contains some of these, by its row and column among the squares, and the cells in it.
 
-    row, column : of cells, shape (n,); cells beyond the raster fall into squares beyond it
+    row, column : of cells, shape (n,); cells beyond the raster belong to squares beyond it
     """
     key = np.stack([row // side, column // side], axis=1).astype(np.int64)
     blocks, owner = np.unique(key, axis=0, return_inverse=True)

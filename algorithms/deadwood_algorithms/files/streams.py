@@ -67,8 +67,9 @@ def write_layer(path: Path, name: str, stream: Stream, **options: Any) -> None:
 
 
 def write_geoparquet(path: Path, stream: Stream) -> None:
-    """A file of its own with the metadata that GeoParquet asks for (version 1.1), a row group a piece, and the box of
-    each geometry, which geopandas does not show but uses: ``read_parquet(path, bbox=...)``."""
+    """A file with the metadata required by GeoParquet (version 1.1), one row group per piece, and the bounding box of
+    each geometry, which geopandas does not show but uses: ``read_parquet(path, bbox=...)``.
+    """
     first = stream.first
     bounds = np.full(6, np.nan)
     plain = _schema(first)

@@ -67,7 +67,7 @@ class Style:
 
 
 def of_layer(name: str, frame: geopandas.GeoDataFrame) -> Style | None:
-    """The style of a layer, by its name and, for a name that is not in the table, by what its columns hold."""
+    """The style of a layer, by its name or, for an unknown name, by its columns."""
     kind = kind_of(frame)
     if kind is None:
         return None
@@ -169,7 +169,7 @@ def _percent(column: str) -> str:
     return f'format_number(100 * "{column}", if("{column}" < 0.0995, 1, 0))'
 
 
-# As `percent_with_interval` says it: no log, and every log, is a bound and no number.
+# As in `percent_with_interval`: no log, and every log, is a bound, not a number.
 _SHARE = (
     f"CASE WHEN \"n_reach\" = 0 THEN '< ' || {_percent('ci_high')} "
     f'WHEN "n_reach" = "n_total" THEN \'> \' || {_percent("ci_low")} '

@@ -1,6 +1,7 @@
-"""Text tables as people have them: any separator, decimal commas, BOM, UTF-8, UTF-16 or latin-1, header or none.
+"""Text tables in the formats that occur in practice: any separator, decimal commas, BOM, UTF-8, UTF-16 or latin-1, with
+or without header.
 
-Numbers may be grouped (2'600'000, 2.600.000,5 or 2,600,000.5). Where a column alone cannot tell (1.234), a point or a
+Numbers may be grouped (2'600'000, 2.600.000,5 or 2,600,000.5). If a column alone cannot decide (1.234), a point or a
 comma is decimal.
 """
 
@@ -32,7 +33,7 @@ MOST_TITLE_LINES = 12
 MEMORY_TIMES = 20  # the file's size, while it is cut into cells; 16 measured on 600 000 rows
 NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 GROUPED = r"(?<=\d)['’ \u00a0\u202f](?=\d{3}(\D|$))"  # 2'600'000, as Swiss spreadsheets write it; 2 600 000
-# 2.600.000,5 (and 2,600,000.5 with point and comma exchanged): one cell that can be nothing else tells the whole column
+# 2.600.000,5 (and 2,600,000.5 with point and comma exchanged): one unambiguous cell decides for the whole column
 FORMULA = ("=", "+", "-", "@", "\t", "\r")  # with which a spreadsheet begins to calculate
 OPTION = re.compile(r"--[a-z][a-z0-9-]*")  # of a tool: nothing to calculate
 GROUPED_POINTS = r"[-+]?\d{1,3}(\.\d{3})+(,\d*)?"
@@ -276,14 +277,14 @@ def _numbers(cells: pd.Series) -> pd.Series:
     elif _grouped_by_points(known.str.translate(EXCHANGED)):
         plain = plain.str.replace(",", "", regex=False)
     elif known.str.contains(",", regex=False).any() and known.str.contains(".", regex=False).any():
-        return text  # 1.234 beside 35,5 in one column: what the point means, nobody can tell
+        return text  # 1.234 beside 35,5 in one column: the meaning of the point is ambiguous
     numbers = pd.Series(pd.to_numeric(plain.str.replace(",", ".", regex=False), errors="coerce"))
     numbers[gaps] = np.nan
     return numbers if numbers.notna().sum() == len(known) and (len(known) or text.isna().all()) else text
 
 
 def _grouped_by_points(cells: pd.Series) -> bool:
-    """Whether points stand before every third digit of these cells, a comma before the decimals, beyond doubt."""
+    """Whether points precede every third digit of these cells and a comma the decimals, unambiguously."""
     if not cells.str.fullmatch(SURELY_GROUPED_POINTS).any():
         return False
     return bool((cells.str.fullmatch(GROUPED_POINTS) | cells.str.fullmatch(PLAIN_COMMA)).all())

@@ -122,7 +122,7 @@ class Mosaic:
         self._told = False
 
     def _refuse_scattered(self, sizes: NDArray[np.int64]) -> None:
-        """Refuse tiles that lie so far apart that next to nothing of what they span has a height."""
+        """Reject tiles so far apart that almost nothing of their extent has a height."""
         spanned, covered = float(self.height) * self.width, float((sizes[:, 0] * sizes[:, 1]).sum())
         if spanned < MOST_SPANNED_CELLS or covered > LEAST_COVERED * spanned:
             return
@@ -194,9 +194,10 @@ class Mosaic:
             )
 
     def vrt(self, beside: Path | None = None) -> str:
-        """The XML of a GDAL virtual raster of these tiles, for programs that read one; paths are seen from ``beside``.
+        """The XML of a GDAL virtual raster of these tiles, for programs that read one; paths are relative to
+        ``beside``.
 
-        Its sources stand in the reverse order: in a virtual raster the last one counts.
+        Its sources are in reverse order: in a virtual raster the last one counts.
         """
         kind = {"float32": "Float32", "float64": "Float64", "uint8": "Byte"}.get(self.dtypes[0], self.dtypes[0].title())
         kind = kind.replace("Uint", "UInt")
@@ -249,8 +250,8 @@ def _refuse_foreign(tile: Tile, first: Tile) -> None:
         )
     if (a.e < 0) != (b.e < 0):
         raise UserError(
-            f"{tile.path}: the tile's rows run the other way than those of {first.path} (north-up, south-up), but all "
-            f"must run alike; {fix}"
+            f"{tile.path}: the tile's rows run in the opposite direction to those of {first.path} (north-up, "
+            f"south-up), but all must have the same direction; {fix}"
         )
     one, other = (pyproj.CRS.from_wkt(each.crs.to_wkt()) if each.crs else None for each in (tile, first))
     if (one is None) != (other is None) or (one is not None and other is not None and not same_crs(one, other)):

@@ -47,14 +47,14 @@ ALSO |= {
 }
 ALSO |= {"density": ("dichte", "rohdichte", "densité", "densità"), "speed": ("geschwindigkeit", "vitesse", "velocità")}
 ALSO |= {"azimuth": ("azimut",), "tilt": ("neigung",)}
-IN_METRES = ("barriers",)  # layers whose lengths are in metres when the name of the field tells no unit
+IN_METRES = ("barriers",)  # layers whose lengths are in metres if the name of the field has no unit
 BRACKETED = re.compile(r"(.*?)[\s_]*[\[({]\s*([^\])}]*?)\s*[\])}]")
 APART = re.compile(r"(.*?)(?:\s*[,/]\s*|\s+)(?:in\s+)?(mm|cm|dm|m|in|ft|°|kg/m[3³]|m/s|km/h)")
 JOINED = re.compile(r"(.*?)_(mm|cm|dm|m|in|ft)")
 
 
 class Named(NamedTuple):
-    """A field's name without its unit, in lower case; the unit, empty where none is known; what is in brackets."""
+    """A field's name without its unit, in lower case; the unit, empty if unknown; the text in brackets."""
 
     plain: str
     unit: str = ""
@@ -80,7 +80,7 @@ def factor(unit: str, target: str) -> float | None:
 
 
 def scaled(column: pandas.Series, times: float) -> pandas.Series:
-    """A column times a factor; cells that are no numbers stay as they are, for the message that names them."""
+    """A column times a factor; cells that are not numbers are kept for the message that names them."""
     import pandas
 
     if times == 1.0:
@@ -110,7 +110,7 @@ def with_schema_names(frame: Any, what: str, where: str, feedback: Feedback) -> 
             frame = frame.assign(**{str(name): scaled(frame[name], times)}) if times != 1.0 else frame
             continue
         alike = list(_alike(frame, column))
-        if what in IN_METRES and column.unit == "m" and alike:  # nobody gives a net's height in another unit
+        if what in IN_METRES and column.unit == "m" and alike:  # the height of a net is never given in another unit
             renamed[alike[0]] = column.name
             feedback.note(f"{where}: the field '{alike[0]}' is read as {column.name}, in metres")
             continue
@@ -143,7 +143,7 @@ def _alike(frame: pandas.DataFrame, column: schemas.Column) -> Iterator[Any]:
 
 
 def say_defaults(frame: pandas.DataFrame, what: str, defaults: dict[str, Any], where: str, feedback: Feedback) -> None:
-    """Say which values are taken from options while the layer has fields of numbers that nobody understood."""
+    """Report which values are taken from options while the layer has numeric fields that were not recognised."""
     import pandas
 
     known = {column.name for column in schemas.columns_of(what)}
@@ -156,5 +156,5 @@ def say_defaults(frame: pandas.DataFrame, what: str, defaults: dict[str, Any], w
     if lacking and idle:
         values = ", ".join(f"{name} {defaults[name]:g}" for name in lacking)
         feedback.note(
-            f"{where}: of the fields, {', '.join(idle)} are not used; for what is lacking the options count: {values}"
+            f"{where}: the fields {', '.join(idle)} are not used; the options supply what is missing: {values}"
         )

@@ -43,7 +43,7 @@ from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.schemas.written import geometry_named
 
 # GEOS's codes of Point; LineString, LinearRing, MultiLineString; Polygon, MultiPolygon. A MultiPoint of several points
-# is no single place, so it is refused.
+# is not a single place and is therefore rejected.
 SHEETS = (".xlsx", ".xls", ".ods")  # spreadsheets: rows of cells
 TYPE_CODES = {"point": (0,), "line": (1, 2, 5), "polygon": (3, 6)}
 CURVES = re.compile(
@@ -52,7 +52,7 @@ CURVES = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 WKT_NAMES = ("wkt", "wkt_geom", "geometry", "geom", "the_geom")  # columns that may hold shapes as text
-# Memory of a layer as it is read, measured on a million releases of 13 fields (620 a row).
+# Memory of a layer while it is read, measured on a million releases with 13 fields (620 a row).
 ROW_BYTES, FIELD_BYTES = 150, 60
 RINGS_CLOSED = "rings that do not close were closed; check these polygons"
 FARTHEST = 1e9  # a coordinate beyond this is in no CRS on Earth, in whatever unit
@@ -114,9 +114,9 @@ def read_vector(
 
 
 def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> pd.DataFrame:
-    """Read the rows of a text table or vector layer as they are: a GeoDataFrame where the file holds geometries.
+    """Read the rows of a text table or vector layer unchanged: a GeoDataFrame if the file contains geometries.
 
-    Of a file of several layers that one is read which alone holds anything, or alone has the geometry that is wanted.
+    Of a file with several layers, the only non-empty one is read, or the only one with the wanted geometry.
     """
     name, layer = _name_and_layer(path)
     if is_text_table(name) and not layer:
@@ -145,9 +145,9 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
         frame = sheet_table(frame)
     _refuse_twins(frame, name)
     if left:
-        state = "holds changes that are not merged yet, which count"
+        state = "holds changes that are not merged yet; they are included"
         if left[0].name.endswith(JOURNAL):
-            state = "shows that its writer died, or is, within a change, which does not count"
+            state = "shows that its writer stopped or still is within a change; that change is not included"
         said = f"{left[0].name} beside it {state}"
         frame.attrs["notes"] = (said, *frame.attrs.get("notes", ()))
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
@@ -228,9 +228,9 @@ def _reason(name: str, error: Exception) -> str:
     """Why GDAL could not read it, short; where another word helps more, that one."""
     suffix = Path(name).suffix.lower()
     if suffix in SHEETS:
-        return "a spreadsheet is best saved as CSV, and that given"
+        return "save a spreadsheet as CSV and use that"
     if suffix == "" and not Path(name).is_dir():
-        return "its name has no ending; give a text table the ending .csv"
+        return "its name has no extension; give a text table the extension .csv"
     return str(error).split(";")[0].splitlines()[0].rstrip(".")[:200]
 
 

@@ -1,7 +1,8 @@
 """The paper's findings, statement by statement, judged on runs: an order, a direction, the size of a ratio.
 
-Every rule stands here and was written before the runs; how an interval decides: ``finding``. Intervals are over logs;
-another terrain or forest they do not cover: for that there is the panel, the same finding with one chosen number moved.
+Every rule is defined here and was written before the runs; ``finding`` defines how an interval decides. Intervals are
+over logs and do not cover another terrain or forest: for that there is the panel, the same finding with one chosen
+number changed.
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ def read_site(name: str, folder: Path, prepared: Path) -> Site:
 
 
 def facts_of(path: Path, known: set[str]) -> dict[str, Any]:
-    """What ``site.json`` says in place of the paper's numbers; nothing where there is none."""
+    """Values in ``site.json`` that replace the paper's; empty if there is no such file."""
     if not path.is_file():
         return {}
     try:
@@ -117,7 +117,7 @@ def terrain_of(folder: Path, prepared: Path) -> Path:
 
 
 def write_coarser(dem: str, times: int, path: Path) -> None:
-    """The terrain model in cells larger by a factor, each the mean of what it covers."""
+    """The terrain model with cells larger by a factor, each the mean of those it covers."""
     fine = read_dem(dem)
     rows, columns = (size // times for size in fine.shape)
     values = fine.values[: rows * times, : columns * times].astype(np.float64)

@@ -1,4 +1,4 @@
-"""The tools' calls for one site of the paper: what is there, whole and of the same inputs, is not made again."""
+"""The tools' calls for one site of the paper; existing complete results with the same inputs are reused."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class SiteRuns:
         return read_dem(self.site.dem)
 
     def step(self, path: Path, name: str, what: str, **values: Any) -> Path:
-        """One call of a tool; what is there, whole and of the same inputs, parameters and engine is not made again."""
+        """One call of a tool; an existing complete result with the same inputs, parameters and engine is reused."""
         if path in self._made:
             return path
         called = self.tools[name]

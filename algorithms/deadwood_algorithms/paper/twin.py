@@ -178,7 +178,7 @@ def layer(columns: Mapping[str, Any], shapes: Any) -> geopandas.GeoDataFrame:
 def forest_layer(
     frame: Frame, k: Mapping[str, Any], free: Callable[[float, float], bool] = lambda u, v: False
 ) -> geopandas.GeoDataFrame:
-    """Trees as if mapped; none where ``free`` says so."""
+    """Trees as if mapped; none where ``free`` is true."""
     rng = np.random.default_rng(k["seed"] + 1)
     low, high = k["forest_v_m"]
     count = round(k["stems_per_ha"] * frame.width * (high - low) / 1e4)

@@ -1,4 +1,6 @@
-"""The hidden folder of what a run of `reproduce-paper` has finished, so that an interrupted one goes on from there."""
+"""The hidden folder with the finished parts of a run of `reproduce-paper`, so that an interrupted run continues from
+there.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,7 @@ def open_work(work: Path, decided_by: Mapping[str, Any], *, resume: bool, feedba
 
 
 def read_note(note: Path) -> dict[str, Any]:
-    """What a hidden note says; empty where there is none, or it is damaged."""
+    """Content of a hidden note; empty if there is none, or it is damaged."""
     try:
         note_record = json.loads(note.read_text(encoding="utf-8"))
     except (OSError, ValueError):

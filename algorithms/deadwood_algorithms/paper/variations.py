@@ -1,6 +1,6 @@
-"""The panel of sensitivity: each chosen number of a twin moved through its range, one at a time.
+"""The sensitivity panel: each chosen number of a twin moved through its range, one at a time.
 
-Fixed, with the twins, before anything slid on them. What depends on a choice is seen by what becomes of it here.
+Fixed, with the twins, before anything slid on them. It shows which findings depend on a choice.
 """
 
 from __future__ import annotations

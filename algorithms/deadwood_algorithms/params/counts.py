@@ -1,7 +1,8 @@
-"""A number with its noun, as messages say it: ``1 tree``, ``3 trees``."""
+"""A number with its noun, for messages: ``1 tree``, ``3 trees``."""
 
 from __future__ import annotations
 
+import math
 from typing import SupportsIndex
 
 
@@ -16,3 +17,12 @@ def counted(number: SupportsIndex, one: str, several: str = "") -> str:
 def none_of(number: int, one: str) -> str:
     """``no tree``, of one, and ``none of the 3 trees``; a verb in the singular follows."""
     return f"no {one}" if number == 1 else f"none of the {number} {one}s"
+
+
+def significant(value: float, digits: int, *, sign: bool = False) -> str:
+    """A number with so many digits, less zeros at its end, and never with an exponent: ``1230``, ``0.000025``."""
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}"
+    places = digits - 1 - math.floor(math.log10(abs(value)))
+    text = f"{round(value, places):{'+' if sign else ''}.{max(places, 0)}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text

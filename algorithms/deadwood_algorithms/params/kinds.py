@@ -1,8 +1,7 @@
-"""The kinds of parameters: one entry a kind, from which the command line, the checks and QGIS's dialogs are made.
+"""The kinds of parameters: one entry per kind, from which the command line, the checks and QGIS's dialogs are made.
 
-A new kind is a new entry of `KINDS`. What its values look like on a command line, how a text becomes a value, what
-of it is checked without opening a file, and which of QGIS's widgets asks for it: all of it stands there, and nowhere
-else. Standard library only.
+A new kind is a new entry of `KINDS`: how its values look on a command line, how text becomes a value, what is checked
+without opening a file, and which QGIS widget is used are defined there, and nowhere else. Standard library only.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ class Parameter:
     optional: bool = False
     unless: str = ""  # optional only because that parameter may stand for it
     advanced: bool = False
-    group: str = ""  # a heading of its own in the help, for parameters that belong together
+    group: str = ""  # a separate heading in the help, for parameters that belong together
     positional: bool = False  # on the command line it may stand without its flag; several with commas, or one by one
     old_names: tuple[str, ...] = ()  # under which it is known too, in this version (`renamed`)
     default: Any = None
@@ -152,12 +151,12 @@ def _as_numbers(parameter: Parameter, value: Any) -> Any:
     return tuple(value) if isinstance(value, Iterable) else (value,)
 
 
-# Numbers beyond these are slips in any unit that is asked for here, and calculations with them over- or underflow.
+# Numbers beyond these are errors in any unit used here, and calculations with them over- or underflow.
 SMALLEST, LARGEST = 1e-9, 1e12
-# Of a file's name, in bytes: file systems take 255, and what is written beside it has longer names.
+# Of a file's name, in bytes: file systems permit 255, and files written beside it have longer names.
 LONGEST_NAME, LONGEST_OF_ALL = 200, 255
 
-# --- what of a value is checked -------------------------------------------------------------------------------------
+# --- checks of a value --------------------------------------------------------------------------------------------
 
 
 def _check_nothing(parameter: Parameter, value: Any) -> None:
@@ -259,31 +258,31 @@ class Kind:
     Attributes
     ----------
     metavar : str
-        What stands for a value in the help; empty: the choices.
+        Placeholder of a value in the help; empty: the choices.
     direction : str
         ``input``: the path of something that is read, ``output``: of something that is written, else ``setting``.
     from_text : callable
-        The value that a flag's text stands for.
+        Convert the text of a flag to a value.
     from_value : callable
-        The value that a flag would give, from what is in a file of parameters or comes from Python.
+        Convert what is in a file of parameters, or comes from Python, to the value that a flag would give.
     check : callable
-        Raises `UserError` when a value does not fit.
+        Raises `UserError` if a value does not fit.
     json_as_it_is : bool
-        In a file of parameters the value stands as JSON has it (a number, true); else it must be a text there.
+        In a file of parameters the value has its JSON type (a number, true); otherwise it must be a text there.
     number_as_text : bool
-        A number is taken for the text of it, as one types it.
+        A number is accepted for its text, as typed.
     number_or_text : bool
-        It stands as a number where it is one, else as a text; a text that reads as a number is that number.
+        A number if it is one, otherwise a text; a text that reads as a number is that number.
     whole, several : bool
-        It stands for a whole number; for several numbers.
+        A whole number; several numbers.
     lists, crs : bool
-        From Python also a list of words will do; also an object that stands for a CRS.
+        Python also accepts a list of words; also an object that represents a CRS.
     ending : str or None
         Of an output without a name; empty: it is a folder, None: the parameter decides.
     switch : bool
         The flag takes no value: ``--overwrite``, ``--no-overwrite``.
     widget : str
-        The widget of the QGIS plugin that asks for it, by the name of the kind that it is made for; empty: its own.
+        The widget of the QGIS plugin, by the name of the kind for which it is made; empty: this kind's.
         A widget that the plugin does not have is a line of text.
     """
 

@@ -1,8 +1,8 @@
-"""Numbers that a user picks by name: what each says, where it is from, and what to mind.
+"""Values that a user selects by name, each with its content, source and caveats.
 
-The one table of them. A tool offers a part of it as a choice, says what the choice set and what the user's own options
-set in its place (`Taken`), and writes it into its manifest. No number stands here without its source; what was computed
-from sources is called so. Standard library only.
+The only table of them. A tool offers a part of it as a choice, reports what the choice set and which of the user's
+options override it (`Taken`), and writes it to its manifest. Every number has its source; numbers computed from sources
+are marked as such. Standard library only.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Preset:
     about: str
     values: Mapping[str, float]
     source: str
-    mind: str = ""  # what to mind with it
+    mind: str = ""  # caveats
     law: str = ""  # of a wood: the published law between DBH and height (`trees.allometry`)
     cell_m: float = 0.0  # of a friction: cells of the terrain model on which it was found; 0: it was measured
 
@@ -40,7 +40,7 @@ class Preset:
 
 @dataclass(frozen=True)
 class Taken:
-    """A preset as a tool took it: what it set, and the options that were given and overrode it."""
+    """A preset as used by a tool: the values that it set, and the options that override it."""
 
     preset: Preset
     option: str  # the flag that named it
@@ -49,7 +49,7 @@ class Taken:
 
     @classmethod
     def of(cls, preset: Preset, option: str, given: Mapping[str, Any]) -> Taken:
-        """``given``: the user's own value of each option, None where there is none."""
+        """``given``: the user's own value of each option, None if there is none."""
         own = {name: given[name] for name, value in preset.values.items() if _is_other(given.get(name), value)}
         return cls(preset, option, {name: value for name, value in preset.values.items() if name not in own}, own)
 
@@ -59,7 +59,7 @@ class Taken:
 
     @property
     def said(self) -> str:
-        """One line: what the preset set, from where, what overrode it, and what to mind."""
+        """One line: what the preset set, its source, what overrides it, and its caveats."""
         sets = ", ".join(f"{name} {value:.4g}" for name, value in self.sets.items())
         text = f"sets {sets} ({self.preset.source})" if sets else "sets nothing"
         before = "".join(
@@ -263,14 +263,14 @@ class BarrierClasses:
     mind: str
 
     def class_of(self, energy_kj: float) -> tuple[str, float]:
-        """The weakest class that holds an energy, and what it holds [kJ] (infinite above the last; NaN of NaN)."""
+        """The weakest class that holds an energy, and its limit [kJ] (infinite above the last; NaN for NaN)."""
         if math.isnan(energy_kj):
             return "", math.nan
         return next(((name, holds) for name, holds in self.rows if energy_kj <= holds), (self.above, math.inf))
 
     @property
     def said(self) -> str:
-        """Whose classes they are, and what to mind."""
+        """Source of the classes, and caveats."""
         return f"--barrier-classes {self.name}: {self.source}; {self.mind}"
 
     def record(self, energy_kj: float, high_kj: float) -> dict[str, str]:
@@ -325,7 +325,7 @@ BARRIERS = {
 
 @dataclass(frozen=True)
 class DesignRule:
-    """How a national rule makes a design value of a percentile: the percentile, and what it is multiplied by."""
+    """How a national rule derives a design value from a percentile: the percentile, and its factor."""
 
     name: str
     about: str
@@ -342,7 +342,7 @@ class DesignRule:
 
     @property
     def said(self) -> str:
-        """Whose rule it is, and what to mind."""
+        """Source of the rule, and caveats."""
         return f"--rule {self.name}: {self.values_shown}; {self.source}; {self.mind}"
 
     def record(self, row: Mapping[str, Any]) -> dict[str, Any]:

@@ -69,7 +69,7 @@ class FidelityOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class KeptOptions:
-    """How many logs slide, and what is kept of them."""
+    """How many logs slide, and which of their results are stored."""
 
     trajectories: str = tool.text(
         "Logs whose trajectory is kept: all, none, or how many", default="1000", help="Chosen by seed and log_id alone."

@@ -111,13 +111,13 @@ def _is_binomial(words: list[str]) -> bool:
 
 
 def _words(text: str) -> list[str]:
-    """Words without case, accents, hyphens and what is in brackets; ß is ss."""
+    """Words without case, accents, hyphens and text in brackets; ß is ss."""
     plain = unicodedata.normalize("NFKD", re.sub(r"\(.*?\)", " ", text.casefold()))
     return re.findall(r"[a-z]+", "".join(each for each in plain if not unicodedata.combining(each)))
 
 
 def _digraphs(name: str) -> str:
-    """German as it is written without umlauts: Föhre as Foehre."""
+    """German spelling without umlauts: Föhre as Foehre."""
     for one, two in (("ä", "ae"), ("ö", "oe"), ("ü", "ue")):
         name = name.replace(one, two).replace(one.upper(), two.capitalize())
     return name

@@ -266,14 +266,15 @@ class Outcome:
     facts: Mapping[str, Any] = field(default_factory=dict)
     lines: tuple[str, ...] = ()  # printed after the run, for a reader
     status: int = 0  # with which the command ends
+    then: str = ""  # the command that follows, where the tool's ``then`` cannot know it
 
     @classmethod
     def of_folder(
-        cls, output: str, parts: Mapping[str, str], facts: Mapping[str, Any], lines: tuple[str, ...]
+        cls, output: str, parts: Mapping[str, str], facts: Mapping[str, Any], lines: tuple[str, ...], then: str = ""
     ) -> Outcome:
-        """Of a tool that makes a folder: itself, and the names of the files in it by what each is."""
+        """For a tool that makes a folder: the folder itself, and the names of the files in it by meaning."""
         folder = Path(output)
-        return cls({"output": folder} | {key: folder / name for key, name in parts.items()}, facts, lines)
+        return cls({"output": folder} | {key: folder / name for key, name in parts.items()}, facts, lines, then=then)
 
 
 @dataclass(frozen=True)
@@ -286,7 +287,7 @@ class Tool:
     Ask: type
     run: Callable[[Any, Feedback], Outcome]
     in_qgis: bool = True
-    then: str = ""  # the command that mostly follows, said last: {dem}, {output} stand for what was given and made
+    then: str = ""  # the command that usually follows, printed last: {dem}, {output} stand for what was given and made
 
     @property
     def qgis_id(self) -> str:
@@ -346,7 +347,7 @@ def taken(ask: Any, record: type[Record]) -> Record:
 
 
 def inputs_of(tool: Tool, ask: Any) -> dict[str, str]:
-    """The path of everything that a tool was asked to read, by parameter; what may be a path, if something is there."""
+    """The paths of all inputs of a tool, by parameter; for a text that may be a path, if something exists there."""
     found = {}
     for each in tool.parameters():
         value = getattr(ask, each.name)
@@ -363,7 +364,7 @@ _moving: ContextVar[tuple[tuple[str, str], ...]] = ContextVar("_moving", default
 
 @contextmanager
 def moving_to(made_in: str | Path, final: str | Path) -> Iterator[None]:
-    """Within it, a manifest names what lies in the folder ``made_in`` by the place that it will have in the end."""
+    """Within it, a manifest names files in the folder ``made_in`` by their final place."""
     token = _moving.set(((os.path.abspath(made_in), os.path.abspath(final)), *_moving.get()))
     try:
         yield
@@ -389,10 +390,10 @@ class TakesPresets:
 
 
 def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
-    """What a run was made of, and by which version and engine; the file works as ``--config`` of the same tool.
+    """What made a result, by which version and engine; the file works as ``--config`` of the same tool.
 
-    Paths are absolute, so it does from any folder. ``folder`` says where the manifest was to stand, so that inputs are
-    found again where all has been moved together.
+    Paths are absolute, so it works from any folder. ``folder`` is the folder of the manifest, so that inputs are
+    found again if everything is moved together.
     """
     values = {each.name: anywhere(each, getattr(ask, each.name)) for each in tool.parameters()}
     places = [values[each.name] for each in tool.parameters() if each.kind == "output_folder" and values[each.name]]
@@ -405,10 +406,10 @@ def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
 
 @cache
 def engine_digest() -> str:
-    """Of the engine's sources and its compiler: two runs with the same one are slid alike, bit for bit.
+    """Digest of the engine's sources and its compiler: two runs with the same one are identical, bit for bit.
 
-    The one that names the engine's cache of kernels, by the engine's own file but without importing its compiler. It is
-    asked once a process: what is edited while a run works does not work in it.
+    The same digest names the engine's cache of kernels; it is computed by the engine's own file, without importing its
+    compiler, once per process: edits while a run works have no effect in it.
     """
     from importlib import util
 

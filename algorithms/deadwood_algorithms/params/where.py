@@ -1,4 +1,4 @@
-"""Where logs are slid: the options of every tool that slides, declared once, and the record that it hands on."""
+"""Where logs are slid: the options of every tool that slides logs, declared once, and the record that is passed on."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from deadwood_algorithms.params import tool
 class Where:
     """Where logs are slid: on threads of this process, or on the workers of a Dask scheduler.
 
-    threads : None for one a core; scheduler : None, ``local`` or an address; workers : started, or waited for
-    name : what is slid, on the scheduler's page
+    threads : None for one per core; scheduler : None, ``local`` or an address; workers : started, or waited for
+    name : of the work, on the scheduler's page
     """
 
     threads: int | None = None

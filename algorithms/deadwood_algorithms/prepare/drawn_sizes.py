@@ -1,4 +1,4 @@
-"""Two correlated sizes drawn for each of many things: normal, and drawn again where there is no such thing.
+"""Two correlated sizes drawn for each of many items: normal, and drawn again if impossible.
 
 For `generate_forest` (DBH and height) and `release_logs` (DBH and length).
 """
@@ -10,7 +10,7 @@ import numpy as np
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats import draws
 
-TURNS = 100  # of drawing a size; whoever needs more has mistaken a unit
+TURNS = 100  # of drawing a size; if more are needed, the unit is wrong
 
 
 def draw_pair(
@@ -25,8 +25,8 @@ def draw_pair(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Two sizes of each item, to 0.01, and how many draws were below ``least`` and repeated.
 
-    Means, standard deviations and correlation are numbers, or arrays with one each an item. An item's sizes are its
-    own: they depend on the seed and its id alone. ``complaint`` says what is wrong when hardly a draw will do.
+    Means, standard deviations and correlation are numbers, or arrays with one per item. The sizes of an item
+    depend on the seed and its id alone. ``complaint`` is the error message if hardly any draw is possible.
     """
     means, sds = (
         (np.broadcast_to(each, items.shape) for each in mean),

@@ -1,4 +1,4 @@
-"""What synthetic slopes are made of: random relief, and trees that keep their distance. Arrays only.
+"""Components of synthetic slopes: random relief, and trees with a minimum distance. Arrays only.
 
 The slopes themselves, with their numbers, are in the packages that need them (the sample's, and the paper's twins).
 """

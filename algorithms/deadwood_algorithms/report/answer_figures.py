@@ -15,13 +15,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from deadwood_algorithms.files.pictures import scale_and_north, show_dots, show_lines, show_quantity, show_scale
+from deadwood_algorithms.files.pictures import (
+    scale_and_north,
+    show_dots,
+    show_ends,
+    show_lines,
+    show_quantity,
+    show_scale,
+)
 from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.report.figures import INK, WIDTH, Drawing, plain
 from deadwood_algorithms.report.plan import (
     MOST_DOTS,
     draw_relief,
-    legend_below,
+    legend_of_map,
     lines_of_shapes,
     map_frame,
     roads,
@@ -32,7 +39,6 @@ from deadwood_algorithms.report.sources import ReportedRun, thinned_raster
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.schemas.looks import BARRIER, BRINGS, CHOSEN, HIGH_END, KEEPS, LOW_END, PLAIN
 
-MOST_BARS = 12
 NARROW = 5.6  # inches, of one map of several
 NAMED = 5  # of the things that keep most logs away, on the map
 # map -> (title's phrase, which class of a block of cells is shown: the gravest)
@@ -44,7 +50,7 @@ CLASS_MAPS: dict[str, tuple[str, Callable[..., Any]]] = {
 
 
 def drawings_of_answers(source: ReportedRun, words: Words, key: str) -> dict[str, Drawing]:
-    """The figures of what was named with ``--results``, by what they show."""
+    """The figures of the results named with ``--results``, by content."""
     found: dict[str, tuple[str, Callable[[], Figure]]] = {}
     values = source.answers.tree_effect.get("values")
     if values is not None and len(values):
@@ -61,7 +67,9 @@ def drawings_of_answers(source: ReportedRun, words: Words, key: str) -> dict[str
     if "map-origins" in folders:
         found["from_where"] = "from_where", partial(origins_figure, source, folders["map-origins"][0], words)
     if "vary" in folders:
-        found["varied"] = "varied", partial(tornado_figure, folders["vary"][1], words)
+        facts = folders["vary"][1]
+        for k, outcome in enumerate(outcomes_of(facts)):
+            found[f"varied_{k}"] = "varied", partial(tornado_figure, facts, outcome, words)
     return {name: Drawing(f"{key}_{name}", words.say(title), draw, words) for name, (title, draw) in found.items()}
 
 
@@ -75,7 +83,7 @@ def _slope(source: ReportedRun, words: Words) -> tuple[Figure, Any, list[Any]]:
 
 def _finished(figure: Figure, axes: Any, handles: list[Any]) -> Figure:
     scale_and_north(axes)
-    legend_below(figure, handles)
+    legend_of_map(figure, handles)
     return figure
 
 
@@ -99,7 +107,7 @@ def tree_effect_figure(source: ReportedRun, values: Any, words: Words) -> Figure
     for k in [k for k in np.argsort(-gain, kind="stable")[:NAMED] if gain[k] > 0.0]:
         axes.annotate(
             plain(shapes.index[k][1]), (x[k], y[k]), xytext=(5, 4), textcoords="offset points", color="#111111",
-            fontsize=7, zorder=9, bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "linewidth": 0},
+            zorder=9, bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "linewidth": 0},
         )  # fmt: skip
     handles += [
         Line2D([], [], linestyle="none", marker="o", markersize=size, color=colour, label=words.say(phrase))
@@ -170,34 +178,27 @@ def outcome_words(name: str, words: Words) -> str:
     return words.say("outcome_runout")
 
 
-def tornado_figure(facts: dict[str, Any], words: Words) -> Figure:
-    """For each outcome a bar a factor, from its low to its high end, the strongest at the top."""
-    names = outcomes_of(facts)[:4]
-    many = min(MOST_BARS, len(facts["factors"]))
-    figure = Figure(figsize=(WIDTH, (0.9 + 0.36 * many) * len(names) + 0.3), layout="constrained")
-    panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
-    for axes, name in zip(panels, names, strict=True):
-        rows = [row for row in facts["tornado"] if row["outcome"] == name][:MOST_BARS]
-        scale = 100.0 if name.startswith("reach_") else 1.0
-        base = scale * rows[0]["as_it_is"]
-        for k, row in enumerate(rows):
-            ends = [(scale * row["at_low"] - base, LOW_END), (scale * row["at_high"] - base, HIGH_END)]
-            # the longer one below, so that both are seen where they lie on one side
-            for change, colour in sorted(ends, key=lambda each: -abs(each[0])):
-                axes.barh(k, change, 0.62, left=base, color=colour, zorder=2)
-            swing = swing_words(row, scale, words)
-            axes.text(1.01, k, swing, transform=axes.get_yaxis_transform(), va="center", fontsize=8)
-        axes.axvline(base, color=INK, linewidth=1.2, zorder=3)
-        labels = [plain(f"{factor_words(row['factor'], words)}, {range_words(row, words)}") for row in rows]
-        axes.set_yticks(range(len(rows)), labels)
-        axes.set(ylim=(len(rows) - 0.4, -0.6), xlabel=plain(outcome_words(name, words)))
-        axes.grid(axis="y", visible=False)
+def tornado_figure(facts: dict[str, Any], outcome: str, words: Words) -> Figure:
+    """A bar a factor, from its low to its high end, in the order of the table."""
+    rows = [row for row in facts["tornado"] if row["outcome"] == outcome]
+    figure = Figure(figsize=(WIDTH, 1.3 + 0.26 * len(rows)), layout="constrained")
+    axes = figure.subplots()
+    scale = 100.0 if outcome.startswith("reach_") else 1.0
+    base = scale * rows[0]["as_it_is"]
+    for k, row in enumerate(rows):
+        show_ends(axes, k, base, scale * row["at_low"], scale * row["at_high"])
+        axes.text(1.01, k, swing_words(row, scale, words), transform=axes.get_yaxis_transform(), va="center")
+    axes.axvline(base, color=INK, linewidth=1.2, zorder=3)
+    labels = [plain(f"{factor_words(row['factor'], words)}, {range_words(row, words)}") for row in rows]
+    axes.set_yticks(range(len(rows)), labels)
+    axes.set(ylim=(len(rows) - 0.4, -0.6), xlabel=plain(outcome_words(outcome, words)))
+    axes.grid(axis="y", visible=False)
     handles = [
         Patch(color=LOW_END, label=words.say("low_end")),
         Patch(color=HIGH_END, label=words.say("high_end")),
     ]
     handles.append(Line2D([], [], color=INK, linewidth=1.2, label=words.say("as_it_is")))  # type: ignore[arg-type]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
 

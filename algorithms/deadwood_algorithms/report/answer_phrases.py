@@ -8,7 +8,7 @@ ANSWER_PHRASES = {
         "How many more logs would reach the line without the object: the same, log by log, as in a run without it. "
         "The effects of several objects do not add up."
     ),
-    "tree_effect_counts": "{line}: of {n} {what}, {keep} keep logs away and {bring} bring some.",
+    "tree_effect_counts": "{line}, {what}: {n} in all; logs are kept away by {keep}, brought by {bring}.",
     "tree_effect_none": "None of them changes how many logs reach {line}.",
     "tree_effect_of_some": "Computed with {n} of the run's {all} logs.",
     "planted": "Effect of a tree or log added there",

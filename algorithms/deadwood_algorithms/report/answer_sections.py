@@ -1,6 +1,6 @@
 """The sections with the results of other tools: effect of trees, barriers, classes, origins, most influential inputs.
 
-What the tool said of itself, and what is left to an expert, stands beside its numbers.
+The tool's own remarks, and what an expert must judge, are beside its numbers.
 """
 
 from __future__ import annotations
@@ -169,7 +169,9 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
 
 
 def period_of(row: Mapping[str, Any], words: Words) -> str:
+    """A return period; its lower end is of chance and of the logs that left before it together."""
     years, low, high = (number(row.get(f"return_{name}_years")) for name in ("period", "ci_low", "ci_high"))
+    low = number(row.get("return_ci_low_years_if_lost", low))  # older results lack it
     if not np.isfinite(years):
         return words.say("longer_than", years=shown_number(low, words))
     ends = f"{shown_number(low, words)} {words.say('to')} {shown_number(high, words)}"
@@ -213,23 +215,23 @@ def from_where(source: ReportedRun, drawings: Mapping[str, Drawing], words: Word
 
 
 def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    """The sentence of each outcome, the tornado, and its numbers."""
+    """The sentence of each outcome, its tornado, and its numbers."""
     if "vary" not in source.answers.folders:
         return []
     facts = source.answers.folders["vary"][1]
     answers = {each["outcome"]: each for each in facts["answers"]}
     items = [element("li", influence_words(answers[name], words)) for name in outcomes_of(facts) if name in answers]
     note = words.say("varied_note", n=facts["logs"], runs=facts["runs"], fidelity=facts.get("fidelity", "?"))
-    parts: Parts = [element("ul", *items), figure_of(drawings.get("varied"), note)]
+    parts: Parts = [element("ul", *items), element("p", note, class_="quiet")]
     totals = {
         (row["outcome"], row["factor"]): row for row in facts["indices"] if np.isfinite(number(row["total"]))
     }  # where the logs' own noise leaves anything of the variance
     head = [words.say(each) for each in ("factor", "range", "low_end", "as_it_is", "high_end", "swing")]
     head += [words.say("total_effect")] if totals else []
-    for name in outcomes_of(facts):
+    for k, name in enumerate(outcomes_of(facts)):
         scale = 100.0 if name.startswith("reach_") else 1.0
         rows = []
-        for row in (r for r in facts["tornado"] if r["outcome"] == name):  # the strongest first, as in its picture
+        for row in (r for r in facts["tornado"] if r["outcome"] == name):
             ends = [shown_number(scale * row[each], words) for each in ("at_low", "as_it_is", "at_high")]
             swing = swing_words(row, scale, words)
             cells = [factor_words(row["factor"], words), range_words(row, words), *ends, swing]
@@ -238,7 +240,7 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
                 low, high = number(index.get("total_ci_low")), number(index.get("total_ci_high"))
                 cells.append(with_interval(number(index.get("total")), low, high, words))
             rows.append(cells)
-        parts.append(table(head, rows, outcome_words(name, words)))
+        parts += [figure_of(drawings.get(f"varied_{k}")), table(head, rows, outcome_words(name, words))]
     return parts
 
 

@@ -29,7 +29,7 @@ WORTH_LAYERS = ("values", "planted")
 
 
 def read_answers(named: str, sources: Sequence[ReportedRun]) -> None:
-    """Give each run what was named of it; what is of no run of the page, or of no such tool, is refused."""
+    """Assign the named results to their runs; results of another run, or of an unsuitable tool, are rejected."""
     for place in places_of(named):
         if place.is_file() and place.suffix.lower() == ".gpkg":
             _take_tree_effects(place, sources)
@@ -38,7 +38,7 @@ def read_answers(named: str, sources: Sequence[ReportedRun]) -> None:
 
 
 def places_of(named: str) -> list[Path]:
-    """The paths between the commas; parts that are no path by themselves belong to the next."""
+    """The paths between the commas; parts that are not paths belong to the next."""
     found, name = [], ""
     for part in named.split(","):
         name = f"{name},{part}" if name else part
@@ -84,7 +84,7 @@ def _take_tree_effects(place: Path, sources: Sequence[ReportedRun]) -> None:
 
 
 def _is_of(frame: pandas.DataFrame, source: ReportedRun) -> bool:
-    """Whether as many logs reach the lines as in the run; of an even draw of its logs nobody can tell."""
+    """Whether as many logs reach the lines as in the run; undecidable for a random subset of its logs."""
     if not len(frame):
         return True
     n_logs = len(source.deposits)
@@ -110,7 +110,7 @@ def _take_folder(place: Path, sources: Sequence[ReportedRun]) -> None:
 
 
 def _run_of(place: Path, manifest: dict[str, Any], sources: Sequence[ReportedRun]) -> ReportedRun:
-    """The run of the page that a folder was made of; where it says one that is gone, the only one."""
+    """The run of the page from which a folder was made; if that no longer exists, the only one."""
     asked, run_id = Path(manifest["parameters"]["run"]), run_id_in(manifest)
     for each in sources:
         known = each.run.manifest.get("run_id")
@@ -127,7 +127,7 @@ def _run_of(place: Path, manifest: dict[str, Any], sources: Sequence[ReportedRun
 
 
 def run_id_in(record: Mapping[str, Any] | None) -> str | None:
-    """The run that a result was made of; None in records of before version 0.3."""
+    """The run from which a result was made; None in records before version 0.3."""
     listed = (record or {}).get("inputs")
     rows = [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
     return next((each.get("run_id") for each in rows if each.get("parameter") == "run"), None)

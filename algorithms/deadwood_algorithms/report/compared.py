@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.report.figures import Drawing, runout_figure
 from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
 from deadwood_algorithms.report.plan import draw_differences
-from deadwood_algorithms.report.rounded import with_interval
+from deadwood_algorithms.report.rounded import decimal, with_interval
 from deadwood_algorithms.report.sections import left_table
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.words import Words
@@ -75,6 +75,10 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
 
 def shown_value(value: Any, words: Words) -> str:
     """What a parameter was, of a file its name alone: the annex's last section has its path."""
+    if isinstance(value, bool):
+        return words.say("yes" if value else "no")
+    if isinstance(value, float):
+        return decimal(value, words)
     return words.say("none") if value in (None, "") else Path(str(value)).name
 
 

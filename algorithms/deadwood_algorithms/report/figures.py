@@ -1,6 +1,7 @@
-"""The figures of the report: each drawn once, put into the page as SVG, and written as PNG, SVG and PDF on request.
+"""The figures of the report: each drawn once, inserted into the page as SVG, and written as PNG, SVG and PDF on
+request.
 
-Colours are those of `schemas/looks.py`: a run has one in every chart. Text and axes take the page's own colour
+Colours are those of `schemas/looks.py`: a run has one in every chart. Text and axes take the colour of the page
 (`inline_svg`), so that a figure fits a light page and a dark one.
 """
 
@@ -34,12 +35,14 @@ from deadwood_algorithms.stats.directions import spread_of_release
 
 INK = "#0a0b0c"  # stands for the page's text colour
 WIDTH = 7.2  # inches, of a figure as wide as the page
+TEXT = 9.5  # points; on paper a figure is printed at 0.7 of its size at least (`page.css`), which leaves 6.5
 STYLE: Any = {
     "svg.fonttype": "none",
+    "legend.fontsize": TEXT,
     "svg.hashsalt": "deadwood",
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 9.0,
+    "font.size": TEXT,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
     "text.color": INK,
@@ -74,7 +77,7 @@ class _Ticks(ScalarFormatter):
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure by name; ``draw`` makes it anew for each use."""
+    """A figure by name; ``draw`` makes it again for each use."""
 
     name: str
     title: str
@@ -106,7 +109,7 @@ class Drawing:
 
 
 def inline_svg(figure: Figure, name: str, title: str) -> Markup:
-    """A figure as SVG for the page: no header, ids of its own, short numbers, the page's colour for ink."""
+    """A figure as SVG for the page: no header, unique ids, short numbers, the page's colour for ink."""
     with matplotlib.rc_context(STYLE):
         out = io.StringIO()
         figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
@@ -118,7 +121,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     there: set[str] = set()
 
     def named(found: re.Match[str]) -> str:
-        """Ids that are asked for, each once: Matplotlib defines what is alike in two places twice."""
+        """The requested ids, each once: Matplotlib defines identical content in two places twice."""
         if found[1] in there or not (found[1] in used or found[1].startswith("layer_")):
             return ""
         there.add(found[1])
@@ -127,7 +130,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     text = re.sub(r' id="([^"]+)"', named, text)
     text = re.sub(r'(url\(#|href="#)([^")]+)', lambda found: f"{found[1]}{name}-{found[2]}", text)
     text = re.sub(r'data:image/png;base64,([^"]+)', lambda found: _packed_picture(found[1]), text)
-    # Half a hundredth of a point is seen by nobody; images keep theirs, or they would not join.
+    # Half a hundredth of a point is invisible; images keep their precision, otherwise they would not join.
     text = re.sub(r'(?<= d=")[^"]+', lambda found: _shortened(found[0]), text)
     text = text.replace(INK, "currentColor")
     width, height = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text).groups()  # type: ignore[union-attr]
@@ -156,7 +159,7 @@ def _panels(number: int, height: float, **more: Any) -> tuple[Figure, list[Any]]
 
 
 def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Profile]) -> dict[str, Drawing]:
-    """The figures that a run has data for, by what they show."""
+    """The figures for which a run has data, by content."""
     kinds: list[tuple[str, bool, Callable[[], Figure]]] = [
         ("reach", bool(source.summary["reach"]), lambda: reach_figure(source, words)),
         ("arrivals", source.arrivals is not None and len(source.arrivals) > 0, lambda: arrivals_figure(source, words)),
@@ -176,7 +179,7 @@ def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Prof
 def reach_figure(source: ReportedRun, words: Words) -> Figure:
     """A bar a line with its 95 % interval."""
     records = source.summary["reach"][:12]
-    figure, (axes,) = _panels(1, 0.8 + 0.32 * len(records))
+    figure, (axes,) = _panels(1, 0.8 + 0.29 * len(records))
     value = np.array([share_of(each) for each in records])
     ends = np.array([[100.0 * each["ci_low"], 100.0 * each["ci_high"]] for each in records]).T
     error = np.abs(ends - value)
@@ -248,7 +251,8 @@ def rose_figure(source: ReportedRun, words: Words) -> Figure:
     found = sorted(counted_azimuths(source).items(), key=lambda item: -item[1].size)[:6]
     columns = min(3, len(found))
     rows = -(-len(found) // columns)
-    figure = Figure(figsize=(min(WIDTH, 1.0 + 3.0 * columns), 3.2 * rows), layout="constrained")
+    tall = 3.2 if rows == 1 else 2.3
+    figure = Figure(figsize=(min(WIDTH, 1.0 + 3.0 * columns), tall * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, subplot_kw={"projection": "polar"}).ravel()
     for axes in panels[len(found) :]:
         axes.set_axis_off()
@@ -265,9 +269,8 @@ def rose_figure(source: ReportedRun, words: Words) -> Figure:
         axes.set_yticks(
             [np.sqrt(share * azimuths.size / count.max()) for share in rings], [f"{100 * share:g} %" for share in rings]
         )
-        axes.tick_params(axis="y", labelsize=7)
         axes.set_xticks(np.radians([0, 90, 180, 270]), words.say("compass").split(","))
-        axes.set_title(f"{words.say('release')} {plain(release_id)} (n = {azimuths.size})", fontsize=9)
+        axes.set_title(f"{words.say('release')} {plain(release_id)} (n = {azimuths.size})", fontsize=TEXT)
     return figure
 
 
@@ -309,7 +312,7 @@ def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
     ground = axes.plot(profile.way, profile.terrain, color=INK, linewidth=1.0, label=words.say("terrain"))
     middle = axes.plot(profile.way, profile.z, color=colour, linewidth=1.3, label=words.say("centre"))
     axes.set(xlabel=words.say("way"), ylabel=words.say("elevation"), aspect="equal", adjustable="datalim")
-    axes.set_title(words.say(f"chosen_{profile.chosen}", id=profile.log_id), loc="left", fontsize=9)
+    axes.set_title(words.say(f"chosen_{profile.chosen}", id=profile.log_id), loc="left", fontsize=TEXT)
     fast = right.plot(profile.way, profile.speed, color=colour, linewidth=1.1, linestyle="--", label=words.say("speed"))
     right.set(xlabel=words.say("way"), ylabel=words.say("speed_axis"), ylim=(0.0, None), xlim=(0.0, None))
     up = right.twinx()
@@ -318,7 +321,7 @@ def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
     up.set(ylabel=words.say("clearance_axis"), ylim=(0.0, 1.6 * max(float(np.nanmax(profile.clearance)), 0.5)))
     up.grid(visible=False)
     up.spines["right"].set_visible(True)
-    figure.legend(handles=[*ground, *middle, *fast, gap], loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(handles=[*ground, *middle, *fast, gap], loc="outside lower center", ncols=4)
     return figure
 
 

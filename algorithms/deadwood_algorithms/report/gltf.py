@@ -1,7 +1,7 @@
-"""A run's scene as binary glTF 2.0 (.glb): terrain with the hits on it, solids in true size, logs that move.
+"""A run's scene as binary glTF 2.0 (.glb): terrain with the hits, solids in true size, moving logs.
 
-glTF is y-up: x is east, y up, z south, metres from the scene's origin, which stands in ``asset.extras``. Every chosen
-log is a node of its own under one animation, so that any viewer plays them.
+glTF is y-up: x is east, y up, z south, metres from the scene's origin, which is in ``asset.extras``. Every chosen
+log is a separate node under one animation, so that any viewer plays them.
 """
 
 from __future__ import annotations

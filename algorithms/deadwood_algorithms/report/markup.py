@@ -16,7 +16,7 @@ SHORT = 8  # rows of a table that is not torn apart on paper
 
 
 class Markup(str):
-    """Text that is markup already; all else is escaped when it is put into a page."""
+    """Text that is already markup; everything else is escaped when it is inserted into a page."""
 
     __slots__ = ()
 
@@ -61,7 +61,7 @@ def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | Non
 
 
 def two_lines(cell: Any) -> Any:
-    """A number with its interval, ``12.1 (11.0 to 13.3)``, so that neither is broken; anything else as it is."""
+    """A number with its interval, ``12.1 (11.0 to 13.3)``, without a line break in either; other text unchanged."""
     value, bracket, rest = str(cell).partition(" (")
     if isinstance(cell, Markup) or not bracket or not rest.endswith(")") or len(str(cell)) > LONG:
         return cell
@@ -90,7 +90,7 @@ def labelled(name: str) -> dict[str, str]:
 
 
 def embedded_json(content: Any) -> Markup:
-    """JSON that may stand in a script element: no ``<`` in it can end that."""
+    """JSON that is safe in a script element: no ``<`` in it can end the element."""
     text = json.dumps(plain_numbers(content), ensure_ascii=False, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))
 
@@ -103,7 +103,7 @@ def picture_address(image: Any) -> str:
 
 
 def plain_numbers(value: Any) -> Any:
-    """With null for what is no number, because NaN is no JSON."""
+    """With null instead of values that are not numbers, because NaN is not JSON."""
     if isinstance(value, dict):
         return {str(key): plain_numbers(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):

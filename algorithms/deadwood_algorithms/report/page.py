@@ -118,7 +118,7 @@ def packaged(name: str) -> str:
 
 
 def axes_place(drawing: Drawing) -> tuple[float, float, float, float]:
-    """Where the map's frame lies in its SVG, in points from the upper left: x, y, width, height."""
+    """Position of the map's frame in its SVG, in points from the upper left: x, y, width, height."""
     figure = drawing.made()
     figure.draw_without_rendering()
     box = figure.axes[0].get_window_extent().transformed(figure.dpi_scale_trans.inverted())
@@ -127,7 +127,7 @@ def axes_place(drawing: Drawing) -> tuple[float, float, float, float]:
 
 
 def three_d(sources: Sequence[ReportedRun], spaces: Sequence[Space | None], words: Words) -> Markup:
-    """The 3-D view with its controls; what it shows is in the page's data."""
+    """The 3-D view with its controls; its content is in the page's data."""
     heading = element("h2", words.say("three_d"), id="three_d")
     there = [(source, space) for source, space in zip(sources, spaces, strict=True) if space is not None]
     if not there:

@@ -1,7 +1,7 @@
-"""What the report says, in English: the messages of its catalogues, by the names that the report asks for.
+"""The texts of the report, in English: the messages of its catalogues, by the names that the report uses.
 
-The name is a message's context (``msgctxt``) in ``locale/LANGUAGE/LC_MESSAGES/report.po``. Messages hold no markup.
-What is in braces is filled in by `Words.say`, and escaped with the rest where it is put into the page (`markup`).
+The name is a message's context (``msgctxt``) in ``locale/LANGUAGE/LC_MESSAGES/report.po``. Messages contain no markup.
+Placeholders in braces are filled in by `Words.say`, and escaped with the rest when inserted into the page (`markup`).
 """
 
 from __future__ import annotations
@@ -122,6 +122,7 @@ PHRASES = {
     "lacks_shape": "No energies of arrival: {reason}",
     "gone": "missing",
     "model_tree_capacity_kj": "capacity of trees [kJ]",
+    "model_break_trees": "trees break",
     "model_log_capacity_kj": "capacity of logs [kJ]",
     "input_dem": "terrain model",
     "input_trees": "trees",
@@ -280,7 +281,7 @@ PHRASES = {
     "energy_taken": "energy taken [kJ]",
     "top_trees": "The trees that hold the most logs",
     "tree": "tree",
-    "above_capacity": "Logs with a hit above what stems can take",
+    "above_capacity": "Logs with a hit above the capacity of stems",
     "above_of_trees": "of the tree",
     "above_of_logs": "of the log itself",
     "all_logs": "all",
@@ -383,6 +384,8 @@ PHRASES = {
     "parameters_differ": "In what the runs differ",
     "parameters_same": "The runs differ in no parameter (their layers may).",
     "none": "none",
+    "yes": "yes",
+    "no": "no",
     "made": "Made by deadwood-tool {version}",
 }
 MESSAGES = (

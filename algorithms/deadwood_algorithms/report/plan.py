@@ -1,11 +1,12 @@
-"""The map: hits over the relief, what is in the way, where logs start and end; its parts are layers of the page.
+"""The map: hits over the relief, obstacles, starts and ends of logs; its parts are layers of the page.
 
-One figure serves the page (as SVG, whose groups ``layer_*`` its checkboxes switch) and the files. What is many, trees
-and deposits, is one path of dots each: a marker each would be ten times as large.
+One figure serves the page (as SVG, whose groups ``layer_*`` its checkboxes switch) and the files. Numerous items, trees
+and deposits, are one path of dots each: separate markers would be ten times as large.
 """
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -26,7 +27,7 @@ from deadwood_algorithms.files.pictures import (
     show_relief,
     show_scale,
 )
-from deadwood_algorithms.report.figures import INK, WIDTH, plain
+from deadwood_algorithms.report.figures import INK, TEXT, WIDTH, plain
 from deadwood_algorithms.report.phrases import STOPS
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.words import Words
@@ -35,10 +36,12 @@ from deadwood_algorithms.schemas.looks import BARRIER, ENDS, LOOKS, RELEASE, ROA
 MOST_DOTS = 8000  # of a kind
 MOST_WAYS = 150
 WAY_STEP_M = 3.0
-LONGEST, SHORTEST = 6.6, 3.0  # inches, of the map's height
-SHORT_WORDS = 36  # letters of an entry of a legend, of which three stand side by side
+LONGEST, SHORTEST = 4.4, 3.0  # inches, of the map's height: as much as paper has room for (`page.css`)
+LETTER_IN, KEY_IN = 0.075, 0.45  # inches of a legend: a letter of its longest entry, and the key before it
+# Inches beside a map that its coordinates and its scale take, and its legend, whose lines have so many letters
+SIDES_IN, BESIDE_IN, BESIDE_WORDS = 1.6, 2.1, 22
 SMALL = 0.55  # of the size of dots, on a map beside others
-ABREAST, HIGHEST = 3, 4.6  # maps side by side, and inches of their height
+ABREAST, HIGHEST = 3, 4.4  # maps side by side, and inches of the height of all rows
 # The quantities over the map, and the look of each
 QUANTITIES = {"hits": "shares", "speed": "speed", "energy": "energy", "jump": "jump", "danger": "danger"}
 SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "blocks", "lines", "releases", "deposits")
@@ -58,22 +61,40 @@ def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) ->
     handles += _scene(axes, source, words)
     handles += _logs(axes, source, words, every_layer)
     scale_and_north(axes)
-    legend_below(figure, handles)
+    legend_of_map(figure, handles)
     return figure
 
 
+def legend_of_map(figure: Figure, handles: list[Any]) -> None:
+    """The legend of a map: beside a tall one, else below, in as many columns as its words leave room for."""
+    (west, east), (south, north) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()
+    if has_room_beside((west, south, east, north), figure.get_figwidth()):
+        for each in handles:
+            each.set_label(textwrap.fill(str(each.get_label()), BESIDE_WORDS))
+        figure.legend(handles=handles, loc="outside right upper", handlelength=1.4, labelspacing=0.8)
+        return
+    legend_below(figure, handles)
+
+
+def has_room_beside(extent: Extent, width: float) -> bool:
+    """Whether a map is so tall that its legend fits beside it in a figure so wide [in]."""
+    west, south, east, north = extent
+    return LONGEST * (east - west) / (north - south) + SIDES_IN + BESIDE_IN <= width
+
+
 def legend_below(figure: Figure, handles: list[Any]) -> None:
-    """The legend of a map, in as many columns as its words leave room for."""
+    """The legend of maps side by side, in as many columns as its words leave room for."""
     longest = max((len(str(each.get_label())) for each in handles), default=0)
-    columns = 3 if longest <= SHORT_WORDS else 2
-    figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=8, handlelength=1.4)
+    columns = int(np.clip(figure.get_figwidth() / (longest * LETTER_IN + KEY_IN), 1, 3))
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=1.4)
 
 
 def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figure, Any]:
     """An empty map with the coordinates of its CRS along its sides."""
     west, south, east, north = extent
     tall = float(np.clip((width - 1.6) * (north - south) / (east - west), SHORTEST, LONGEST))
-    figure = Figure(figsize=(width, tall + 1.1), layout="constrained")
+    below = 0.6 if has_room_beside(extent, width) else 1.1
+    figure = Figure(figsize=(width, tall + below), layout="compressed")  # about a map, whose sides keep their ratio
     axes = figure.subplots()
     axes.set_aspect("equal")
     axes.set(xlim=(west, east), ylim=(south, north), xlabel=words.say("east"), ylabel=words.say("north"))
@@ -81,7 +102,6 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     for axis, many in ((axes.xaxis, 5), (axes.yaxis, 8)):
         axis.set_major_locator(MaxNLocator(many, steps=[1, 2, 5, 10]))
         axis.set_major_formatter(lambda at, _: f"{at:,.0f}".replace(",", "\u2009"))
-    axes.tick_params(labelsize=8)
     axes.tick_params(axis="y", labelrotation=90)
     for label in axes.get_yticklabels():
         label.set_verticalalignment("center")
@@ -132,7 +152,7 @@ def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:
 
 
 def _scene(axes: Any, source: ReportedRun, words: Words, size: float = 1.0) -> list[Any]:
-    """What is in the way; ``size`` of its dots on a small map."""
+    """The obstacles; ``size`` of their dots on a small map."""
     handles: list[Any] = []
     if "trees" in source.scene:
         x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
@@ -245,7 +265,7 @@ def draw_differences(
         band, (west, south, east, north) = maps[name]
         image = show_quantity(axes, band, "difference of shares", (west, east, south, north))
         axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
-        axes.set_title(words.say("minus", name=plain(name), reference=plain(reference.name)), fontsize=9, loc="left")
+        axes.set_title(words.say("minus", name=plain(name), reference=plain(reference.name)), fontsize=TEXT, loc="left")
         handles = roads(axes, reference, words)
     scale_and_north(panels[0])
     show_scale(
@@ -259,7 +279,7 @@ def draw_differences(
         aspect=32,
     )
     if handles:
-        figure.legend(handles=handles, loc="outside lower left", ncols=3, fontsize=8, handlelength=1.4)
+        figure.legend(handles=handles, loc="outside lower left", ncols=3, handlelength=1.4)
     return figure
 
 
@@ -276,7 +296,7 @@ def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Fi
         drawn = _scene(axes, source, words, SMALL) + _logs(axes, source, words, ways_too=False, size=SMALL)
         handles |= {each.get_label(): each for each in drawn}
         axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
-        axes.set_title(plain(source.name), fontsize=9, loc="left")
+        axes.set_title(plain(source.name), fontsize=TEXT, loc="left")
     scale_and_north(panels[0])
     if image is not None:
         show_scale(figure, image, "shares", words.say("hits_bar"), signs=words.signs, ax=room, shrink=0.9, aspect=32)
@@ -290,7 +310,7 @@ def map_panels(number: int, shown: Extent, words: Words) -> tuple[Figure, list[A
     rows = -(-number // columns)
     west, south, east, north = shown
     wide = (WIDTH - 0.8) / max(columns, 2)  # one alone would fill the page
-    tall = float(np.clip(wide * (north - south) / (east - west), SHORTEST / 2, HIGHEST))
+    tall = float(np.clip(wide * (north - south) / (east - west), SHORTEST / 2, HIGHEST / rows))
     width = WIDTH if columns > 1 else wide + 1.4  # with the scale beside it
     figure = Figure(figsize=(width, rows * (tall + 0.3) + 0.7), layout="constrained")
     room = list(figure.subplots(rows, columns, squeeze=False).ravel())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.stats.statistics import decimals_of, percent_with_interval, to_decimals
 from deadwood_algorithms.stats.statistics import percent as share_in_percent
@@ -15,7 +16,7 @@ NBSP = "\u00a0"
 
 
 def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
-    """So many significant digits, whole numbers as they are; a dash where there is nothing."""
+    """A number with a given number of significant digits, whole numbers unchanged; a dash for a missing value."""
     if value is None or not math.isfinite(value):
         return "–"
     value = _zero_if_tiny(value)
@@ -26,7 +27,7 @@ def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
         return _grouped(int(value))
     places = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
     if abs(value) < 1e-3:
-        return in_signs(f"{value:.{digits - 1}g}", words)
+        return in_signs(significant(value, digits - 1), words)
     return in_signs(f"{value:.{places}f}", words)
 
 
@@ -40,7 +41,7 @@ def _grouped(value: int) -> str:
 
 
 def shown_share(record: dict[str, Any], words: Words) -> str:
-    """``21.0 % (18.2 to 23.2 %)``, as `percent_with_interval` says it, in the reader's signs."""
+    """``21.0 % (18.2 to 23.2 %)``, as `percent_with_interval` writes it, in the reader's notation."""
     return _localised(percent_with_interval(record), words) if record["n_total"] else "–"
 
 
@@ -68,7 +69,7 @@ def share_of(record: dict[str, Any]) -> float:
 
 
 def with_interval(value: float, low: float, high: float, words: Words, *, signed: bool = False) -> str:
-    """``13.4 (13.1 to 13.7)``, an exact zero as ``0``; the value alone where there is no interval."""
+    """``13.4 (13.1 to 13.7)``, an exact zero as ``0``; the value alone if there is no interval."""
     if not math.isfinite(value):
         return "–"
     value, low, high = (_zero_if_tiny(each) for each in (value, low, high))
@@ -86,5 +87,5 @@ def in_signs(text: str, words: Words) -> str:
 
 
 def decimal(value: float, words: Words) -> str:
-    """A number that was given, not measured: as short as it is."""
+    """A number that was given, not measured: as short as possible."""
     return in_signs(f"{value:g}", words)

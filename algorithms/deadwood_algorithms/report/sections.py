@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.files.versions import lines as versions
+from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
@@ -49,7 +49,7 @@ Parts = list[Any]
 
 
 def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Parts:
-    """What a reader must not overlook; with the run's name where there are several."""
+    """Warnings that a reader must not overlook; with the run's name if there are several."""
     reasons = source.summary["logs"]["by_stop_reason"]
     found = [
         words.say(f"{name}_warning", n=reasons.get(name, 0))
@@ -94,7 +94,9 @@ def left_table(rows: list[tuple[Any, Any]], name: str) -> Markup:
 
 
 def map_section(source: ReportedRun, drawing: Drawing, frame: tuple[float, ...], words: Words) -> Parts:
-    """The map with a box for each of its layers; ``frame`` is where its axes lie in the SVG (x, y, width, height)."""
+    """The map with a box for each of its layers; ``frame`` is the position of its axes in the SVG (x, y, width,
+    height).
+    """
     boxes = []
     for name in layers_drawn(source):
         reason = name.removeprefix("deposits_")
@@ -217,7 +219,7 @@ def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
 
 
 def design(source: ReportedRun, words: Words) -> Parts:
-    """Percentiles at each barrier and line, with exact intervals, and what they lack."""
+    """Percentiles at each barrier and line, with exact intervals, and their limitations."""
     found = [each for each in source.passages if each.log_id.size]
     if not found:
         return []
@@ -400,17 +402,12 @@ def accuracy(source: ReportedRun, words: Words) -> Parts:
 
 
 def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
-    """The command line that repeats a run; defaults stand there too, so that none can change under it. What the columns
-    of the releases say instead of an option is left out: the option had no effect.
+    """The command line that repeats a run; defaults are included, so that none can change unnoticed. Options that
+    columns of the releases override are omitted, because they had no effect.
     """
-    words = ["deadwood-tool", str(manifest.get("tool", "slide-logs"))]
     overridden = overridden_options(manifest, summary)
-    for name, value in manifest.get("parameters", {}).items():
-        if value is None or value is False or name in ("resume", "overwrite") or name in overridden:
-            continue
-        flag = "--" + name.replace("_", "-")
-        words += [flag] if value is True else [flag, str(value)]
-    return " ".join(shlex.quote(each) for each in words)
+    given = {name: value for name, value in manifest.get("parameters", {}).items() if name not in overridden}
+    return command_line(str(manifest.get("tool", "slide-logs")), given)
 
 
 def provenance(source: ReportedRun, words: Words) -> Parts:
@@ -460,7 +457,7 @@ def versions_text() -> str:
 def sections_of(
     source: ReportedRun, key: str, drawings: Mapping[str, Drawing], plan: Parts, words: Words
 ) -> list[tuple[str, str, Markup]]:
-    """Id, title and content of each section about a run; what there is nothing to say in is left out."""
+    """Id, title and content of each section about a run; empty ones are omitted."""
     makers: list[tuple[str, Callable[[], Parts]]] = [
         ("modelled", lambda: model_section(source, words)),
         ("map", lambda: plan),

@@ -27,7 +27,7 @@ PHRASES = {english: phrase for phrase, english in QGIS_PHRASES.items()} | {
 
 
 def sheet_words(run: Run, name: str, crs: pyproj.CRS, words: Words) -> SheetWords:
-    """What the project says of a run, which will stand in a folder of this name."""
+    """Texts of the project about a run whose folder will have this name."""
     summary = run.summary("reach", "scenario")
     answers = [
         words.say("answer", line=each["line_id"], share=f"{shown_share(each, words)} {words.say('of_logs')}")
@@ -48,7 +48,7 @@ def sheet_words(run: Run, name: str, crs: pyproj.CRS, words: Words) -> SheetWord
 
 
 def in_language(english: Label, words: Words) -> str:
-    """A name of the project, or the label of a class, such as ``20 to 40 cm DBH``; what is not known stays."""
+    """A name in the project, or the label of a class, such as ``20 to 40 cm DBH``; unknown ones are unchanged."""
     if words.language == "en":
         return str(english)
     if isinstance(english, str):

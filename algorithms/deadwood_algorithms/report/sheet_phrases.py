@@ -11,7 +11,7 @@ SHEET_PHRASES = {
     "sheet_over": "over {low}",
     "sheet_dbh": "DBH",
 }
-# Layers, groups, sheets and views, which the project names in English where it is asked for no other language.
+# Layers, groups, sheets and views, whose names in the project are English unless another language is requested.
 QGIS_NAMES = (
     "Deadwood run", "Results", "Animation", "Scene", "Rasters", "Terrain",
     "Reach", "Reached by", "Deposits", "Deposited logs", "Trajectories",

@@ -93,7 +93,7 @@ def conclusion(sources: Sequence[ReportedRun], words: Words) -> Parts:
 
 
 def assumed_words(sources: Sequence[ReportedRun], words: Words) -> dict[str, str]:
-    """The friction and posture of the runs, each once; empty of runs of an older version, which do not tell."""
+    """The friction and posture of the runs, each once; empty for runs of an older version, which do not record them."""
     scenarios = [source.summary["scenario"] for source in sources if "scenario" in source.summary]
     frictions = dict.fromkeys(span_words(each["friction"], words) for each in scenarios)
     postures = dict.fromkeys(posture_words(each["logs"]["posture"], words) for each in scenarios)

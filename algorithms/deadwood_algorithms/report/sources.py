@@ -1,6 +1,6 @@
-"""What the report shows of a run, read from its folder and, where they still lie, from its inputs.
+"""Data of a run for the report, read from its folder and, if they still exist, from its inputs.
 
-A missing input is no error: the page then lacks a layer, and says so (`ReportedRun.lacks`).
+A missing input is not an error: the page then lacks a layer, and says so (`ReportedRun.lacks`).
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class ReportedRun:
 
 
 def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
-    """Read a run's folder; what is missing of its inputs becomes a line of the report."""
+    """Read a run's folder; missing inputs become a line of the report."""
     run = read_run(path, feedback=feedback)
     if not len(run.deposits):
         raise UserError(f"{path}: the run has no log, so there is nothing to report")
@@ -186,7 +186,7 @@ def read_ground(path: str, run: Run, extent: Extent, feedback: Feedback) -> Grid
 
 
 def _cells(low: float, high: float, first: float, cell: float, number: int) -> tuple[int, int]:
-    """Of a row of cells, the first that lies in an interval and the first behind it."""
+    """In a row of cells, the first in an interval and the first after it."""
     start, stop = round((low - first) / cell + 0.5), round((high - first) / cell + 0.5)
     return max(0, min(start, number)), max(0, min(stop, number))
 
@@ -258,7 +258,7 @@ def _input(run: Run, parameter: str, lacks: list, read: Callable[[str], Any]) ->
 
 
 def _stands(place: str) -> bool:
-    """Whether an input is there, with all the tiles that its path may name."""
+    """Whether an input exists, with all the tiles that its path may name."""
     return Path(place.split("|")[0]).exists() or all(Path(each).exists() for each in place.split(","))
 
 

@@ -27,7 +27,7 @@ MOST_TREES, MOST_DEPOSITS, MOST_BLOCKS = 20_000, 4_000, 2_000
 SLICES = 6  # of a boulder
 A_GROUP = 30  # logs of each kind that is shown
 MOST_POSES = 60_000  # 14 bytes each
-STEP_S = 0.1  # between two poses, or more where there would be too many
+STEP_S = 0.1  # between two poses, or more if there would be too many
 LINE_STEP_M = 2.0
 
 Array = NDArray[np.float64]
@@ -115,7 +115,7 @@ def _trees(source: ReportedRun, origin: tuple[float, float, float]) -> Array:
 
 
 def _lying(source: ReportedRun, origin: tuple[float, float, float]) -> Array:
-    """Lying logs as straight pieces on the ground, as thick as they are there."""
+    """Lying logs as straight pieces on the ground, with their local thickness."""
     if "lying_logs" not in source.scene:
         return np.zeros((0, 8))
     frame = source.scene["lying_logs"]
@@ -180,7 +180,7 @@ def _on_ground(
     spacing: float = LINE_STEP_M,
     above: float = 0.3,
 ) -> Array:
-    """A line on the terrain, with points at a spacing [m], from the origin; without what is off the terrain."""
+    """A line on the terrain, with points at a spacing [m], from the origin; without parts off the terrain."""
     assert source.ground is not None
     line = shapely.LineString(points[:, :2])
     if np.isfinite(spacing):
@@ -207,7 +207,7 @@ def chosen_groups(source: ReportedRun) -> dict[str, list[int]]:
 
 
 def moving_logs(source: ReportedRun, origin: tuple[float, float, float], most_poses: int) -> tuple[list[Moving], float]:
-    """The chosen logs at even times, and the time between two of these [s]."""
+    """The chosen logs at regular times, and the time between two of these [s]."""
     groups = chosen_groups(source)
     wanted = sorted({log for each in groups.values() for log in each})
     if not wanted:

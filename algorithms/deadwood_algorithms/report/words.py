@@ -69,7 +69,7 @@ class Words:
         return number.replace(".", POINTS.get(self.language, ","))
 
     def stop(self, reason: str) -> str:
-        """A stop reason in words; one that is not known as it is written."""
+        """A stop reason in words; an unknown one unchanged."""
         return self.say_or(f"stop_{reason}", reason)
 
     def clauses(self, records: Sequence[Mapping[str, Any]]) -> str:

@@ -150,7 +150,7 @@ def travel_angles(
 
 
 def angle_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angle between directions in plan, whichever way they point: 0 along, 90 across [deg]."""
+    """Angle between directions in plan, regardless of their sense: 0 parallel, 90 perpendicular [deg]."""
     cross = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     return np.degrees(np.arctan2(cross, np.abs((a * b).sum(axis=1))))
 
@@ -203,14 +203,14 @@ def attribution_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Item
 
 
 def origins_frame(arrivals: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
-    """The arrivals once more, each drawn where its log was released: from where is the object hit?"""
+    """The arrivals again, each drawn where its log was released: where do the logs that reach the object come from?"""
     names = ["log_id", "release_id", "line_id", "t_s", "speed_ms", "energy_kj"]
     points = shapely.points(arrivals["release_x"], arrivals["release_y"])
     return geopandas.GeoDataFrame(arrivals[names], geometry=points, crs=arrivals.crs)
 
 
 def _share(mine: Any, logs: Any) -> dict[str, float]:
-    """Reach probability of these logs by their arrivals, and its bounds for those that left before they arrived."""
+    """Reach probability of these logs from their arrivals, and its bounds for those that left before they arrived."""
     return share_if_lost(logs["log_id"].isin(mine["log_id"]).to_numpy(), left_dem(logs))
 
 

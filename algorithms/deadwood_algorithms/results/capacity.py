@@ -1,11 +1,10 @@
-"""What trees and logs can take: hits above it are counted, as a measure of how far results depend on rigid stems.
+"""Capacity of trees and logs: hits above it are counted, as a measure of how much results depend on rigid stems.
 
-With a capacity given, each hit in which a standing tree takes more energy than it could, or a log loses more than it
-could in any hit, is counted by tree and by log; no motion changes. Where trees break (--break-trees), the hits are
-counted in which one broke: it has taken just what it could. The capacity of a stem
-is that of one of 40 cm DBH times a power of DBH over 40 cm. The power is 2 unless given: bent to fracture over a lever
-that does not depend on its diameter, a stem stores energy as its section. Numbers are the user's: none is published
-here.
+If a capacity is given, each hit in which a standing tree absorbs more energy than that, or a log loses more than it
+could in any hit, is counted by tree and by log; the motion is unchanged. Where trees break (--break-trees), the hits in
+which one broke are counted: it has absorbed exactly its capacity. The capacity of a stem is that of one of 40 cm DBH
+times a power of DBH over 40 cm. The power is 2 unless given: bent to fracture over a lever arm that does not depend on
+its diameter, a stem stores energy in proportion to its cross-section. The numbers are the user's: there is no default.
 """
 
 from __future__ import annotations
@@ -75,7 +74,7 @@ class Overloads:
         tree = np.full(hits.item.shape, np.inf)
         tree[standing] = self.capacity.of_trees(100.0 * layers.trees.diameter)[hits.item[standing]]
         log = self.log_capacity[np.searchsorted(self.log_id, log_id)][hits.log_row]
-        # one that breaks takes its capacity to rounding, so what is above it cannot be identified by energy
+        # a tree that breaks absorbs its capacity to rounding, so breaks cannot be identified by energy
         return hits.broke if self.capacity.break_trees else hits.energy_taken > tree, hits.energy_taken > log
 
 
@@ -134,5 +133,5 @@ def overload_lines(record: dict[str, Any] | None) -> list[str]:
                 f"{words or 'none'}"
             )
         else:
-            shown.append(f"a hit above what {whose} can take had {words or 'none'}")
+            shown.append(f"logs with a hit above the capacity of {whose}: {words or 'none'}")
     return shown

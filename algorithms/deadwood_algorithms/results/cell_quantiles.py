@@ -1,10 +1,10 @@
-"""Quantiles, over the logs that pass a cell, of the largest speed, energy and jump that each of them had in it.
+"""Quantiles, over the logs that pass a cell, of the largest speed, energy and jump of each of them in it.
 
 Every log that overlaps a cell counts once in it, with its largest value there, as in PlatRock's rasters: not the
 poses, of which a slow log has more, and not the logs that pass elsewhere. With n logs in a cell the quantile is the
-usual one (linear between order statistics); of few logs a 99 % quantile is just the largest.
+usual one (linear between order statistics); with few logs a 99 % quantile is simply the largest.
 
-Memory is bounded by the rows that are worked on at once: as many as keep their hits, which are counted beforehand,
+Memory is bounded by the number of rows processed at once: as many as keep their hits, which are counted first,
 below `HITS_AT_ONCE`. The stored poses are read once for each such band of rows.
 """
 
@@ -34,9 +34,9 @@ def cell_quantiles(
     levels: Sequence[float],
     feedback: Feedback,
 ) -> dict[str, NDArray[np.float32]]:
-    """Rasters of quantiles, by quantity shape (levels, ny, nx), NaN where no log was.
+    """Rasters of quantiles, by quantity shape (levels, ny, nx), NaN where no log passed.
 
-    ``counts`` are the hits of the chosen logs on ``grid``; they say how much room is needed.
+    ``counts`` are the hits of the chosen logs on ``grid``; they determine the memory needed.
     """
     out = {name: np.full((len(levels), *grid.shape), np.nan, np.float32) for name in quantities}
     for rows, peaks in peaks_by_rows(source, chosen, counts, grid, quantities, feedback):
@@ -96,10 +96,10 @@ def peaks_by_rows(
             peaks.add(piece["log_row"], base, tip, *source.radii(), values, **place)
             done += np.unique(piece["log_id"]).size
             feedback.progress(
-                number + done / max(1, wanted.size), len(bands), "gathering what each log had in each cell"
+                number + done / max(1, wanted.size), len(bands), "collecting the values of each log in each cell"
             )
         yield rows, peaks
-    feedback.progress(1, 1, "gathering what each log had in each cell")
+    feedback.progress(1, 1, "collecting the values of each log in each cell")
 
 
 def values_of(name: str, piece: dict[str, NDArray], bodies: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -111,7 +111,7 @@ def values_of(name: str, piece: dict[str, NDArray], bodies: NDArray[np.float64])
 
 
 def row_bands(hits: NDArray[np.int64], most: int) -> Iterator[slice]:
-    """Successive rows with at most ``most`` hits together; a row that alone has more is a band of its own."""
+    """Successive rows with at most ``most`` hits together; a row that alone has more is a separate band."""
     start, held = 0, 0
     for row, count in enumerate(hits.tolist()):
         if held + count > most and row > start:

@@ -1,7 +1,8 @@
-"""What is in a run's manifest.json and summary.json, checked once, where they are read: whose it is, and its types.
+"""The content of a run's manifest.json and summary.json, checked once, when read: to which run it belongs, and its
+types.
 
-A result seals itself: its manifest has the SHA-256 of every file, and of what is in the manifest. Runs of before
-version 0.3 have no seal; of them the types alone are checked.
+A result is sealed: its manifest has the SHA-256 of every file, and of its own content. Runs before version 0.3 have no
+seal; only their types are checked.
 """
 
 from __future__ import annotations
@@ -59,12 +60,12 @@ def read_json(place: Path, wanted: Wanted) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError) as error:
         raise UserError(f"{place}: the file cannot be read, or is not JSON ({error}); run slide-logs again") from error
     if fault := fault_of(content, wanted, ""):
-        raise UserError(f"{place}: not as slide-logs writes it: {fault}; run slide-logs again")
+        raise UserError(f"{place}: not as written by slide-logs: {fault}; run slide-logs again")
     return content
 
 
 def fault_of(content: Any, wanted: Wanted, at: str) -> str:
-    """The first value that is missing or of another type, in words; empty where there is none."""
+    """The first value that is missing or of another type, in words; empty if there is none."""
     if isinstance(wanted, dict):
         if not isinstance(content, dict):
             return f"{at or 'the whole'} must be an object"
@@ -102,9 +103,9 @@ def read_manifest_of(folder: Path) -> dict[str, Any]:
 
 
 def stands(tool: Tool, values: Mapping[str, Any], place: Path, seal: Mapping[str, Any] | None = None) -> bool:
-    """Whether a result is there, whole, and the one that the tool would make with these values and inputs now.
+    """Whether a result exists, complete, and is the one that the tool would make with these values and inputs now.
 
-    seal : of a single file, as `identity.sealed` gave it when it was made
+    seal : of a single file, as `identity.sealed` returned it when it was made
     """
     run_id = Making(tool, tool.ask_from({**values, "output": str(place)})).run_id
     if place.is_file():
@@ -119,7 +120,7 @@ def stands(tool: Tool, values: Mapping[str, Any], place: Path, seal: Mapping[str
 
 
 def read_summary(folder: Path, manifest: Mapping[str, Any], *needed: str) -> dict[str, Any]:
-    """The summary of a run, which is its own and of the right types, and has what is needed of it."""
+    """The summary of a run, checked: it belongs to the run, has the right types, and contains what is needed."""
     refuse_damaged(folder, manifest, SUMMARY)
     return read_json(
         folder / SUMMARY,

@@ -1,7 +1,7 @@
-"""Where a moving log ends on the road: of the logs that pass a cell, the share that reach a line then or later.
+"""Danger: of the logs that pass a cell, the share that reach a line then or later.
 
-A log passes a cell when its outline in plan touches it. It reaches a line afterwards when its first touch of the line
-comes with the outline that first touched the cell, or with a later one.
+A log passes a cell if its outline in plan touches it. It reaches a line afterwards if its first touch of the line
+occurs with the outline that first touched the cell, or with a later one.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from deadwood_engine import Lines, sweep_danger
 
 ANY, COUNT = (each.name for each in DANGER.bands[:2])
 LEAST = 10
-BAND_BYTES = 20  # a cell and line, of what is counted in a piece, in all, and written
+BAND_BYTES = 20  # per cell and line: counted in a piece, in total, and written
 
 
 def danger_bands(
     passed: NDArray[np.uint32], danger: NDArray[np.uint32], line_ids: Sequence[Any], least: int
 ) -> dict[str, NDArray[np.float32]]:
-    """The bands of a danger raster by their names; NaN where fewer than ``least`` logs passed.
+    """The bands of a danger raster by name; NaN where fewer than ``least`` logs passed.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def danger_bands(
 def bands_by_rows(
     passed: Band, danger: Sequence[Band] | NDArray[np.uint32], line_ids: Sequence[Any], least: int
 ) -> dict[str, ByRows]:
-    """The same bands, of which only the rows that are asked for are computed."""
+    """The same bands, computed for the requested rows only."""
 
     def band(reached: Band | None) -> ByRows:
         def of(rows: slice) -> NDArray[np.float32]:
@@ -73,7 +73,7 @@ def units_of(bands: Sequence[str]) -> list[str]:
 def danger_of(
     source: Run, wanted: NDArray[np.int64], grid: Grid, lines: Lines, items: Items, feedback: Feedback
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """How many of the wanted logs pass each cell, and how many of these reach any line afterwards, and each line."""
+    """How many of the chosen logs pass each cell, and how many of these reach any line afterwards, and each line."""
     cells = grid.shape[0] * grid.shape[1]
     refuse_too_many(
         cells, "cells", source.grid.path, each=BAND_BYTES * (len(items.ids) + 1), fix="use a larger --cell-m"

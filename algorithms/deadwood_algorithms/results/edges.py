@@ -1,8 +1,8 @@
-"""How close logs get to the edge of the known terrain, and how high they are above it: a DEM read block by block.
+"""How close logs come to the edge of the known terrain, and how high they are above it: a DEM read block by block.
 
 Beyond the DEM, and on its nodata, nothing is known: a log whose centre of mass goes there ends (``left_dem``), and one
-that passes by hangs over the edge with what is out there. Either ends elsewhere than on a larger DEM, so reach and
-spread are off by up to those logs. Blocks of the DEM are read where logs were, so a file of any size will do.
+that passes nearby hangs over the edge with a part of it. Either would end elsewhere on a larger DEM, so reach and
+spread are uncertain by up to those logs. Blocks of the DEM are read where logs were, so a file of any size can be used.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ SAME_PLACE_CELLS = 0.05  # as `rasters` allows for headers that were rounded
 
 
 class Edges:
-    """A DEM of which only the blocks are read that are asked for; without a file, only the grid's border is known.
+    """A DEM of which only the requested blocks are read; without a file, only the border of the grid is known.
 
-    grid : of the run, without values; path : the DEM, or None where no file with that grid was found
+    grid : of the run, without values; path : the DEM, or None if no file with that grid was found
     """
 
     def __init__(self, grid: Grid, paths: list[Path], feedback: Feedback) -> None:
@@ -117,7 +117,7 @@ class Edges:
 
 
 def near_mask(valid: NDArray[np.bool_], margin: int, reach: float) -> NDArray[np.bool_]:
-    """Of the cells inside the margin, those within ``reach`` cells (no more than margin + 1) of an invalid one."""
+    """Of the cells inside the margin, those within ``reach`` cells (at most margin + 1) of an invalid one."""
     size = valid.shape[0] - 2 * margin
     if valid.all():
         return np.zeros((size, size), bool)
@@ -141,7 +141,9 @@ def _same_grid(source: Any, grid: Grid) -> bool:
 
 @contextmanager
 def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback: Feedback) -> Iterator[Edges | None]:
-    """The edges that logs of these deposits may have met: of ``dem``, or of the run whose layer it is; else None."""
+    """The edges that logs of these deposits may have met: of ``dem``, or of the run to which the layer belongs; else
+    None.
+    """
     if dem:
         with open_dem(dem, None, feedback) as (source, dem_crs, transform):
             if not same_crs(dem_crs, crs):

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import UserError
 
-# Of results that have a row per log [bytes]: what is held in memory while they are written, and what the working folder
-# has of a log and of a cell that any log passed (two states of the rasters are kept).
+# For results with one row per log [bytes]: memory while they are written, and size in the working folder
+# per log and per cell that any log passed (two states of the rasters are kept).
 LOG_MEMORY, KEPT_MEMORY, WORK_LOG, WORK_CELL = 2000, 400, 800, 2 * 40
-VERTEX_MEMORY = 100  # of a trajectory's vertex, as it is read, thinned and written
+VERTEX_MEMORY = 100  # per vertex of a trajectory, while read, thinned and written
 # Bytes of a GeoPackage without rows, with its styles, and of a trajectory's row beside its vertices: measured on 400 to
 # 40 000 logs.
 EMPTY_LAYERS, TRAJECTORY_ROW = 220_000, 300
@@ -37,17 +37,17 @@ LEAST_LOG_DISK, LEAST_KEPT_DISK = 1000, 3000
 
 @dataclass(frozen=True)
 class Pilot:
-    """What the pilot took.
+    """The cost of the pilot.
 
     Attributes
     ----------
-    logs, kept : logs that were slid; those of them that kept their trajectory
-    cpu_s, slide_s, other_s : processor time and wall time of the sliding, wall time of all else
-    memory : most bytes that the process has held
+    logs, kept : logs that were slid; those of them whose trajectory is stored
+    cpu_s, slide_s, other_s : processor time and wall time of the sliding, wall time of everything else
+    memory : peak memory of the process [bytes]
     files : size of each file by its name
     passed_cells : cells that any log passed
     vertices : of all trajectories
-    spread : standard deviation of a log's run, by its mean: of the time that it is slid for
+    spread : standard deviation over mean of the time for which a log is slid
     """
 
     logs: int
@@ -154,7 +154,7 @@ def refuse_too_large(found: Forecast, output: str) -> None:
 
 
 def refuse_full_disk(output: str, logs: int, kept: int) -> None:
-    """Raise ``UserError`` before the work where not even the least output of these logs will fit on the disk."""
+    """Raise ``UserError`` before the work if not even the smallest output of these logs fits on the disk."""
     least, room = logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, free_disk(output)
     if least > room:
         raise UserError(
@@ -201,7 +201,7 @@ def words_of_forecast(found: Forecast, output: str) -> tuple[str, ...]:
     off = f" (±{100 * found.off:.0f} %)" if found.off else ""
     rows = {
         "logs": f"{found.logs}, of which {found.kept} keep their trajectory",
-        "core-hours": f"{found.cpu_s / 3600.0:.3g}{off}",
+        "core-hours": f"{significant(found.cpu_s / 3600.0, 3)}{off}",
         "memory": _size(found.memory) + (f"; {_size(free)} are free" if free is not None else ""),
         "disk": f"{_size(found.disk)}, of which {_size(found.disk_at_end)} stay; {_size(free_disk(output))} are free",
         "this machine": f"{_span(found.wall_s)}, {counted(found.threads, 'thread')}",

@@ -1,7 +1,8 @@
-"""The ledgers of a run: every hit of a barrier, and what each tree, lying log or boulder that was hit has taken.
+"""The ledgers of a run: every hit of a barrier, and the totals of each tree, lying log or boulder that was hit.
 
-The engine tells the hits of each chunk of logs. Those of barriers are kept one by one; those of trees are summed by
-tree at once, because a forest is hit a thousand times more often, so memory grows with barriers' hits and trees only.
+The engine reports the hits of each chunk of logs. Those of barriers are stored one by one; those of trees are summed by
+tree immediately, because a forest is hit a thousand times more often, so memory grows with barriers' hits and trees
+only.
 Sums are of whole millinewton-seconds and millijoules, so the order in which hits are added does not matter.
 """
 

@@ -1,11 +1,11 @@
-"""What made a result: its record, known before the work begins, and written into each output when it is whole.
+"""Provenance of a result: its record, known before the work begins, and written into each output when that is complete.
 
-`writing` is the one door through which a tool leaves files. It guards the inputs, which the tool's declaration names;
-hashes them while the tool works; and puts the record into the folder's ``manifest.json``, which also seals every file
+All files of a tool are written through `writing`. It protects the inputs, which the tool's declaration names, hashes
+them while the tool works, and puts the record into the folder's ``manifest.json``, which also seals every file
 of the folder, or into a single file itself.
 
-The ``run_id`` is a digest of what decides the bits: the tool, its version and the engine, the parameters that matter,
-and the inputs by what is in them. Two results with the same one are alike, wherever they were made.
+The ``run_id`` is a digest of what determines the bits: the tool, its version and the engine, the relevant parameters,
+and the content of the inputs. Two results with the same one are identical, wherever they were made.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Making:
         return [value for name, value in self.named.items() if _stamps(value) != self._stamps[name]]
 
     def manifest(self) -> dict[str, Any]:
-        """The whole record, as it stands in a folder's ``manifest.json``."""
+        """The whole record, as in a folder's ``manifest.json``."""
         made = declared.manifest(self.tool, self.ask)
         said = {key: made.pop(key) for key in ("tool", "version", "engine")}
         where = {"run_id": self.run_id, "made_utc": self.began, "platform": _platform(), "libraries": _libraries()}
@@ -192,7 +192,7 @@ def seal_of(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def seal_of_manifest(manifest: Mapping[str, Any]) -> str:
-    """SHA-256 of what is in a manifest, but for this."""
+    """SHA-256 of the content of a manifest, except for this entry."""
     text = json.dumps({key: value for key, value in manifest.items() if key != "seal"}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 

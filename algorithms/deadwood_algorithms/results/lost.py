@@ -54,7 +54,7 @@ def warn_of_lost(n_lost: int, n: int, phrases: Sequence[str], feedback: Feedback
 
 
 def lost_warning(n_lost: int, n: int, phrases: Sequence[str]) -> str | None:
-    """The warning, or None where there is nothing to tell.
+    """The warning, or None if there is none.
 
     phrases : the numbers that depend on the lost logs, each as a clause
     """

@@ -47,7 +47,7 @@ def write_run_rasters(
         written["danger"] = write_danger(folder, hits, danger, layers.dem, ids, danger_least)
         if danger_counts:
             written["danger_count"] = write_danger_counts(folder, danger, layers.dem, ids)
-    rasters.workers.clear()  # what they drew is written, and is the most that a run on a large DEM holds
+    rasters.workers.clear()  # their rasters are written, and are most of the memory of a run on a large DEM
     return written
 
 

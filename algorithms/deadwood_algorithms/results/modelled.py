@@ -45,16 +45,16 @@ CLAUSES = {
     "restitution": "{e} at every contact",
     "at_stems": "{value} at stems and lying logs",
     "at_barriers": "{value} at barriers",
-    "rolling": "{c} of the ground's push times the radius",
+    "rolling": "{c} of the ground's normal force times the radius",
     "rolling_none": "none: rigid ground",
-    "rolling_cloud": "none but that of the points' corners",
+    "rolling_cloud": "only that of the body's corners",
     "cones": "rigid truncated cones, tip half the diameter of the base",
     "shape": "rigid convex bodies of {points} points, {volume_m3} m³, all of one shape",
     "whole_logs": "they do not break or meet each other",
     "trees": "{n} rigid truncated cones",
     "breaking": (
-        "one breaks that would take more in a hit than {kj} kJ times (DBH / 40 cm) to the power of {power}: it takes "
-        "that much and is gone for that log"
+        "a tree that would absorb more than {kj} kJ times (DBH / 40 cm) to the power of {power} in a hit absorbs just "
+        "that and disappears for that log"
     ),
     "lying": "{n} rigid truncated cones at rest on the terrain, in {pieces} straight pieces",
     "blocks": "{n} rigid spheres, with the ground's friction and restitution",
@@ -131,7 +131,7 @@ def _clause(name: str, **numbers: Any) -> Clause:
 
 
 def _apart(trees: float | None, barriers: float | None) -> list[Clause]:
-    """What stems and barriers have of their own; nothing where they have what the ground has."""
+    """Friction and restitution of stems and barriers; empty if they are the ground's."""
     own = (("at_stems", trees), ("at_barriers", barriers))
     return [_clause(name, value=value) for name, value in own if value is not None]
 

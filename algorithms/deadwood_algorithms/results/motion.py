@@ -1,7 +1,7 @@
-"""What stored poses say of a log's motion: the path so far, the direction of travel, the kinetic energy.
+"""A log's motion from stored poses: the path so far, the direction of travel, the kinetic energy.
 
-Poses hold the rate of rotation but not its axis. How fast the log's own axis turns is seen between neighbouring poses;
-what is left of the rate is spin about that axis. With both moments of inertia this gives the energy of rotation to
+Poses contain the rate of rotation but not its axis. The rotation of the log's own axis follows from neighbouring poses;
+the remainder of the rate is spin about that axis. With both moments of inertia this gives the energy of rotation to
 within a few percent of the run's own (which knows every step); it is a small part for logs that slide, and up to half
 of that of translation for those that roll.
 """
@@ -70,7 +70,8 @@ def path_so_far(piece: dict[str, NDArray]) -> Array:
 
 
 def travel(piece: dict[str, NDArray], pose: NDArray[np.int64]) -> Array:
-    """Plan vector from the pose before to each of these poses [m], shape (k, 2); from a log's first pose to its next.
+    """Vector in plan from the previous pose to each of these poses [m], shape (k, 2); from a log's first pose to its
+    next.
 
     (0, 0) where a log did not move.
     """

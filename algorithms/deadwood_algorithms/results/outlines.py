@@ -24,7 +24,7 @@ START = np.datetime64("2000-01-01T00:00:00", "ms")  # UTC
 GAP_S = 0.010
 STAYS_S = 5.0  # the last outlines, after the last log has stopped
 CORNERS = 8  # of each round end
-MOST = 300_000  # outlines; more make an animation that nobody waits for
+MOST = 300_000  # outlines; with more, the animation is too slow
 
 
 @dataclass(frozen=True)

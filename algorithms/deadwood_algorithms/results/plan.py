@@ -1,6 +1,6 @@
-"""What ``--plan`` tells: a pilot of few of the logs, evenly drawn, is slid and written in a folder that goes.
+"""``--plan``: a pilot of few of the logs, drawn evenly, is slid and written to a temporary folder.
 
-`result_or_plan` is all that a tool needs which slides the same logs several times.
+A tool that slides the same logs several times only needs `result_or_plan`.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def result_or_plan(
     logs_there: Callable[[], int],
     least: int = LEAST,
 ) -> Outcome:
-    """What a tool that slides the same logs several times is asked for: its result, or with ``--plan`` what that takes.
+    """For a tool that slides the same logs several times: its result or, with ``--plan``, the forecast of its cost.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def result_or_plan(
     few = min(max(least, options.plan_logs // times), logs)
 
     def slide_few(place: Path) -> tuple[Pilot, int]:
-        load_kernels(None, feedback)  # a compilation is no part of what is forecast
+        load_kernels(None, feedback)  # compilation is not part of the forecast
         place.mkdir()
         pilot = replace(options, output=str(place / Path(options.output).name), logs=few, plan=False, resume=False)
         began = time.perf_counter()
@@ -101,7 +101,7 @@ def result_or_plan(
                 raise UserError(f"--plan, with a pilot of {few} logs: {error}") from error
         whole_s = time.perf_counter() - began
         files = [each for each in place.rglob("*") if each.is_file()]
-        # the same logs again and again: they tell no more of all than themselves
+        # the same logs repeatedly: they contain no more information
         spread = meter.spread * math.sqrt(meter.logs / few)
         took = Pilot(
             logs=meter.logs, kept=0, cpu_s=meter.cpu_s, slide_s=meter.wall_s, other_s=max(0.0, whole_s - meter.wall_s),
@@ -135,12 +135,12 @@ def logs_of_run(folder: str) -> int:
 def planned(
     slide_few: Callable[[Path], tuple[Pilot, int]], output: str, where: Where, workers: int, kept: int | None = 0
 ) -> Outcome:
-    """What ``--plan`` tells: the forecast from a pilot in a folder that goes.
+    """The forecast of ``--plan``, from a pilot in a temporary folder.
 
     Parameters
     ----------
-    slide_few : slides the pilot into a folder; gives what it took, and how many logs the run itself would slide
-    workers : for which the time is given as well; kept : logs that keep their trajectory, None for all
+    slide_few : slides the pilot into a folder; returns its cost, and how many logs the run itself would slide
+    workers : for which the time is given as well; kept : logs whose trajectory is stored, None for all
     """
     with TemporaryDirectory(prefix="deadwood-plan-") as folder:
         took, logs = slide_few(Path(folder) / "pilot")

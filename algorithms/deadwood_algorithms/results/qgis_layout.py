@@ -1,7 +1,7 @@
 """Print layouts of a run for its QGIS project: map, legend, scale bar, north arrow, title, scenario, scale and CRS.
 
-A4 in landscape and in portrait. The map shows the layers of a map theme, so that it prints the same whatever is ticked
-and whichever moment the animation is at; its scale is a round number. Written without QGIS, as `qgis_project`.
+A4 in landscape and in portrait. The map shows the layers of a map theme, so that it prints the same whatever is checked
+and whatever the time of the animation; its scale is a round number. Written without QGIS, as `qgis_project`.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class SheetWords:
 
 
 def layouts_xml(words: SheetWords, extent: Box, theme: str, legend: Sequence[str]) -> str:
-    """The layouts; ``extent`` is what they shall show at least, ``legend`` the nodes of the layers in the legend."""
+    """The layouts; ``extent`` is the least area shown, ``legend`` the nodes of the layers in the legend."""
     return f"<Layouts>{''.join(_layout(each, words, extent, theme, legend) for each in SHEETS)}</Layouts>"
 
 

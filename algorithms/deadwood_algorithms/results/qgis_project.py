@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 PROJECT, SCENE, TERRAIN = "project.qgz", "scene.gpkg", "terrain.vrt"
 DAY = (2000, 1, 1, 0, 0, 0)
-# Title, and the layers in it from the top down; what is in no group goes to the first.
+# Title, and the layers in it from the top down; layers in no group go to the first.
 GROUPS = (
     (
         "Results",
@@ -62,8 +62,8 @@ GROUPS = (
 )
 SHOWN = ("reach", "deposits", "lines", "barriers", "lying_logs", "blocks", "trees", "hit_count", "log_outlines",
          "log_solids")  # fmt: skip
-# Of the 3-D view: what stands on the terrain, and what is draped over it, which is a map theme. The animation is in
-# neither: QGIS 3.22's 3-D view does not mind the time, and would show all of it at once.
+# For the 3-D view: objects standing on the terrain, and layers draped over it, which are a map theme. The animation is
+# in neither: QGIS 3.22's 3-D view ignores the time, and would show all of it at once.
 SOLID = ("trees", "barriers", "blocks", "log_solids")
 DRAPED = ("reach", "lines", "hit_count", "terrain")
 # Logs at rest: where the controller animates, each from the moment on at which it came to rest.
@@ -76,7 +76,7 @@ LEGEND_TITLES = {
     "deposits": "Logs at rest",
     "hit_count": "Logs that pass a cell",
 }
-Named = Callable[[qml.Label], str]  # a name of the project, or the label of a class, put into its language
+Named = Callable[[qml.Label], str]  # a name in the project, or the label of a class, in its language
 MARGIN = 0.1  # of the results' extent, around them
 
 
@@ -164,7 +164,7 @@ def _solids(run: Run) -> geopandas.GeoDataFrame:
     return geopandas.GeoDataFrame(columns, geometry=log_outlines.solids(where), crs=run.deposits.crs)
 
 
-# --- what is in the folder -------------------------------------------------------------------------------------------
+# --- content of the folder ----------------------------------------------------------------------------------------
 
 
 def _package(folder: Path, name: str) -> Iterator[Entry]:
@@ -203,7 +203,7 @@ def _terrain(dem: str, folder: Path, final: Path) -> str:
 
 
 def _seen_from(path: Path, folder: Path) -> str:
-    """A path relative to the project's folder, as QGIS writes them; on another drive as it is."""
+    """A path relative to the project's folder, as QGIS writes it; unchanged on another drive."""
     try:
         return Path(os.path.relpath(path.absolute(), folder.absolute())).as_posix()
     except ValueError:
@@ -295,7 +295,7 @@ def _node(entry: Entry, of: Named, *, shown: bool) -> str:
 def _printed(entry: Entry, of: Named) -> str:
     """A layer in the legend of the print layout, named for a reader who has only the sheet.
 
-    Of a raster QGIS lists the name of its band and the class of no log, which is drawn transparent; both are left out.
+    For a raster QGIS lists the name of its band and the class of no log, which is transparent; both are omitted.
     """
     values = {"legend/title-label": of(LEGEND_TITLES.get(entry.name, entry.title))}
     if not entry.geometry:

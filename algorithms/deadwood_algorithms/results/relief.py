@@ -18,7 +18,7 @@ Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 
 
 def read_relief(run: Run, frame: Extent) -> tuple[np.ndarray, float, Extent] | None:
-    """Heights of the run's DEM (row 0 south) in the frame, thinned; None where the DEM is no longer there."""
+    """Heights of the run's DEM (row 0 south) in the frame, thinned; None if the DEM no longer exists."""
     place = next((each for each in input_paths(run.path, run.manifest, "dem") if is_dem(each)), None)
     if place is None:
         return None

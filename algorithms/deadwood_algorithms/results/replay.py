@@ -38,7 +38,7 @@ def question_of(source: Run, **changes: Any) -> ReleasedScene:
 
 
 def _refuse_unfit(source: Run, declared: Parameter, value: Any) -> None:
-    """Refuse what nobody could have given: the manifest of an older run was edited, or is damaged."""
+    """Reject impossible values: the manifest of an older run was edited, or is damaged."""
     try:
         check_value(declared, value)
         if value is not None:

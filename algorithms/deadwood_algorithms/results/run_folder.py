@@ -42,7 +42,7 @@ def pose_schema(crs: pyproj.CRS | None = None) -> pa.Schema:
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Readable JSON; what is not a number stands as null, because NaN is no JSON."""
+    """Readable JSON; null instead of values that are not numbers, because NaN is not JSON."""
     path.write_text(json.dumps(_plain(content), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
@@ -81,7 +81,7 @@ class Run:
     grid: Grid
     manifest: dict[str, Any]
     stored_log_ids: NDArray[np.int64]
-    changed: tuple[tuple[str, str], ...] = ()  # parameter and file of each input that is not what it was
+    changed: tuple[tuple[str, str], ...] = ()  # parameter and file of each changed input
 
     def part(self, name: str) -> Path:
         """A file of the run, which is the one that was written with it."""
@@ -165,7 +165,7 @@ def run_folder_of(layer: str) -> Path | None:
 
 
 def read_run(path: str, *, feedback: Feedback) -> Run:
-    """Open a run's folder, or say what of it is missing, damaged or of another run; tells which inputs changed."""
+    """Open a run's folder, or report what is missing, damaged or of another run; reports which inputs changed."""
     folder = Path(path)
     if not folder.is_dir():
         raise UserError(f"{path}: the run's folder does not exist; slide-logs makes such a folder")
@@ -194,8 +194,9 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
 
 
 def input_paths(run: Path, manifest: Mapping[str, Any], parameter: str) -> list[Path]:
-    """Where an input of a run may lie: first where it is what it was, then as the manifest names it, as from the run's
-    folder, or beside that."""
+    """Where an input of a run may be: first where it is unchanged, then as the manifest names it, relative to the run's
+    folder, or beside that.
+    """
     named = str(manifest.get("parameters", {}).get(parameter) or "")
     if not named:
         return []
@@ -217,7 +218,7 @@ def input_record(manifest: Mapping[str, Any], parameter: str) -> dict[str, Any] 
 
 
 def changed_inputs(run: Path, manifest: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
-    """Parameter and file of each input of a run that is there, but is not what it was."""
+    """Parameter and file of each input of a run that exists, but has changed."""
     found = [(each["parameter"], *where_now(each, run, manifest.get("folder"))) for each in manifest.get("inputs", ())]
     return tuple((parameter, file) for parameter, _, stands, file in found if stands == CHANGED)
 

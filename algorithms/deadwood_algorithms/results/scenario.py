@@ -1,5 +1,5 @@
-"""What a run slid, as values: the scenario with the sizes that its logs and trees really had, and what became of every
-row of the layers that it was given.
+"""The scenario of a run, as values: the actual sizes of its logs and trees, and the use of every row of the given
+layers.
 """
 
 from __future__ import annotations
@@ -27,15 +27,14 @@ if TYPE_CHECKING:
     from deadwood_algorithms.scene.released_scene import ReleasedScene
 
 # Why a row of a layer had no part in a run, beside those of `items`
-BEYOND_WINDOW = "beyond_window"  # beyond the part of the terrain model that logs can come to
+BEYOND_WINDOW = "beyond_window"  # beyond the part of the terrain model that logs can reach
 NOT_RUN = "not_run"  # a log that --until-ci or --error made needless
 WHYS = (OFF_DEM, NO_TERRAIN, BEYOND_WINDOW, NOT_RUN)
 
 
 def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
-    """What was slid through what; sizes over the logs that were slid, the trees and barriers that stood in the way."""
+    """Logs, laws of contact and scene; sizes over the logs that were slid and the trees and barriers of the scene."""
     logs, prepared = releases.logs, layers.scene
-    posture = np.bincount(logs.orientation, minlength=len(ORIENTATIONS)) / max(len(releases), 1)
     trees = _used(len(layers.tree_ids), prepared.trees_outside)
     barriers = _used(len(layers.barriers.item), prepared.barriers_outside)
     lying = _used(len(layers.lying.item), prepared.lying_outside)
@@ -47,7 +46,7 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
             "length_m": range_of(logs.length),
             "dbh_cm": range_of(releases.dbh_cm),
             "density_kg_m3": range_of(logs.density),
-            "posture": dict(zip(ORIENTATIONS, posture.tolist(), strict=True)),
+            "posture": posture_shares(releases),
         },
         "friction": range_of(mu[np.isfinite(layers.dem.values)]) if isinstance(mu, np.ndarray) else float(mu),
         "rolling_friction": None if layers.shape else scene.rolling_friction,
@@ -85,15 +84,23 @@ def soft_ground_record(scene: ReleasedScene) -> dict[str, float | None] | None:
     return {"strength_mn_m2": scene.soil_strength_mn_m2, "drag": scene.scar_drag}
 
 
-def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
-    """What was slid through what, in one line of a terminal; ``name`` where there are several runs."""
-    logs = scenario["logs"]
+def posture_shares(releases: Releases) -> dict[str, float]:
+    """Which share of the logs starts upright, lying or tilted."""
+    counts = np.bincount(releases.logs.orientation, minlength=len(ORIENTATIONS))
+    return dict(zip(ORIENTATIONS, (counts / max(len(releases), 1)).tolist(), strict=True))
+
+
+def posture_words(logs: dict[str, Any]) -> str:
+    """``upright``, or of several postures the share of each."""
     postures = [name for name in ORIENTATIONS if logs["posture"][name]]
-    posture = (
-        postures[0]
-        if len(postures) == 1
-        else ", ".join(f"{100.0 * logs['posture'][name]:.3g} % {name}" for name in postures)
-    )
+    if len(postures) == 1:
+        return postures[0]
+    return ", ".join(f"{100.0 * logs['posture'][name]:.3g} % {name}" for name in postures)
+
+
+def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
+    """The scenario in one line of a terminal; ``name`` if there are several runs."""
+    logs = scenario["logs"]
     sizes = f"{_span(logs['length_m'], 'm')} long, DBH {_span(logs['dbh_cm'], 'cm')}"
     friction = scenario["friction"]
     laws = [f"friction {_span(friction) if isinstance(friction, dict) else format(friction, 'g')}"]
@@ -119,14 +126,14 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
     dem = scenario["dem"]
     whose = f"scenario of {name}" if name else "scenario"
     return (
-        f"{whose}: {counted(logs['n'], 'log')}, {posture}, {sizes}; "
+        f"{whose}: {counted(logs['n'], 'log')}, {posture_words(logs)}, {sizes}; "
         f"{', '.join(laws)}; {', '.join(met) or 'no obstacle'}; "
         f"{dem['nx']} x {dem['ny']} cells of {dem['cell_m']:g} m; {scenario['fidelity']}, seed {scenario['seed']}"
     )
 
 
 def lines_of_run(source: Run, name: str = "") -> tuple[str, ...]:
-    """The scenario of a run that a tool has read, as its last line; nothing where its summary does not tell it."""
+    """The scenario of a run that a tool has read, as its last line; empty if its summary does not record it."""
     return lines_of_folder(source.path, source.manifest, name)
 
 
@@ -139,7 +146,7 @@ def summary_if_there(folder: Path, manifest: Mapping[str, Any]) -> dict[str, Any
 
 
 def lines_of_folder(folder: Path, manifest: Mapping[str, Any], name: str = "") -> tuple[str, ...]:
-    """The same of a run's folder; ``name`` tells it from others."""
+    """The same for a run's folder; ``name`` distinguishes it from others."""
     scenario = summary_if_there(folder, manifest).get("scenario")
     try:
         return (scenario_line(scenario, name),) if scenario else ()
@@ -176,7 +183,7 @@ def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str
 
 
 def range_of(values: NDArray[np.float64]) -> dict[str, float | None]:
-    """Median, smallest and largest of some values; null where there are none."""
+    """Median, smallest and largest of some values; null if there are none."""
     if not values.size:
         return {"median": None, "low": None, "high": None}
     return {"median": float(np.median(values)), "low": float(values.min()), "high": float(values.max())}

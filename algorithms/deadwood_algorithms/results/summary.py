@@ -9,7 +9,7 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, reach_records
@@ -115,8 +115,8 @@ def held_record(grip: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def speed_record(by_log: Mapping[str, NDArray]) -> dict[str, float]:
-    """Speeds over the logs. The mean leaves out those that still moved at the time limit: they roll slowly for
-    minutes, so their path over time tells the limit and not how fast they went; NaN where every log did.
+    """Speeds over the logs. The mean excludes those that were still moving at the time limit: they roll slowly for
+    minutes, so path over time would reflect the limit; NaN if every log was.
     """
     stopped = ~ended(by_log, "time_limit")
     return {
@@ -202,7 +202,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     lines.append(f"speed: {mean_words(speed, logs['released'])}, max {speed['max_ms']:.1f} m/s")
     lines.append(
         f"accuracy: penetration up to {100 * accuracy['penetration_max_m']:.1f} cm, energy error up to "
-        f"{100 * accuracy['energy_error_rel_max']:.2g} %"
+        f"{significant(100 * accuracy['energy_error_rel_max'], 2)} %"
     )
     lines.append(scenario_line(summary["scenario"]))
     return tuple(lines)
@@ -244,7 +244,7 @@ def loss_of_run(summary: dict[str, Any]) -> str | None:
     for record in summary["spread"]:
         moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
         if moved or many(record["n_left_dem"], record["n"]):
-            phrases.append(f"the spread of release {record['release_id']} is as far as they were seen")
+            phrases.append(f"the spread of release {record['release_id']} is that of the places where they left")
     if many(lost, released):
         phrases.append("their deposits and run-outs are where they left")
     return lost_warning(lost, released, phrases)
@@ -253,16 +253,19 @@ def loss_of_run(summary: dict[str, Any]) -> str | None:
 def enough_words(record: dict[str, Any]) -> str:
     """Whether the intervals became as narrow as was asked, and after how many logs."""
     wide, wanted = 100 * record["half_width"], 100 * record["target_half_width"]
-    widest = f"the widest interval, of line {record['line_id']}, is ±{wide:.2g} points"
+    widest = f"the widest interval, of line {record['line_id']}, is ±{significant(wide, 2)} points"
     if record["reached"]:
-        text = f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: ±{wanted:.2g})"
+        text = (
+            f"enough logs: after {record['logs']} of {record['logs_at_most']}, {widest} (wanted: "
+            f"±{significant(wanted, 2)})"
+        )
         rare = ", ".join(str(each) for each in record.get("told_too_low", []))
         low = (
             f"; of line {rare}, which few logs reach, a run that stops in this way underestimates the reach by up to"
             f" a seventh on average"
         )
         return text + (f"{low} (the interval holds)" if rare else "")
-    return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{wanted:.2g}); release more"
+    return f"not enough logs: after all {record['logs']}, {widest} (wanted: ±{significant(wanted, 2)}); release more"
 
 
 def unseen_words(records: Sequence[Mapping[str, Any]]) -> str:
@@ -277,15 +280,17 @@ def unseen_words(records: Sequence[Mapping[str, Any]]) -> str:
 
 
 def promised_words(record: dict[str, Any]) -> str:
-    """Both errors of the line that is farthest off, apart and together, and who says so of the calculation."""
+    """Both errors of the line that is farthest off, separately and together, and the source of the latter."""
     sampling, calculation, together = (100 * record[name] for name in ("sampling", "calculation", "together"))
     source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
     if record.get("measured_against"):  # by pairs of logs, up to version 0.2
         source = f"measured on this slope against {record['measured_against']}"
-    asked = f", ±{100 * record['error']:.2g} were asked for" if record.get("error") else ""
+    asked = f", ±{significant(100 * record['error'], 2)} requested" if record.get("error") else ""
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"
     return (
-        f"{counted(record['logs'], 'log')} at {record['chosen']}: reach of lines within ±{together:.2g} points "
+        f"{counted(record['logs'], 'log')} at {record['chosen']}: reach of lines within "
+        f"±{significant(together, 2)} points "
         f"at 95 %{asked} "
-        f"(line {record['line_id']}: sampling ±{sampling:.2g}, calculation ±{calculation:.2g} {source}){missed}"
+        f"(line {record['line_id']}: sampling ±{significant(sampling, 2)}, calculation "
+        f"±{significant(calculation, 2)} {source}){missed}"
     )

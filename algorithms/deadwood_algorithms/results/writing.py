@@ -40,6 +40,7 @@ from deadwood_algorithms.results.lost import many, reach_records
 from deadwood_algorithms.results.maps import write_run_rasters
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, pose_schema, write_json
 from deadwood_algorithms.results.run_settings import RunSettings
+from deadwood_algorithms.results.scenario import posture_shares
 from deadwood_algorithms.results.summary import (
     lines_of,
     loss_of_run,
@@ -202,9 +203,9 @@ def write_results(
     by_log.close()
     write_json(folder / SUMMARY, summary)
     making.facts |= {**_facts(layers, releases), "effective": effective_values(releases)}
-    if settings.auto is not None:  # by --fidelity auto, which goes by the clock of the machine
+    if settings.auto is not None:  # by --fidelity auto, which depends on the clock of the machine
         making.facts["chosen"] = {"fidelity": settings.fidelity, "logs": len(releases)}
-    write_manifest(folder, making.manifest())  # for what reads the run before it is whole and sealed
+    write_manifest(folder, making.manifest())  # for readers of the run before it is complete and sealed
     feedback.progress(3, 3, "writing the results")
     names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs
     paths = {"output": final} | {key: final / name for key, name in names.items()}
@@ -212,7 +213,7 @@ def write_results(
 
 
 def effective_values(releases: Releases) -> dict[str, dict[str, float]]:
-    """Least, median and largest of what the logs had, from their columns or from the options."""
+    """Least, median and largest of what the logs had, from their columns or from the options; shares of postures."""
     logs = releases.logs
     columns = {
         "dbh_cm": releases.dbh_cm,
@@ -223,11 +224,12 @@ def effective_values(releases: Releases) -> dict[str, dict[str, float]]:
         "speed_ms": logs.speed,
         "drop_m": logs.drop,
     }
-    return {
+    ranges = {
         name: {"min": float(values.min()), "median": float(np.median(values)), "max": float(values.max())}
         for name, values in columns.items()
         if values.size
     }
+    return ranges | {"orientation": posture_shares(releases)}
 
 
 def in_pieces(
@@ -416,7 +418,7 @@ def reach_frame(lines: Items, touched: NDArray[np.bool_], left: NDArray[np.bool_
 def reached_by(
     layers: SceneLayers, touched: NDArray[np.bool_], by_log: Columns, releases: Releases
 ) -> Iterator[geopandas.GeoDataFrame]:
-    """One row for each log and line that it reached, drawn at the log's release point: from where is the road hit?"""
+    """One row for each log and line that it reached, drawn at the log's release point: where do arrivals come from?"""
     lines = layers.lines
     for start in range(0, len(releases), PIECE):
         rows = slice(start, start + PIECE)

@@ -1,4 +1,4 @@
-"""What a log is like whose layer does not say it: one group of options of every tool that slides released logs."""
+"""Defaults for logs whose layer lacks columns: one group of options of every tool that slides released logs."""
 
 from __future__ import annotations
 

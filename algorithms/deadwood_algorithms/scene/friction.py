@@ -94,7 +94,7 @@ def as_written(values: NDArray[np.float32]) -> Array:
     """Single precision as the shortest decimal that it stands for: a cell of 0.3 is 0.3, not 0.30000001192."""
     out = values.astype(np.float64, order="C")
     wrong = np.isfinite(out) & (out != 0.0)
-    for digits in (6, 7, 8, 9):  # 9 tell any two apart
+    for digits in (6, 7, 8, 9):  # 9 digits distinguish any two
         given = out[wrong]
         scale = 10.0 ** (digits - 1 - np.floor(np.log10(np.abs(given))))
         short = np.rint(given * scale) / scale
@@ -147,7 +147,7 @@ def _polygons(path: str, crs: pyproj.CRS, column: str | None, feedback: Feedback
 def _burnt(shapes: NDArray, values: Array, grid: Grid, *, added: bool = False) -> Array:
     """The value of the polygon over each cell's centre, or the sum of all there; NaN, or 0, where there is none.
 
-    Calculated in cells from the corner of the whole DEM, less whole numbers: a window gives what the whole gives.
+    Calculated in cells from the corner of the whole DEM, minus whole numbers: a window gives the same as the whole.
     """
     from rasterio.enums import MergeAlg
     from rasterio.features import rasterize

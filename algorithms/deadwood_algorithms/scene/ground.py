@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.heights import STEEPEST_DEG, holes_in, slopes_of, steep_words
+from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.params.tool import Feedback
 
 # Relief that is smaller than a log holds it, and cells larger than this know none: of 20 logs on one steep hillside all
@@ -25,10 +26,11 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
     holes = holes_in(grid.values)
     if holes:
         several = f"{holes.number} parts" if holes.number > 1 else "a part"
-        largest = f", the largest {holes.largest * grid.cell**2:.4g} m²" if holes.number > 1 else ""
+        largest = f", the largest {significant(holes.largest * grid.cell**2, 4)} m²" if holes.number > 1 else ""
         place = grid.x0 + holes.column * grid.cell, grid.y0 + holes.row * grid.cell
         feedback.warn(
-            f"{grid.path}: {several} without heights inside the DEM ({holes.cells * grid.cell**2:.4g} m²{largest}, "
+            f"{grid.path}: {several} without heights inside the DEM "
+            f"({significant(holes.cells * grid.cell**2, 4)} m²{largest}, "
             f"near {place[0]:.0f}, {place[1]:.0f}): logs that come there end as if they had left it (left_dem); fill "
             "them from another terrain model, or by interpolation (in QGIS: Fill NoData)"
         )
@@ -38,7 +40,7 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
 
 
 def median_slope_deg(grid: Grid) -> float:
-    """From enough rows to tell; 0 where no two cells have heights."""
+    """From a sufficient number of rows; 0 if no two cells have heights."""
     step = max(1, grid.shape[0] // ROWS_LOOKED_AT)
     rows = np.arange(0, grid.shape[0] - 1, step)
     slopes = np.concatenate([slopes_of(grid.values[row : row + 2], grid.cell) for row in rows])

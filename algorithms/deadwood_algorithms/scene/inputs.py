@@ -1,4 +1,4 @@
-"""What a simulation is made of, as values: layers by their paths, laws of contact, what the layers may leave out."""
+"""Inputs of a simulation, as values: layers by their paths, laws of contact, defaults for missing columns."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ CONTACT_LAWS = (
 
 @dataclass(frozen=True, kw_only=True)
 class SceneInputs:
-    """Layers are paths, None where there is none; ``friction`` is a coefficient or the path of a layer.
+    """Layers are paths, None if there is none; ``friction`` is a coefficient or the path of a layer.
 
     defaults : of the columns that `DefaultLog` names; laws : keyword arguments of the engine's ``slide``
-    presets : what was taken by name; breaking : at what energy trees break, None: they do not
+    presets : those used; breaking : energy at which trees break, None: they do not
     """
 
     dem: str

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 # Why a row of a layer has no part in a run
 OFF_DEM = "off_dem"  # it lies beyond the terrain model
 NO_TERRAIN = "no_terrain"  # on its last half cell or on nodata, where the surface has no height
-ROWS_NAMED = 5  # an error names so many rows, then counts the rest
+ROWS_NAMED = 5  # an error names this many rows, then counts the rest
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Items:
         return Items([*self.ids, *more.ids], geometry, np.concatenate([self.item, more.item + len(self.ids)]))
 
     def first_time(self, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
-        """From (n, rows) to (n, items): the earliest time, NaN where there is none."""
+        """From (n, rows) to (n, items): the earliest time, NaN if there is none."""
         out = np.full((by_row.shape[0], len(self.ids)), np.nan)
         for row, item in enumerate(self.item):
             out[:, item] = np.fmin(out[:, item], by_row[:, row])
@@ -134,9 +134,9 @@ def shared_words(
 
 
 def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
-    """The ids from the first of these fields that the layer has; the row numbers, from 1, where it has none.
+    """The ids from the first of these fields that the layer has; the row numbers, from 1, if it has none.
 
-    A row without a ``name`` (a road that the map has no name for) is called by its number: row 7.
+    A row without a ``name`` (a road without a name on the map) is called by its number: row 7.
     """
     name = next((name for name in names if name in frame), None)
     if name == "name":

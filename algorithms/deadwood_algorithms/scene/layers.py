@@ -117,7 +117,7 @@ class SceneLayers:
         ).prepared_again()
 
     def prepared_again(self) -> SceneLayers:
-        """The scene prepared of these arrays: after some of them have been changed."""
+        """The scene prepared again from these arrays, after some of them were changed."""
         watched = _watched(self.dem, self.lying_logs, self.blocks.solid)
         engine_lines = _watched_too(self.engine_lines, watched)
         trees = self.with_capacity(self.trees)
@@ -166,7 +166,7 @@ def read_scene(
     watched = _watched(grid, lying, boulders.solid)
     stems = breaking.of(standing.trees) if breaking else standing.trees
     scene = _prepared(grid, mu, stems, engine_barriers, _watched_too(engine_lines, watched), lying, boulders.solid)
-    # what is not there leaves the digest of a scene without it
+    # absent layers do not change the digest of a scene without them
     there = (*((boulders.solid,) if boulders.ids else ()), *((stems.capacity,) if breaking else ()))
     digest = digest_of(
         grid.values, [grid.cell, grid.x0, grid.y0], mu, stems[:4], engine_barriers, engine_lines, lying, *there
@@ -195,8 +195,8 @@ def read_scene(
 def _watched(grid: Grid, lying: LyingLogs, blocks: Blocks) -> Mapping[str, NDArray[np.float64]]:
     """Lines along the sides of a window.
 
-    A lying log rests on all the terrain below it, so none that is cut by the window's side may be met; nor may a block
-    whose middle is beyond it.
+    A lying log rests on all the terrain below it, so none that the window's side cuts may be met; nor may a boulder
+    whose centre is beyond it.
     """
     return watched_sides(grid, beyond_m=max(_longest(lying), 0.5 * float(blocks.diameter.max(initial=0.0))))
 
@@ -317,9 +317,15 @@ def lines_layer(path: str, crs: pyproj.CRS, feedback: Feedback) -> geopandas.Geo
 def lines_of(frame: geopandas.GeoDataFrame | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
     """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one.
 
-    Without that field rows of one name do. Either is reported.
+    Without that field rows of one name do. Either is reported, and that results call lines by their rows.
     """
     if frame is None:
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
     paths = paths_of(frame, grid, "line", feedback)
+    words = [str(each) for each in frame.select_dtypes(include=["object", "string"]).columns]
+    if words and "line_id" not in frame and "name" not in frame:
+        feedback.note(
+            f"{where_of(frame)}: without a field line_id or name the lines are called by their rows, 1 to "
+            f"{len(frame)}; rename '{words[0]}' if it holds their names"
+        )
     return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths, feedback)

@@ -1,4 +1,4 @@
-"""Lying logs as obstacles, from a layer of lines: where they lie, how thick they are, what they are called."""
+"""Lying logs as obstacles, from a layer of lines: positions, diameters, ids."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ RASTER_BYTES = 28  # a cell and thread
 # thread. Pages that no log reaches are never allocated: the most it can be.
 DANGER_BYTES = 4
 WORKER_BYTES = 300_000_000  # of libraries and kernels in a process of --scheduler local (measured: 250 MB)
-LOG_BYTES = 800  # a released log, mostly its row as it is read: 370 of four columns (docs/memory.md), 620 of thirteen
+LOG_BYTES = 800  # a released log, mostly its row as read: 370 with four columns (docs/memory.md), 620 with thirteen
 MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, this number for each core; more gain nothing
 
 
@@ -31,7 +31,7 @@ def threads_that_fit(
     cell: float = 1.0,
     danger_lines: int = 0,
 ) -> int:
-    """The threads wanted, or as many as help and as there is memory for; results are the same with any number.
+    """The requested threads, or as many as are useful and fit in memory; results are the same with any number.
 
     ``what`` is the DEM's path, ``cell`` the side of its cells [m], for the fix; ``danger_lines`` are the lines whose
     danger is counted.
@@ -39,7 +39,7 @@ def threads_that_fit(
     Raises
     ------
     UserError
-        where not even one fits: what is needed, what there is, and how to fix it
+        if not even one fits: what is needed, what is available, and how to fix it
     """
     cores = os.cpu_count() or 1
     most = max(MOST_THREADS, MOST_A_CORE * cores)

@@ -1,12 +1,13 @@
-"""The part of a large DEM that logs can reach: guessed generously from an energy line, and proved by the run itself.
+"""The part of a large DEM that logs can reach: estimated generously from an energy line, and verified by the run
+itself.
 
-From each release an energy line falls outwards with a slope of `slope`; where the ground rises above it, no log is
-expected. The guess walks over blocks of the DEM from the releases outwards, so it reads no more than a little beyond
-its answer, however large the file. It need not be right: a watched line runs inside every side of the window that is
+From each release an energy line descends outwards with a slope of `slope`; where the ground rises above it, no log is
+expected. The estimate proceeds over blocks of the DEM from the releases outwards, so it reads only a little more than
+its result, however large the file. It need not be right: a watched line runs inside every side of the window that is
 not a side of the DEM itself, and a log that touches it is slid again in a wider window. The line keeps such a distance
-from the window's side that nothing beyond the side can have touched a log, a bit of it included, that did not touch
-the line: its outline is drawn at least every four cells of travel, a step moves it by less, roughness is known from
-three cells around, and obstacles are looked for within 2 m of it.
+from the window's side that nothing beyond the side can have affected a log, even by a bit, that did not touch the line:
+its outline is drawn at least every four cells of travel, a step moves it by less, roughness is known from three cells
+around, and obstacles are sought within 2 m of it.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from deadwood_algorithms.params.tool import UserError
 
 BLOCK_CELLS = 256  # side of the blocks that the guess walks over
 # From a side of the window to the line that watches it: cells for steps and outlines, metres for obstacles (the
-# engine's margin of 2 m, once more for what moves in between, and the thickest of trees).
+# engine's margin of 2 m, once more for the motion in between, and the thickest of trees).
 WATCH_CELLS, WATCH_M = 16, 8.0
 WIDER = 0.5  # of its width, is what a window grows by at a side that was touched
 SIDES = ("west", "south", "east", "north")
@@ -33,14 +34,14 @@ SIDES = ("west", "south", "east", "north")
 def first_part(
     dem: DemWindows, x: NDArray[np.float64], y: NDArray[np.float64], *, lift_m: float, slope: float, margin_m: float
 ) -> Part:
-    """The window that logs released at these places are expected to stay in.
+    """The window in which logs released at these places are expected to stay.
 
     Parameters
     ----------
-    x, y : release points [m]; those off the DEM are passed over
+    x, y : release points [m]; those off the DEM are ignored
     lift_m : how high above the ground of its release a log's energy lets it rise at most (its height, v^2 / 2g)
     slope : of the energy line [-]
-    margin_m : added around what the line gives, for the logs' length
+    margin_m : added around the estimate, for the logs' length
     """
     head = _heads(dem, x, y, lift_m)
     if not head:

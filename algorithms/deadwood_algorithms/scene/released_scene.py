@@ -204,7 +204,7 @@ class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
     crs: str | None = tool.crs()
 
     def inputs(self, releases: str = "") -> SceneInputs:
-        """What a simulation is made of, as a record."""
+        """The inputs of a simulation, as a record."""
         return SceneInputs(
             dem=self.dem,
             crs=self.crs,

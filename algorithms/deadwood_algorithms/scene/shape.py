@@ -24,7 +24,7 @@ MOST_POINTS = 20_000
 USUAL_M = (0.05, 60.0)  # a body smaller or larger than this is more likely given in another unit
 # Beyond this it is refused: no stone below 1 cm is worth the steps that it asks for, no log is longer than a tree.
 LIMITS_M = (0.01, TREE_M[1])
-FARTHEST_M = 1e8  # of the points from their origin; beyond, numbers no longer tell millimetres from nothing
+FARTHEST_M = 1e8  # of the points from their origin; beyond, numbers cannot represent millimetres
 
 
 def read_points(path: str) -> NDArray[np.float64]:

@@ -28,7 +28,7 @@ def _quantiles(name: str, what: str, unit: str) -> RasterFile:
 SUSCEPTIBILITY = _one("susceptibility", "How easily a log starts there, 0 to 1", "1", look="susceptibility")
 FACTORS = RasterFile(
     name="factors",
-    meaning="What the susceptibility is made of",
+    meaning="Factors of the susceptibility",
     bands=(
         Band(name="slope", meaning="Slope at the scale of a log", unit="°"),
         Band(name="roughness", meaning="Standard deviation of the heights about the fitted surface", unit="m"),
@@ -119,7 +119,7 @@ CELL_QUANTILES = (
 ORIGIN_REACH = RasterFile(
     name="origins",
     look="danger",
-    meaning="From where the lines are reached: by the cells in which logs were released",
+    meaning="Origin of the logs that reach the lines, by release cell",
     bands=(
         Band(name="any line", meaning="Share of the cell's logs that reach any line; NaN if too few", unit="1"),
         Band(name="any line: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
@@ -242,7 +242,7 @@ DESIGN_VALUES = TableFile(
         a_text("place_id", "The barrier or line"),
         a_text(
             "quantity",
-            "What of the log: its energy (of translation and rotation), either apart, speed, height, impulse",
+            "Quantity of the log: energy (translation and rotation together), each separately, speed, height, impulse",
             choices=("energy", "translation", "rotation", "speed", "height", "impulse"),
         ),
         a_text("unit", "Unit of the values"),
@@ -252,7 +252,7 @@ DESIGN_VALUES = TableFile(
         a_number("ci_low", "Lower end of its exact interval; empty where the logs are too few for one"),
         a_number("ci_high", "Upper end"),
         a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
-        a_text("note", "The same in words, or why the quantity is not there"),
+        a_text("note", "The same in words, or why the quantity is missing"),
         a_number("n_lost", "Logs that left the terrain model and had not reached the place", 0),
         a_number("factor", "The rule's factor for this percentile; empty where the rule uses another; with --rule", 0),
         a_number("design_value", "The percentile times the factor"),
@@ -286,7 +286,7 @@ SITED_TABLE = TableFile(
 )
 INTENSITY_LINES = TableFile(
     name="lines.csv",
-    meaning="Each line by the least energy that reaches it; the last seven but one only with a frequency",
+    meaning="Each line by the least energy that reaches it; the last eight but one only with a frequency",
     columns=(
         a_text("line_id", "The line or polygon"),
         a_number("at_least_kj", "Least energy of the logs that count; 0: all that reach it", 0),
@@ -302,6 +302,7 @@ INTENSITY_LINES = TableFile(
         a_number("return_period_years", "Mean time between them; empty where no log reaches", 0, unit="a"),
         a_number("return_ci_low_years", "Lower end of its 95 % interval", 0, unit="a"),
         a_number("return_ci_high_years", "Upper end; empty where there is none", 0, unit="a"),
+        a_number("return_ci_low_years_if_lost", "Lower end if all logs that left before reach it", 0, unit="a"),
         a_number("return_class", "Class of the return period, from 1, the shortest; 0 where no log reaches", 0),
         a_text("note", "Remark"),
     ),
@@ -351,7 +352,7 @@ VARIED_RUNS = TableFile(
 )
 TORNADO = TableFile(
     name="tornado.csv",
-    meaning="One row for each outcome and factor: what it does alone between the ends of its range",
+    meaning="One row for each outcome and factor: its effect alone between the ends of its range",
     columns=(
         a_text("outcome", "`runout_mean_m`, or `reach_` and a line"),
         a_text("factor", "The factor"),
@@ -380,7 +381,8 @@ SENSITIVITY = TableFile(
         a_number("total_ci_low", "Lower end of its 95 % interval", 0, 1),
         a_number("total_ci_high", "Upper end", 0, 1),
         a_text(
-            "crossed", "Whether the estimate of the first-order index is above the total's, which only chance makes"
+            "crossed",
+            "Whether the first-order index was estimated above the total one, by chance: both are then their mean",
         ),
         a_number("mean", "The outcome's mean over the ranges"),
         a_number("variance", "Its variance over the ranges, without what so few logs add by chance"),
@@ -401,7 +403,7 @@ FIDELITIES = TableFile(
         a_number("difference", "Value less the finest's, or a distance"),
         a_number("ci_low", "Lower end of the difference's 95 % interval, over the same logs"),
         a_number("ci_high", "Upper end"),
-        a_number("noise", "What chance does to this quantity in a run of the planned number of logs", 0),
+        a_number("noise", "Sampling noise of this quantity in a run with the planned number of logs", 0),
         a_text("verdict", "Whether the error is shown to stay below that"),
     ),
 )
@@ -435,13 +437,13 @@ _SHARE_KEYS = (
 
 def _wood(name: str, what: str) -> tuple[Key, ...]:
     return (
-        _key(name, f"What the {what} did, as a whole; null without them"),
+        _key(name, f"Effect of all {what} together; null without them"),
         _key(f"{name}.n_total", f"How many {what} there are"),
         _key(f"{name}.n_hit", "How many of them were hit"),
         _key(f"{name}.n_hits", "Hits of all of them"),
         _key(f"{name}.n_stops", "Logs that they hold at the end"),
         _key(f"{name}.n_stopping", "How many of them hold one"),
-        _key(f"{name}.impulse_sum_kns", "Momentum that they took up in blows [kN s]"),
+        _key(f"{name}.impulse_sum_kns", "Momentum that they absorbed in impacts [kN s]"),
         _key(f"{name}.energy_taken_kj", "Energy that logs lost to them [kJ]"),
     )
 
@@ -456,7 +458,7 @@ def _range(name: str, what: str) -> tuple[Key, ...]:
 
 
 _SCENARIO_KEYS = (
-    _key("scenario", "What was slid through what, as it took effect"),
+    _key("scenario", "The scenario as it was simulated: logs, laws of contact and scene"),
     _key("scenario.logs", "The logs that were run"),
     _key("scenario.logs.n", "How many"),
     *_range("scenario.logs.length_m", "Their lengths [m]"),
@@ -473,12 +475,12 @@ _SCENARIO_KEYS = (
     _key("scenario.slip_friction.beta_per_s", "How fast slip decays in the air [1/s]"),
     _key("scenario.soft_ground", "The ground that a shape of points digs into; null where it is hard"),
     _key("scenario.soft_ground.strength_mn_m2", "Its strength M_E [MN/m²]"),
-    _key("scenario.soft_ground.drag", "Drag coefficient of what compacts"),
+    _key("scenario.soft_ground.drag", "Drag coefficient of the soil that compacts"),
     _key("scenario.trees", "The standing trees that logs can meet"),
     _key("scenario.trees.n", "How many"),
     *_range("scenario.trees.dbh_cm", "Their DBH [cm]"),
     *_range("scenario.trees.height_m", "Their heights [m]"),
-    _key("scenario.breaking", "At what energy trees break; null where they do not"),
+    _key("scenario.breaking", "Energy at which trees break; null if they do not"),
     _key("scenario.breaking.capacity_kj", "Energy that a tree of 40 cm DBH takes [kJ]"),
     _key("scenario.breaking.power", "Exponent of DBH / 40 cm with which it grows"),
     _key("scenario.barriers", "The barriers"),
@@ -499,7 +501,7 @@ _SCENARIO_KEYS = (
 
 
 def _above_keys(name: str, what: str) -> Iterator[Key]:
-    yield _key(f"above_capacity.{name}", f"Hits above what {what} can take; null where its capacity is not given")
+    yield _key(f"above_capacity.{name}", f"Hits above the capacity of {what}; null where it is not given")
     yield _key(f"above_capacity.{name}.n_hits", "How many")
     groups = {"all": "all logs", "held_by_trees": "logs that standing trees hold", "reach[]": "logs that reach a line"}
     for group, whose in groups.items():
@@ -515,11 +517,11 @@ def _above_keys(name: str, what: str) -> Iterator[Key]:
 
 
 _ABOVE_KEYS = (
-    _key("above_capacity", "Hits above what trees or logs can take; null without --tree-, --log-capacity-kj"),
+    _key("above_capacity", "Hits above the capacity of trees or logs; null without --tree-, --log-capacity-kj"),
     _key("above_capacity.tree_capacity_kj", "Energy that a tree of 40 cm DBH takes [kJ]"),
     _key("above_capacity.tree_capacity_power", "Exponent of DBH / 40 cm with which it grows"),
     _key("above_capacity.break_trees", "Whether trees break that would take more: hits above are then those that did"),
-    _key("above_capacity.log_capacity_kj", "What a log of 40 cm DBH can lose in a hit [kJ]"),
+    _key("above_capacity.log_capacity_kj", "Energy that a log of 40 cm DBH can lose in a hit [kJ]"),
     _key("above_capacity.log_capacity_power", "Exponent of DBH / 40 cm with which that grows"),
     *_above_keys("of_trees", "a standing tree"),
     *_above_keys("of_logs", "a log"),
@@ -540,14 +542,17 @@ SUMMARY = JsonFile(
             "How firmly single trees hold logs, which depends on the friction there; null without trees",
         ),
         _key("held.n_by_one_tree", "Logs that one standing tree alone holds, beside the ground"),
-        _key("held.near_edge_deg", "Angle between its push and the edge of its friction cone that counts as near"),
+        _key(
+            "held.near_edge_deg",
+            "Angle of its contact force to the edge of the friction cone that counts as near",
+        ),
         _key("held.n_near_edge", "Logs nearer to the edge than that: a little less friction, and they slip off"),
         _key("held.p_near_edge", "Their share of the logs so held; null where there is none"),
         _key("held.ci_low", "Lower end of its 95 % Wilson interval"),
         _key("held.ci_high", "Upper end"),
         *_ABOVE_KEYS,
         _key("until_ci", "How --until-ci ended the run; null without it"),
-        _key("until_ci.target_half_width", "Half-width that was asked for"),
+        _key("until_ci.target_half_width", "Half-width that was requested"),
         _key("until_ci.reached", "Whether every line's interval is that narrow"),
         _key("until_ci.half_width", "Half-width of the widest, widened for the repeated looks"),
         _key("until_ci.line_id", "Its line"),
@@ -575,7 +580,7 @@ SUMMARY = JsonFile(
         _key("barriers[].n_stopped", "Logs that it holds"),
         _key("barriers[].n_overjumped", "Logs that passed above it"),
         _key("barriers[].n_passed_beside", "Logs that passed beside it"),
-        _key("barriers[].n_hits", "Hits; a hit lasts until 0.1 s pass without a push"),
+        _key("barriers[].n_hits", "Hits; a hit lasts until 0.1 s pass without contact"),
         _key("barriers[].energy_max_kj", "Largest kinetic energy of a log just before a hit [kJ]"),
         _key("barriers[].height_max_m", "Largest height of a hit above the terrain [m]"),
         *_wood("trees", "trees"),
@@ -591,7 +596,7 @@ SUMMARY = JsonFile(
         _key("accuracy.time_step_s", "Longest time step [s]"),
         _key("accuracy.station_spacing_m", "Distance of the contact rings [m]"),
         _key("accuracy.penetration_max_m", "Deepest penetration of all logs [m]"),
-        _key("accuracy.energy_error_rel_max", "Largest energy error, relative to the energy turned over"),
+        _key("accuracy.energy_error_rel_max", "Largest energy error, relative to the energy available"),
         _key("accuracy.contact_residual_max", "Largest residual of the contact problem"),
         _key("accuracy.unconverged_steps", "Steps whose contact solver did not converge"),
         _key("accuracy.auto", "What --fidelity auto promises, of the line that is farthest off; null without it"),
@@ -601,12 +606,12 @@ SUMMARY = JsonFile(
         _key("accuracy.auto.calculation", "Error of the calculation, against reference"),
         _key("accuracy.auto.together", "Both together, at 95 %: more than either, less than their sum"),
         _key("accuracy.auto.line_id", "The line"),
-        _key("accuracy.auto.error", "What was asked for by --error; not there with --budget"),
+        _key("accuracy.auto.error", "The error requested with --error; absent with --budget"),
         _key("accuracy.auto.reached", "Whether that is kept, for each line"),
         _key("accuracy.auto.logs", "Logs that were run"),
         _key("accuracy.auto.logs_at_most", "Logs that could have been"),
         *_SCENARIO_KEYS,
-        _key("counted", "What became of the rows of each layer that was given: read = used + left out"),
+        _key("counted", "Use of the rows of each layer that was given: read = used + left out"),
         _key("counted.LAYER", "The layer, by the parameter that named it"),
         _key("counted.LAYER.read", "Its rows"),
         _key("counted.LAYER.used", "Those that had a part in the run"),
@@ -632,7 +637,7 @@ SITES_FACTS = JsonFile(
     meaning="Summary of the runs of all sites",
     keys=(
         _key("sites", "How many sites"),
-        _key("sites.asked", "That were asked for"),
+        _key("sites.asked", "That were requested"),
         _key("sites.done", "That have their run"),
         _key("sites.failed", "That failed"),
         _key("logs", "How many logs"),
@@ -687,7 +692,10 @@ MANIFEST_OF_RUN = JsonFile(
     meaning=MANIFEST.meaning,
     keys=(
         *MANIFEST_OF_SCENE.keys,
-        _whole("effective", "Least, median and largest of what the logs had, from their columns or the options"),
+        _whole(
+            "effective",
+            "Least, median and largest of what the logs had, from their columns or the options; of orientation shares",
+        ),
         _whole("chosen", "With --fidelity auto the fidelity and the number of logs"),
         _key("grid", "Grid of the terrain model"),
         _key("grid.nx", "Its columns"),
@@ -733,10 +741,10 @@ COMPARISON_FACTS = JsonFile(
 )
 INTENSITY_FACTS = JsonFile(
     name="classes.json",
-    meaning="What the classes are, what ground each has, and whose rule they are",
+    meaning="The classes: meaning, area of ground, source of the rule",
     keys=(
-        _key("rule", "Whose rule the classes are"),
-        _key("decides", "What is left to an expert"),
+        _key("rule", "Source of the classes"),
+        _key("decides", "What an expert must judge"),
         _key("energy", "Which energy of a cell is classed"),
         _key("least_passage", "How many logs must bring the energy of a cell"),
         _key("least_passage.share", "Their least share of the logs; 0: the largest energy of all logs is classed"),
@@ -826,8 +834,8 @@ FIDELITY_FACTS = JsonFile(
         _key("recommendation.fidelity", "Its name; null where none is shown to do"),
         _key("recommendation.sentence", "The same in words"),
         _key("recommendation.judged_by", "The criterion"),
-        _key("recommendation.logs_needed", "About how many logs could show what these could not"),
-        _key("recommendation.silent_lines", "Lines that all logs reach or none, which decide nothing"),
+        _key("recommendation.logs_needed", "About how many logs would be needed to decide"),
+        _key("recommendation.silent_lines", "Lines that all logs reach or none, which cannot decide anything"),
         _whole("recommendation.verdicts", "By fidelity: whether its error is shown to be small enough"),
         _whole("settings", "By fidelity: its numbers, as the engine has them"),
         _key("postures", "One per quantity with all logs in another posture at the start, at the cheapest fidelity"),
@@ -874,7 +882,7 @@ VARIED_FACTS = JsonFile(
 )
 SITED_FACTS = JsonFile(
     name="summary.json",
-    meaning="What was chosen, and all in numbers",
+    meaning="The choice, and all numbers",
     keys=(
         _key("logs", "Logs that were slid"),
         _key("slid_again", "How often a log was slid again with a barrier"),
@@ -883,7 +891,7 @@ SITED_FACTS = JsonFile(
         _whole("reach_by_line", "The same by line"),
         _whole("reach_by_line_after", "By line, with all barriers that were chosen"),
         _whole("chosen", "The rows of pareto.csv of the chosen sets"),
-        _key("stopped_because", "Why no more barriers were chosen; empty where there are as many as asked for"),
+        _key("stopped_because", "Why no more barriers were chosen"),
         _whole("rows", "All rows of pareto.csv"),
     ),
 )
@@ -994,7 +1002,7 @@ CALIBRATION_PICTURE = OtherFile(
     name="calibration.png", meaning="Likelihood by coefficient, and a map of the most likely"
 )
 FIDELITY_PICTURE = OtherFile(name="comparison.png", meaning="Error against cost")
-TORNADO_PICTURE = OtherFile(name="tornado.png", meaning="What each factor does to each outcome, and its indices")
+TORNADO_PICTURE = OtherFile(name="tornado.png", meaning="Effect of each factor on each outcome, and its indices")
 SITED_PICTURE = OtherFile(
     name="barriers.png", meaning="A map of candidates and chosen barriers, and what is left by length and height"
 )

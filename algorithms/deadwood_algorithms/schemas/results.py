@@ -32,7 +32,7 @@ _STRENGTH = (
 )
 
 _GROUND = (
-    a_number("susceptibility", "How easily a log starts there, 0 to 1 (assess-mobilisation says how)", 0, 1),
+    a_number("susceptibility", "How easily a log starts there, 0 to 1 (see assess-mobilisation)", 0, 1),
     a_number("slope_deg", "Slope of the terrain at the scale of a log", 0, 90),
     a_number("roughness_m", "Standard deviation of the heights about the fitted surface", 0),
     a_count("gully", "1 in a gully, else 0"),
@@ -72,7 +72,7 @@ DEPOSITS = Layer(
         a_count("barrier_hits", "How many barriers it hit"),
         a_count("tree_hits_above", "Hits in which a standing tree took more than it can, or broke (--break-trees)"),
         a_count("log_hits_above", "Hits in which it lost more than a log can; with --log-capacity-kj"),
-        a_number("energy_error_rel", "Energy gained by the numbers, relative to the energy turned over"),
+        a_number("energy_error_rel", "Energy gained by numerical error, relative to the energy available"),
         a_number("penetration_max_m", "Deepest penetration of terrain, tree or barrier", 0),
         *SIZE,
         a_number("density_kg_m3", "Density of its wood", 0, exclusive=True),
@@ -121,19 +121,19 @@ POSES = Layer(
 BARRIER_HITS = Layer(
     name="barrier_hits",
     geometry=("Point Z",),
-    meaning="Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without a push",
+    meaning="Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without contact",
     columns=(
         a_count("log_id", "The log"),
         RELEASE,
         an_id("barrier_id", "The barrier"),
-        a_number("t_s", "Time of the first push since the log's start", 0),
-        a_number("duration_s", "From the first to the last push of the hit", 0),
+        a_number("t_s", "Time of the first contact since the log's start", 0),
+        a_number("duration_s", "From the first to the last contact of the hit", 0),
         a_number("height_m", "Height of the place above the terrain"),
         a_number("speed_ms", "Speed of the log's centre of mass just before", 0),
         a_number("energy_kj", "Kinetic energy of the log just before, of translation and rotation", 0),
         a_number("energy_taken_kj", "Energy that the log lost to the barrier in this hit, by impact and friction"),
-        a_number("impulse_kns", "Momentum that the barrier took up in blows; steady leaning is left out", 0),
-        a_number("angle_deg", "Between the log's velocity and the square on what it hit: 0 is head-on", 0, 180),
+        a_number("impulse_kns", "Momentum that the barrier absorbed in impacts; steady load is left out", 0),
+        a_number("angle_deg", "Between the log's velocity and the normal of the obstacle: 0 is head-on", 0, 180),
         a_count("stopped", "1 for the last hit of a log that the barrier holds at the end, else 0"),
     ),
 )
@@ -141,32 +141,32 @@ BARRIER_HITS = Layer(
 TREE_HITS = Layer(
     name="tree_hits",
     geometry=("Point",),
-    meaning="Every tree that was hit, and what it took of the logs: its protective value",
+    meaning="Every tree that was hit, and the energy and impulse that it absorbed: its protective value",
     columns=(
         an_id("tree_id", "The tree"),
         a_number("dbh_cm", "Diameter at breast height", 0),
         a_number("height_m", "Height of the tree", 0),
         a_count("n_logs", "Logs that hit it"),
-        a_count("n_hits", "Hits; a hit lasts until 0.1 s pass without a push"),
+        a_count("n_hits", "Hits; a hit lasts until 0.1 s pass without contact"),
         a_count("n_stops", "Logs that it holds at the end"),
-        a_number("impulse_sum_kns", "Momentum that it took up in blows, the sum of all hits", 0),
+        a_number("impulse_sum_kns", "Momentum that it absorbed in impacts, the sum of all hits", 0),
         a_number("impulse_max_kns", "The same of its hardest hit", 0),
         a_number("energy_taken_kj", "Energy that logs lost to it, by impact and friction, the sum of all hits"),
-        a_count("n_above", "Hits in which it took more than it can, or broke: for every log it stands anew"),
+        a_count("n_above", "Hits in which it took more than it can, or broke: it stands again for each log"),
     ),
 )
 
 LYING_HITS = Layer(
     name="lying_hits",
     geometry=("LineString",),
-    meaning="Every lying log that was hit, and what it took of the sliding ones",
+    meaning="Every lying log that was hit, and the energy and impulse that it absorbed",
     columns=(an_id("lying_id", "The lying log"), *TREE_HITS.columns[3:-1]),
 )
 
 BLOCK_HITS = Layer(
     name="block_hits",
     geometry=("Point",),
-    meaning="Every boulder that was hit, and what it took of the sliding logs",
+    meaning="Every boulder that was hit, and the energy and impulse that it absorbed",
     columns=(
         an_id("block_id", "The boulder"),
         a_number("diameter_m", "Its diameter", 0),
@@ -211,7 +211,7 @@ REACH_OF_RUN = Layer(
 REACHED_BY = Layer(
     name="reached_by",
     geometry=("Point Z",),
-    meaning="One row for each log and line that it reached, where the log was released: from where is the road hit?",
+    meaning="One row for each log and line that it reached, where the log was released: where do arrivals come from?",
     columns=(
         a_count("log_id", "The log"),
         RELEASE,
@@ -236,7 +236,9 @@ ARRIVALS = Layer(
         a_number("clearance_m", "Lowest gap between log and terrain"),
         a_number("height_m", "Height of the centre of mass above the terrain; empty without the terrain model"),
         a_number("azimuth_deg", "Direction of travel, clockwise from grid north", 0, FULL_CIRCLE),
-        a_number("impact_deg", "Angle in plan between direction of travel and line: 0 along it, 90 square on", 0, 90),
+        a_number(
+            "impact_deg", "Angle in plan between direction of travel and line: 0 parallel, 90 perpendicular", 0, 90
+        ),
         a_number("axis_deg", "Angle in plan between direction of travel and log: 0 end first, 90 broadside", 0, 90),
         a_number("touch_x", "Easting of the line's place that is nearest to the log", unit="m"),
         a_number("touch_y", "Northing of it", unit="m"),
@@ -349,7 +351,7 @@ FLIGHTS = Layer(
     meaning="The path of the centre of mass between take-off and landing; a straight line where no parabola joins them",
     columns=(
         an_id("flight_id", "The flight. Missing: name, else the row number, from 1"),
-        a_text("verdict", "Whether the log can have flown so, and if not, why not", choices=VERDICTS),
+        a_text("verdict", "Whether such a flight is possible, and if not, why not", choices=VERDICTS),
         a_number("distance_m", "Horizontal distance of the two points", 0),
         a_number("fall_m", "Height of the take-off above the landing"),
         a_number("takeoff_deg", "Angle of the path at the take-off, upward positive", -90, 90),
@@ -428,7 +430,7 @@ MOVED = Layer(
         a_count("log_id", "The log"),
         RELEASE,
         a_number("moved_m", "Horizontal distance of the two deposits", 0),
-        a_number("runout_change_m", "By how much farther it went than in the first scenario"),
+        a_number("runout_change_m", "Increase of the run-out over the first scenario"),
         a_text("stop_reason", "How the log's run ended in this scenario", choices=STOP_REASONS),
         a_text("stop_reason_reference", "How it ended in the first", choices=STOP_REASONS),
     ),
@@ -621,7 +623,7 @@ SITED_GAIN = (
 SITED = Layer(
     name="barriers",
     geometry=BARRIERS.geometry,
-    meaning="The run's own barriers and those chosen, with what each does when all stand; as slide-logs takes them",
+    meaning="The run's own barriers and those chosen, with the effect of each when all stand; as slide-logs reads them",
     columns=(
         an_id("barrier_id", "The barrier"),
         BARRIERS.column("height_m"),
@@ -639,7 +641,7 @@ SITED = Layer(
 STEMS = Layer(
     name="stems",
     geometry=("Point",),
-    meaning="Every tree of windthrow, where it stood: what becomes of its stem in each scenario",
+    meaning="Every tree of windthrow, where it stood: the state of its stem in each scenario",
     columns=(
         an_id("tree_id", "The tree"),
         a_number("dbh_cm", "Diameter at breast height", 0),

@@ -1,13 +1,13 @@
 """`--fidelity auto`: which fidelity, and how many logs, keep a promised error at the least cost, decided on this slope.
 
-The error is the distance of every line's reach from what `reference` would give (``promise``). What is known of each
-fidelity's calculation: `reference` is off by nothing, by definition; others by a bound that the caller takes for
-granted (``assumed``), as the benchmark's page measured it. The cheapest that can keep the promise slides its first
-logs; the shares that these show say how many it takes, and whether another fidelity would be cheaper after all.
+The error is the distance of every line's reach from what `reference` would give (``promise``). Known about each
+fidelity's calculation: the error of `reference` is zero by definition; that of others has a bound that the caller
+assumes (``assumed``), as measured on the benchmark page. The cheapest that can keep the promise slides its first
+logs; the shares observed determine how many are needed, and whether another fidelity would be cheaper after all.
 
-With a budget of time instead, all is the same but the goal: the least error that can be had in the time that is left.
-There costs are seconds. With an error to keep, they are those of the page, so that every machine, every number of
-threads and every resumed run decides alike.
+With a budget of time instead, everything is the same but the goal: the least error within the remaining time. Costs are
+then in seconds. With an error to keep, they are those of the page, so that every machine, every number of threads and
+every resumed run makes the same decision.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.simulate.fidelity_trade import COSTS
 from deadwood_algorithms.simulate.promise import logs_for, sampling_of, sigma_for, sigma_of, together_of
 from deadwood_algorithms.stats.statistics import Z_95
 
-FIRST_LOOK = 200  # logs that tell how many it takes
+FIRST_LOOK = 200  # logs from which the number needed is estimated
 LEAST = 50  # logs that any promise takes
-PROBE = 32  # logs that tell how long one takes
+PROBE = 32  # logs from which the time of one is estimated
 MORE = 100  # of the logs that have slid, the least part that is added where they turn out to be too few
 MOST_REPEATS = 50  # of the run's end, where the share turned out to need more logs than planned
 
@@ -44,7 +45,7 @@ class Slid:
         return self.reach.mean(axis=0).tolist()
 
 
-Slide = Callable[[str, int], Slid]  # slides so many logs of the draw at a fidelity, or takes those that were
+Slide = Callable[[str, int], Slid]  # slides a number of logs of the draw at a fidelity, or reuses those already slid
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,9 @@ class Option:
     def why(self) -> str:
         if self.fidelity == "reference":
             return "reference is the reference"
-        return f"{self.fidelity} is assumed to have an error of ±{100 * max(self.bounds):.2g} points at most"
+        return (
+            f"{self.fidelity} is assumed to have an error of ±{significant(100 * max(self.bounds), 2)} points at most"
+        )
 
 
 @dataclass(frozen=True)
@@ -73,19 +76,19 @@ class Chosen:
 def keep_error(
     error: float, cap: int, line_ids: Sequence[Any], slide: Slide, assumed: Mapping[str, float], many: str = "the layer"
 ) -> Chosen:
-    """Slide what keeps the promise, and say what was chosen and why.
+    """Slide as many logs as keep the promise, and report the choice and its reason.
 
     Parameters
     ----------
     error : of every line's reach, as a share
     cap : all logs of the draw
-    assumed : bounds on the error of calculation that are taken for granted; that of `reference` is 0
+    assumed : assumed bounds on the error of calculation; that of `reference` is 0
     many : what has ``cap`` logs, for messages
 
     Raises
     ------
     UserError
-        where not even all logs can keep it; says what they can
+        if not even all logs can keep it; states what they can
     """
     trusted = trusted_of(assumed, len(line_ids))
     option = _cheapest(error, trusted, [0.5] * len(line_ids), 2**40)
@@ -124,7 +127,7 @@ def _cheapest(error: float, options: Sequence[Option], shares: Sequence[float], 
 
 
 def needed(error: float, option: Option, shares: Sequence[float], cap: int) -> int | None:
-    """Logs with which sampling and calculation together come to the error, for every line; None where too many."""
+    """Number of logs with which sampling and calculation together reach the error, for every line; None if too many."""
     found = 1
     for bound, share in zip(option.bounds, shares, strict=True):
         logs = logs_for(sigma_for(error, bound), share, cap)
@@ -147,13 +150,13 @@ def spend_budget(
     assumed: Mapping[str, float],
     decided: Callable[[Option, int], None],
 ) -> Chosen:
-    """Slide what comes nearest to the truth in the time that is left, and say what was chosen and why.
+    """Slide what is most accurate in the remaining time, and report the choice and its reason.
 
     Parameters
     ----------
     left : seconds, now
-    decided : called with the fidelity and the number of logs as soon as they are chosen, and again where that number is
-        set again on the way
+    decided : called with the fidelity and the number of logs as soon as they are chosen, and again if that number is
+        changed later
     """
     trusted = trusted_of(assumed, len(line_ids))
 

@@ -1,6 +1,7 @@
-"""A run with `--fidelity auto`, carried out: any number of the first logs of a draw, at any fidelity.
+"""A run with `--fidelity auto`: any number of the first logs of a draw, at any fidelity.
 
-Each fidelity has a working folder of its own, so the logs that decided are the run's first where theirs was chosen.
+Each fidelity has a separate working folder, so the logs that led to the decision are the run's first if theirs was
+chosen.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is slid together, and what it has in common with what is slid before and after it."""
+"""Logs that are slid together, and what they share with the batches before and after."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""The hidden working folder ``.NAME.part`` beside a run's folder, in which a run keeps its finished chunks of logs.
+"""The hidden working folder ``.NAME.part`` beside a run's folder, in which a run stores its finished chunks of logs.
 
-An interrupted run continues from it with ``--resume``. A checkpoint holds the rasters after the chunks finished by
-then; later chunks are slid again, so what is resumed is the run that was interrupted, bit for bit.
+An interrupted run continues from it with ``--resume``. A checkpoint contains the rasters after the chunks finished by
+then; later chunks are slid again, so the resumed run equals the interrupted one, bit for bit.
 
-Nothing in it is believed without its seal: a digest, at the end of each file, of its content, of its name and of the
-run's identity. So a flipped bit, a cut file, a chunk copied over another or brought from another run is found out; what
-such a file held is slid again. The two last checkpoints are kept, so that a damaged one costs little.
+Nothing in it is trusted without its seal: a digest, at the end of each file, of its content, its name and the
+run's identity. A flipped bit, a truncated file, a chunk copied over another or from another run is therefore detected,
+and its logs are slid again. The two last checkpoints are kept, so that a damaged one costs little.
 """
 
 from __future__ import annotations
@@ -69,9 +69,9 @@ class WorkFolder:
         _write_whole(self.path / IDENTITY, json.dumps(written, indent=1).encode())
 
     def _refuse_another(self, identity: dict[str, Any], feedback: Feedback) -> None:
-        """Refuse work that was begun with other inputs, parameters or code.
+        """Reject work that was begun with other inputs, parameters or code.
 
-        Where the file that says so is damaged, the seals of the chunks decide: those of another run do not fit.
+        If the file that records them is damaged, the seals of the chunks decide: those of another run do not fit.
         """
         before = _read_identity(self.path / IDENTITY)
         if before is None:
@@ -123,7 +123,7 @@ class WorkFolder:
         self._write(_poses_name(chunk), table.getvalue())
 
     def checkpoint(self, finished: int, rasters: Totals, grid: Grid) -> None:
-        """Keep the rasters as they are after ``finished`` chunks: the cells that any log has passed over.
+        """Store the rasters after ``finished`` chunks: the cells that any log has passed.
 
         The cells are numbered in the whole DEM, of which ``grid`` may be a window.
         """
@@ -261,7 +261,7 @@ def _packed(arrays: Mapping[str, NDArray]) -> bytes:
 
 
 def _remove(place: Path) -> None:
-    """A file, or the folder that someone has put in its place."""
+    """Remove a file, or a folder that someone has put in its place."""
     if place.is_dir():
         shutil.rmtree(place)
     else:

@@ -1,4 +1,4 @@
-"""A run, chunk by chunk: what is done is kept, so that an interrupted run continues where it was, bit for bit."""
+"""A run, chunk by chunk: finished work is stored, so that an interrupted run continues where it was, bit for bit."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ FIRST_CHUNKS = (32, 64, 128, 256)  # logs after which they end
 # at work.
 CHECKPOINT_SHARE, CHECKPOINT_S = 0.05, 10.0
 
-# Of a chunk's result, the scene, the logs' ids and the seconds that it took: what is kept by log, and the poses.
+# From a chunk's result, the scene, the ids and the seconds that it took: the values stored by log, and the poses.
 Keeper = Callable[[Result, SceneLayers, NDArray[np.int64], float], tuple[Mapping[str, NDArray], pa.Table]]
 
 
@@ -66,7 +66,7 @@ class DrawnScene:
 class ChunkedRun:
     """Logs in the order of a queue, slid until all are or its rule has enough.
 
-    keep : bool (n,), by row of the releases, whose poses are kept; keeper : what is kept of a chunk
+    keep : bool (n,), by row of the releases, whose poses are stored; keeper : selects what is stored of a chunk
     """
 
     simulation: Simulation
@@ -77,7 +77,7 @@ class ChunkedRun:
     queue: Queue
     work: WorkFolder
     feedback: Feedback
-    remove: Callable[[], None] = field(init=False)  # what is kept, once the results are written
+    remove: Callable[[], None] = field(init=False)  # removes what is stored, once the results are written
 
     def __post_init__(self) -> None:
         self.remove = self.work.remove
@@ -85,8 +85,8 @@ class ChunkedRun:
     def slide(self) -> None:
         """Slide the logs that are not yet done, one chunk after the other.
 
-        A log near the side of the DEM's window has drawn on the rasters what it may not do on the whole DEM, so all
-        since the last checkpoint is slid again on a wider one.
+        A log near the side of the DEM's window may have written to the rasters what it would not on the whole DEM, so
+        all logs since the last checkpoint are slid again on a wider one.
         """
         queue, work, feedback = self.queue, self.work, self.feedback
         load_kernels(self.slope.layers.shape, feedback)

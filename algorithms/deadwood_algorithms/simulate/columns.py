@@ -1,6 +1,6 @@
-"""The results of all logs of a run, on the disk: columns are read where they are asked for, whole or some rows of them.
+"""The results of all logs of a run, on the disk: columns are read on request, whole or some rows of them.
 
-A million logs would else hold 260 MB from the first row that is written to the last.
+A million logs would otherwise occupy 260 MB from the first row written to the last.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What each fidelity costs, and its error of calculation, as the README tells them.
+"""The cost of each fidelity, and its error of calculation, as published.
 
 Measured on five synthetic slopes by ``python -m benchmarks``, which writes these tables, too; a test compares them with
 what it measured.
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Points(NamedTuple):
-    """A difference of reach and its 95 % interval [points], to the tenth that the README tells."""
+    """A difference of reach and its 95 % interval [points], to the published tenth."""
 
     value: float
     ci_low: float

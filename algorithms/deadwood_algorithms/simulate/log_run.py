@@ -1,4 +1,4 @@
-"""The logs of a run, ready to slide: on what, by which laws, what is kept of them, and where unfinished work lies."""
+"""The logs of a run, ready to slide: the scene, the laws, what is stored of them, and where unfinished work is kept."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from deadwood_engine import Fidelity
 class LogRun:
     """What slides and how.
 
-    keep : bool (n,), by row of the releases, whose poses are kept; keeper : what is kept of a chunk
-    output : the place of the result, beside which unfinished work is kept; resume : whether that is gone on with
-    identity : what decides the results beside scene, logs and laws
+    keep : bool (n,), by row of the releases, whose poses are stored; keeper : selects what is stored of a chunk
+    output : the place of the result, beside which unfinished work is kept; resume : whether to continue it
+    identity : what determines the results besides scene, logs and laws
     """
 
     simulation: Simulation

@@ -80,9 +80,9 @@ def sides_of(result: Result, left: NDArray[np.bool_], dem: Grid) -> list[str]:
 
 
 def further(layers: SceneLayers, result: Result, rows: NDArray[np.intp], falls: float) -> Array:
-    """How far [m] in plan logs would continue, were the ground as steep as before the edge; infinite if too steep.
+    """How far [m] in plan logs would continue if the ground were as steep as before the edge; infinite if too steep.
 
-    falls : slope of the energy line, as it is taken for the first window of a large terrain model
+    falls : slope of the energy line, as for the first window of a large terrain model
     """
     v = result.last_state[rows][:, [VX, VY]]
     speed = np.maximum(np.hypot(*v.T), 1e-9)

@@ -29,7 +29,7 @@ from deadwood_algorithms.simulate.packed import (
 from deadwood_algorithms.simulate.sparse import take_sparse
 from deadwood_engine import FIDELITIES, Fidelity, Logs, Rasters, Result, Scene, Start, Trees, place_logs, slide
 
-# Arrays of so many bytes are sent apart: another friction, or another line, then leaves the terrain where it is.
+# Arrays larger than this [bytes] are sent separately: for another friction or line the terrain is not sent again.
 LARGE = 1 << 15
 _KEPT_SCENES = 3
 _scenes: OrderedDict[str, Scene] = OrderedDict()
@@ -42,7 +42,7 @@ class WrongScene(Exception):
 
 
 class WrongEngine(Exception):
-    """A piece has come to a worker of another engine."""
+    """A piece has been sent to a worker with another engine."""
 
 
 def packed_scene(scene: Scene) -> tuple[bytes, dict[str, NDArray]]:
@@ -81,7 +81,7 @@ def _for_kernels(array: NDArray) -> NDArray:
 
 
 def slide_piece(order: bytes, block: bytes, large: Sequence[NDArray]) -> bytes:
-    """Slide the logs of a piece, on one thread; what became of them, and the cells that they passed."""
+    """Slide the logs of a piece, on one thread; their results, and the cells that they passed."""
     facts, (frame, state, body, keep, inside, bands) = from_block(order)
     if (facts["version"], facts["engine"]) != (VERSION, engine_digest()):
         raise WrongEngine(f"version {VERSION}, engine {engine_digest()}")
@@ -140,10 +140,10 @@ def answer_of(block: bytes, order: str) -> tuple[Result, dict[str, NDArray]]:
 
 
 def look(version: str, engine: str) -> bytes:
-    """Of which version and engine this process is, and, if of these, the digest of what it makes of a few logs.
+    """Version and engine of this process and, if they are these, the digest of its results for a few logs.
 
-    The same engine gives other bits where the processor, or the library of sines and cosines, is another: only a
-    worker that slides these logs as the asking machine does can give the same bytes as it would.
+    The same engine gives other bits if the processor, or the library of sines and cosines, is another: only a
+    worker with the same digest as the requesting machine can give the same bytes.
     """
     facts = {"version": VERSION, "engine": engine_digest()}
     if facts != {"version": version, "engine": engine}:

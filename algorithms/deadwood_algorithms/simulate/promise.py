@@ -1,12 +1,12 @@
-"""How far a share may lie from the finest fidelity's: error of sampling and of calculation, apart and together.
+"""How far a share may be from the finest fidelity's: sampling error and error of calculation, separately and together.
 
-A run of n logs at fidelity f gives a share p. It is off from what `reference` would give for endlessly many such logs
+A run of n logs at fidelity f gives a share p. It differs from what `reference` would give for infinitely many such logs
 by s + d: s is chance, with a standard error sigma that shrinks with n; d is the calculation's, the same for every n.
-Of d a bound is known, |d| <= b. Then s + d is worst where d is +-b, and the 95 % point of |normal(b, sigma)| is what
-the two come to *together*: more than either, less than their sum (a bias-aware interval, Armstrong and Kolesar 2018).
-With b = 0 it is the usual 1.96 sigma, with b >> sigma it is b + 1.645 sigma, for then only one side can fail.
+A bound of d is known, |d| <= b. Then s + d is worst for d = +-b, and the 95 % point of |normal(b, sigma)| is the error
+of both *together*: more than either, less than their sum (a bias-aware interval, Armstrong and Kolesar 2018). With b =
+0 it is the usual 1.96 sigma, with b >> sigma it is b + 1.645 sigma, because then only one side can fail.
 
-Each line is its own statement, as everywhere in the toolbox.
+Each line is a separate statement, as everywhere in the toolbox.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ import math
 
 from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
-# Of a promise at 95 %: the number of logs is set by what the logs themselves show, which takes a little off, and a
-# share of few logs is not quite normal.
+# Of a promise at 95 %: the number of logs is determined by the logs themselves, which reduces the coverage a little,
+# and a share of few logs is not quite normal.
 RISK = 0.04
 
 
 def _within(bias: float, most: float) -> float:
-    """Probability that a normal number of mean ``bias`` and standard deviation 1 is no farther from 0 than ``most``."""
+    """Probability that a normal number of mean ``bias`` and standard deviation 1 is at most ``most`` from 0."""
     return 0.5 * (math.erf((most - bias) / math.sqrt(2.0)) + math.erf((most + bias) / math.sqrt(2.0)))
 
 
 def together_of(bound: float, sigma: float, risk: float = RISK) -> float:
-    """What sampling (standard error ``sigma``) and a calculation that is off by at most ``bound`` come to."""
+    """Combined error of sampling (standard error ``sigma``) and a calculation whose error is at most ``bound``."""
     if sigma <= 0.0:
         return bound
     low, high = 0.0, bound / sigma + 10.0
@@ -37,7 +37,7 @@ def together_of(bound: float, sigma: float, risk: float = RISK) -> float:
 
 
 def sigma_for(error: float, bound: float, risk: float = RISK) -> float:
-    """The standard error with which the two come to ``error``; 0 where the bound alone is no smaller."""
+    """The standard error with which both together reach ``error``; 0 if the bound alone is no smaller."""
     if bound >= error:
         return 0.0
     low, high = 0.0, error

@@ -1,21 +1,21 @@
 """Enough logs? The order in which a run takes its logs, and when it may end before the last of them.
 
-With ``--until-ci W`` the logs are taken in the order of a hash of seed and log_id, so that those run are at any moment
-an even random sample of all. After 1000, 2000, 4000, ... logs, and after all of them, the run looks at the interval of
-every line's reach probability; it ends when the widest is no wider than +-W. Looks depend on the number of logs alone,
-never on chunks, threads or an interruption, so the same logs are run whatever these are.
+With ``--until-ci W`` the logs are taken in the order of a hash of seed and log_id, so that those run so far are always
+a random sample of all. After 1000, 2000, 4000, ... logs, and after all of them, the run checks the interval of every
+line's reach probability; it ends when the widest is at most +-W. The checks depend on the number of logs alone, never
+on chunks, threads or an interruption, so the same logs are run in any case.
 
-A run that ends when its numbers please is biased; one that looks often enough is pleased by chance. So the rule never
-sees where an interval lies, only how wide it is, and the intervals that it looks at are widened, as Pocock did for
-clinical trials (1977), such that those of ALL looks hold their true value at once with 95 %: whichever look the run
-ends at, its interval does. The estimates after n and 2n logs share half their logs, so with m looks the worst of them
-behaves like the largest of m standard normal numbers of which each neighbours correlate by sqrt(1/2). That gives
-z = 2.18 for 2 looks, 2.41 for 4, 2.75 for 11 (Pocock's own 2.41 for 5 is for looks at equal distances, which correlate
-more). Between the lines nothing is corrected: each line's interval is its own statement.
+A run that ends when its result is favourable is biased, and with enough checks chance makes it favourable. The rule
+therefore never uses the position of an interval, only its width, and the intervals at the checks are widened, as Pocock
+did for clinical trials (1977), such that those of ALL checks contain their true value simultaneously with 95 %: at
+whichever check the run ends, its interval does. The estimates after n and 2n logs share half their logs, so with m
+checks the worst of them behaves like the largest of m standard normal numbers of which neighbours correlate by
+sqrt(1/2). That gives z = 2.18 for 2 checks, 2.41 for 4, 2.75 for 11 (Pocock's own 2.41 for 5 is for equidistant checks,
+which correlate more). There is no correction between lines: each line's interval is a separate statement.
 
-The estimate itself is not corrected. Its interval is narrow sooner where chance let few logs reach, so of a rare reach
-a stopped run tells too little in the mean: by up to 14 % of it where it is 0.1 to 1 %, by less than 1 % of it from 5 %
-on (tested). Lines that so few logs reach are named.
+The estimate itself is not corrected. Its interval narrows earlier if by chance few logs reach, so for a rare reach a
+stopped run underestimates on average: by up to 14 % of the reach if it is 0.1 to 1 %, by less than 1 % from 5 % on
+(tested). Lines that so few logs reach are named.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from deadwood_algorithms.stats.statistics import wilson_interval
 
 FIRST_LOOK = 1000
 COVERAGE = 0.95
-RARE = 0.02  # share below which a stopped run tells too little in the mean: at it by 2 to 3 % of it at most
+RARE = 0.02  # share below which a stopped run underestimates on average: at it by at most 2 to 3 % of it
 NODES = 64  # of the quadrature over one look: z is exact to 1e-10
 
 

@@ -31,7 +31,7 @@ _open: dict[tuple[str, int | None], Workers] = {}
 
 
 def refuse_no_scheduler(scheduler: str | None, workers: int | None) -> None:
-    """Raise ``UserError`` for an address that cannot be one; what nobody answers at is found out by asking."""
+    """Raise ``UserError`` for an impossible address; whether anything answers there is found out by connecting."""
     if scheduler is None:
         if workers is not None:
             raise UserError("--workers needs --scheduler: local starts that number on this machine")
@@ -104,7 +104,7 @@ def _connected(scheduler: str, number: int, feedback: Feedback) -> Iterator[Work
 def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
     """The address of ``number`` processes of one thread each, and the certificate that they require.
 
-    Processes, for the kernels let go of Python's lock, but what lies around them does not.
+    Processes, because the kernels release Python's lock, but the code around them does not.
     """
     import dask.config as dask_config
 
@@ -128,7 +128,7 @@ def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
                 security=security,
                 dashboard_address=None,
                 worker_dashboard_address=None,
-                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # without pages, and in nobody's way
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # without pages, on a port that disturbs nobody
                 memory_limit=0,  # what fits is computed before the run
                 silence_logs=logging.CRITICAL,
                 preload=["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],  # Ctrl-C is ours to answer

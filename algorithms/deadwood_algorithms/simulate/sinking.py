@@ -7,7 +7,7 @@ from threading import Lock
 
 import numpy as np
 
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_engine import Logs, Result, Shape, Start
 from deadwood_engine.log_body import BASE_RADIUS
 
@@ -49,7 +49,8 @@ class Sinking:
         metres, part = self.deepest
         return (
             f"{self.deep} of {counted(self.slid, 'log')} that slid sank deeper than {TOO_DEEP:g} of their diameter "
-            f"into the ground or an obstacle, the deepest {metres:.2g} m ({part:.2g} diameters), on cells of "
+            f"into the ground or an obstacle, the deepest {significant(metres, 2)} m ({significant(part, 2)} "
+            f"diameters), on cells of "
             f"{cell:g} m: their paths are not reliable; take a finer fidelity, and look at the terrain model where "
             "they went"
         )

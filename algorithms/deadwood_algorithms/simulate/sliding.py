@@ -112,21 +112,20 @@ def slide_batch(
     until_reached: bool = False,
     **more: Any,
 ) -> tuple[Result, list[str]]:
-    """Slide the logs as the simulation says (laws, fidelity, where), on the window that there is.
+    """Slide the logs according to the simulation (laws, fidelity, where), on the present window.
 
-    ``report`` is called with the number of logs done, and says whether to stop. Also returns the sides of the window
-    that some log came too near to: where there are any, neither the result nor what was drawn on the rasters may be
-    used.
+    ``report`` is called with the number of logs done, and returns whether to stop. Also returns the sides of the window
+    that some log came too close to: if there are any, neither the result nor the rasters may be used.
 
-    ``later`` are the batches that will be asked for next, with which the workers of a scheduler may begin while a slow
-    log keeps this one waiting. With ``influences`` the result tells what mattered to each log, with ``until_reached``
-    a log is left when it has reached every line that it is not ``inside``; more : stages, as the engine takes them,
-    which make it shorter and change no answer: workers do without.
+    ``later`` are the batches needed next, on which the workers of a scheduler may start while a slow log delays this
+    one. With ``influences`` the result contains what mattered to each log, with ``until_reached`` a log ends when it
+    has reached every line that it is not ``inside``; more : stages, as the engine takes them, which save time and
+    change no result: workers do without.
 
     Raises
     ------
     Cancelled
-        where the user or ``report`` stopped it
+        if the user or ``report`` stopped it
     """
     where, fidelity = simulation.where, simulation.fidelity
     laws = dict(simulation.laws) | ({"until_reached": True} if until_reached else {})

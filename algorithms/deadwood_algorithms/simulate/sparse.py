@@ -10,13 +10,14 @@ from deadwood_engine.trace import HITS
 
 
 def take_sparse(rasters: Rasters) -> dict[str, NDArray]:
-    """Take the cells that a log has hit or come to rest on out of the first worker's rasters, which are empty then.
+    """Take the cells that a log has hit or come to rest on out of the first worker's rasters, which are empty
+    afterwards.
 
-    The system is slow in handing out fresh memory (10 us a page): emptied rasters serve the next piece.
+    The system is slow in providing fresh memory (10 us a page): emptied rasters serve the next piece.
     """
     first = rasters.workers[0]
     hits = first.hits[:, :, HITS]
-    # a row at a time: most of a large window was never touched, and most of what was lies in few rows
+    # a row at a time: most of a large window was never touched, and the touched cells are in few rows
     rows = np.flatnonzero(hits.any(axis=1) | first.deposits.any(axis=1))
     at, column = np.nonzero((hits[rows] > 0) | (first.deposits[rows] > 0))
     row = rows[at]

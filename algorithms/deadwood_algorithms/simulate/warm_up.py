@@ -1,4 +1,4 @@
-"""The engine's kernels, compiled or read from disk before a clock runs; that they are compiled is said beforehand."""
+"""The engine's kernels, compiled or read from disk before any timing starts; a compilation is announced."""
 
 from __future__ import annotations
 
@@ -40,9 +40,10 @@ def load_kernels(shape: Shape | None, feedback: Feedback) -> None:
 
 @contextmanager
 def compiling_said(feedback: Feedback) -> Iterator[None]:
-    """Within it the first kernel that is not in the cache is announced before it is compiled; none, no word.
+    """Within it, compilation is announced before the first kernel that is not in the cache; otherwise nothing is
+    printed.
 
-    Whether one is there only Numba knows, which says so when it begins to compile.
+    Only Numba knows whether one is in the cache, and reports it when it starts to compile.
     """
     listener = _Announcer(feedback)
     with event.install_listener("numba:compile", listener):

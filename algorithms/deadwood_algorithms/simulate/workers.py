@@ -1,8 +1,8 @@
 """Logs slid by the workers of a Dask scheduler: pieces of the work go out, results come back, the same bits as here.
 
-Dask brings messages, scheduling and the news of who is there. What is ours: which worker may be used at all (one of
-this engine, that computes this machine's bits), how large a piece is, that little is out at a time, so that a worker
-added late is soon used and a slow log at the end holds nobody up, and that a piece whose worker died goes out again.
+Dask provides messages, scheduling and the list of workers. Decided here: which worker may be used (one with this
+engine that computes this machine's bits); the size of a piece; that little is out at a time, so that a worker
+added late is soon used and a slow log at the end delays nobody; and that the piece of a worker that died is sent again.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from deadwood_engine import Interrupted, Rasters, Result, Scene, Shape, Start, p
 PIECE_S, LEAST_PIECE_S = 1.0, 0.02
 FIRST_PIECE, MOST_A_PIECE = 8, 512  # logs, before it is known how long one takes, and at most
 OUT_PER_THREAD = 2  # pieces: one at work, one that waits for it
-MOST_WAITING = 8192  # logs done ahead of a batch that a slow log keeps waiting: their results lie in memory
-LOOK_EVERY_S = 1.0  # who is there
-WAIT_S = 60.0  # for a worker, before it is said that none is there
+MOST_WAITING = 8192  # logs done ahead of a batch that a slow log delays: their results are kept in memory
+LOOK_EVERY_S = 1.0  # between two checks of the workers
+WAIT_S = 60.0  # for a worker, before their absence is reported
 LOST_S = 20.0  # without a word from the scheduler, before it is taken for lost
 MOST_TRIES = 6  # of a piece; each stands for one or more dead workers
 
@@ -233,14 +233,14 @@ class Workers:
         return self._sent[-1]
 
     def _meet(self, sent: _Sent) -> None:
-        """See who is there: look at new workers, hand them the scene, send again what dead ones had."""
+        """Check the workers: test new ones, send them the scene, send again what dead ones had."""
         if time.monotonic() - self._looked < LOOK_EVERY_S and not self._looking:
             return
         self._looked = time.monotonic()
         there = self._addresses()
         for address in set(self._good) - set(there):
             del self._good[address]
-            self.feedback.note(f"--scheduler: the worker {address} is gone; what it had goes out again")
+            self.feedback.note(f"--scheduler: the worker {address} is gone; its work is sent out again")
             for each in self._lying.values():
                 each.at.discard(address)
         for address in set(there) - {*self._good, *self._refused, *self._looking}:
@@ -422,7 +422,7 @@ class Workers:
         self._again.append(piece)
 
     async def _fetch(self, future: Any) -> None:
-        """On the client's own loop: wait for a piece, bring its answer here, and tell."""
+        """On the client's own loop: wait for a piece, fetch its result, and report it."""
         try:
             answer = await self.client.gather(future, asynchronous=True)
         except Exception as error:
@@ -470,10 +470,10 @@ def missing_in(batch: Batch, rows: slice) -> list[tuple[int, list[int]]]:
 
 
 def piece_size(left: int, threads: int, each_s: float | None) -> int:
-    """How many logs to send next, of those left, given the time of one [s], if known.
+    """How many of the remaining logs to send next, given the time of one [s], if known.
 
-    Pieces are long beside what it costs to send them, and shorter towards the end, where all wait for the last: a log
-    that takes a hundred times as long as others then holds up few of them.
+    Pieces are long compared with the cost of sending them, and shorter towards the end, where all wait for the last: a
+    log that takes a hundred times as long as others then delays few of them.
     """
     size, least = FIRST_PIECE, 1
     if each_s is not None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-# What is drawn. Each has a stream of its own, so that log 7 and tree 7 of the same seed have nothing in common.
+# Streams of draws. Each is independent, so that log 7 and tree 7 with the same seed have nothing in common.
 LOG_PLACE, TREE_PLACE, TREE_SIZE, TREE_SOURCE = range(4)
 LOG_CELL, LOG_SIZE, LOG_DENSITY, LOG_ROW, LOG_AXIS = range(16, 21)
 STEM_THROWN, STEM_FALL, STEM_LOST = range(32, 35)

@@ -1,4 +1,4 @@
-"""How logs ended: words in the tables of a result, the engine's numbers in what it hands back."""
+"""How logs ended: words in the tables of a result, the engine's numbers in its results."""
 
 from __future__ import annotations
 

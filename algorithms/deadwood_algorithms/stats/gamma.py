@@ -37,7 +37,7 @@ def gamma_bounds(total: ArrayLike, variance: ArrayLike, weight: float) -> tuple[
 
 
 def _quantile(mean: Array, variance: Array, *, upper: bool) -> Array:
-    """Quantile of the gamma distribution of this mean and variance; the mean itself where there is no variance."""
+    """Quantile of the gamma distribution of this mean and variance; the mean itself if the variance is zero."""
     shape = np.divide(mean**2, variance, out=np.full(mean.shape, np.inf), where=variance > 0.0)
     return mean * np.where(np.isfinite(shape), relative_quantile(np.maximum(shape, 1.0), upper=upper), 1.0)
 

@@ -98,12 +98,12 @@ def reach_record(n_reach: int, n_total: int) -> dict[str, float]:
 
 
 def bounds_if_lost(n_reach: int, n_total: int, n_lost: int) -> dict[str, float]:
-    """What a reach probability may be for the logs that were lost from sight before they reached: none or all may.
+    """Bounds of a reach probability for logs that left the terrain model before they reached: none or all of them may.
 
     Parameters
     ----------
     n_lost : int
-        Logs that left the terrain model without having reached the line; ``n_reach`` does not hold them.
+        Logs that left the terrain model without having reached the line; ``n_reach`` does not include them.
 
     Returns
     -------
@@ -161,13 +161,13 @@ def percent_of(n_hit: int, n_total: int) -> str:
 def percent_with_interval(record: dict[str, float]) -> str:
     """``0.15 % (0.05 to 0.44 %)``, of a `reach_record`, rounded as far as the interval allows.
 
-    No hit at all is never printed as 0 %, but as what it excludes: ``< 0.19 %``; nothing but hits as ``> 99.81 %``.
+    Zero hits are never printed as 0 %, but as the excluded range: ``< 0.19 %``; all hits as ``> 99.81 %``.
     """
     low, high = record["ci_low"], record["ci_high"]
     if record["n_total"] == 0:
         return "no logs"
     if record["n_reach"] == 0:
-        return f"< {percent(high, 0.0, 2.0 * high)} %"  # two digits of what is left of the share
+        return f"< {percent(high, 0.0, 2.0 * high)} %"  # two digits of the remainder of the share
     if record["n_reach"] == record["n_total"]:
         return f"> {percent(low, 0.0, 2.0 * (high - low))} %"
     p, low, high = (percent(each, low, high) for each in (record["p"], low, high))

@@ -145,7 +145,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def report_of(plans: list[Plan], frame: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
-    """A row a structure: what it is, how high it stands above the ground under its line, and the earth it moves."""
+    """A row per structure: its kind, its height above the ground under its line, and its volumes of earth."""
     import geopandas
 
     columns = {

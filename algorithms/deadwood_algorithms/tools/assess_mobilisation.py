@@ -44,9 +44,11 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.commands import following
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.results.identity import writing
+from deadwood_algorithms.tools import sample_releases
 
 MOST_WINDOW_CELLS = 1000
 
@@ -159,7 +161,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             if each != factors:
                 each.unlink(missing_ok=True)
     places = {name: getattr(ask, name) for name in ("output", "release_areas", "assessed", "factors")}
-    return Outcome({name: Path(path) for name, path in places.items() if path}, facts, tuple(lines))
+    starts = {"areas": ask.release_areas, "weights": None if areas else ask.output}
+    then = following(sample_releases.TOOL, ask, **starts, deadwood=None, output="releases.gpkg")  # deadwood: no sizes
+    return Outcome({name: Path(path) for name, path in places.items() if path}, facts, tuple(lines), then=then)
 
 
 def refuse_contradictions(ask: Ask) -> None:
@@ -191,5 +195,4 @@ TOOL = Tool(
     "Rate where a log could start to slide: raster, areas, deadwood",
     Ask,
     run,
-    then="deadwood-tool sample-releases --areas {release_areas} --dem {dem} --output releases.gpkg",
 )

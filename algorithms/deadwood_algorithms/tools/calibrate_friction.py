@@ -35,11 +35,13 @@ from pathlib import Path
 import numpy as np
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.commands import following
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import ReleasedScene
+from deadwood_algorithms.tools import vary
 
 TABLE, FACTS, PICTURE, LAYERS = (f"calibration.{kind}" for kind in ("csv", "json", "png", "gpkg"))
 MANIFEST = "manifest.json"
@@ -104,8 +106,7 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
     import pandas
 
     from deadwood_algorithms.ensemble.variants import open_ensemble
-    from deadwood_algorithms.evaluate.calibration import answer, friction_runs
-    from deadwood_algorithms.evaluate.calibration import score as friction_score
+    from deadwood_algorithms.evaluate.calibration import answer, friction_runs, score
     from deadwood_algorithms.evaluate.calibration.friction_figure import draw
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
@@ -150,18 +151,16 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
             if feedback.cancelled():
                 raise Cancelled
 
-        scores = friction_score.score(outcomes, logs.logs.log_id, ask.error_m, ask.seed, report)
-        span = friction_score.range_of(np.array(sweep), scores)
+        scores = score.score(outcomes, logs.logs.log_id, ask.error_m, ask.seed, report)
+        span = score.range_of(np.array(sweep), scores)
         best = int(np.argmax(scores.log_likelihood))
-        fits = span is not None and bool((scores.p_fit[scores.within] >= friction_score.LEVEL).any())
+        fits = span is not None and bool((scores.p_fit[scores.within] >= score.LEVEL).any())
         rows = answer.records_of(slid, scores, outcomes, watched, lost)
         feedback.progress(1, 1, "scoring")
-
         write_csv(folder / TABLE, pandas.DataFrame(rows))
         write_vector(folder / LAYERS, friction_runs.layers_of(slid, logs, observed, layers.dem.plan_crs))
-        event = {"logs": ask.event_logs, "did": did}
-        if observed:
-            event = {"deposits": len(outcomes), "search_complete": complete}
+        seen = {"logs": ask.event_logs, "did": did}
+        event = {"deposits": len(outcomes), "search_complete": complete} if observed else seen
         facts = answer.facts_of(span, sweep[best], fits, len(logs), event) | {"cell_m": layers.dem.cell}
         write_json(folder / FACTS, {**facts, "rows": rows})
         sentence = answer.sentence_of(span, fits, sweep[best])
@@ -172,7 +171,9 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
     steps.remove()
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "layers": LAYERS, "manifest": MANIFEST}
     shown = (*answer.lines_of(rows, sentence, len(logs)), scenario_line(scenario))
-    return Outcome.of_folder(ask.output, parts, facts, shown)
+    lines = ask.lines or ask.reached or ask.not_reached
+    then = following(vary.TOOL, ask, **answer.varied(span, sweep[best]), lines=lines, output="varied") if span else ""
+    return Outcome.of_folder(ask.output, parts, facts, shown, then)
 
 
 def refuse_unclear(ask: Ask) -> int:
@@ -196,5 +197,4 @@ TOOL = Tool(
     "Find the friction that reproduces an observed event",
     Ask,
     run,
-    then="deadwood-tool vary --help",
 )

@@ -60,16 +60,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def record_of(place: Path) -> tuple[dict[str, Any], Path]:
-    """The record of a result, and the folder from which its inputs are seen; refused where there is none."""
+    """The record of a result, and the folder to which its inputs are relative; rejected if there is none."""
     from deadwood_algorithms.files.embedded import record_in
     from deadwood_algorithms.files.input_files import MANIFEST, made_from
     from deadwood_algorithms.files.network import is_special
     from deadwood_algorithms.results.checked import read_manifest_of
 
-    if not os.path.exists(place):  # nor may a name be too long, or hold a NUL
+    if not os.path.exists(place):  # a name may also be too long, or contain a NUL
         raise UserError(f"{place}: there is no such file or folder")
     if is_special(place):
-        raise UserError(f"{place}: this is a pipe or a device and no file")
+        raise UserError(f"{place}: this is a pipe or a device, not a file")
     folder = place if place.is_dir() else place.parent
     record = None if place.is_dir() else record_in(place)
     whole = place.is_dir() or place.name == MANIFEST or place.name in made_from(folder).get("files", {})

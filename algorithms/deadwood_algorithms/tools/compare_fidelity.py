@@ -24,11 +24,13 @@ from pathlib import Path
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation, recommend
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.commands import following
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import SceneByName
+from deadwood_algorithms.tools import slide_logs
 
 NAMES = ("draft", "standard", "fine", "reference")  # from the cheapest to the finest
 TABLE, FACTS, PICTURE, MANIFEST = "comparison.csv", "comparison.json", "comparison.png", "manifest.json"
@@ -120,7 +122,9 @@ def compare(ask: Ask, feedback: Feedback) -> Outcome:
     steps.remove()
     parts = {"table": TABLE, "facts": FACTS, "picture": PICTURE, "manifest": MANIFEST}
     *compared, advised = lines_of(rows, names, advice, len(logs))
-    return Outcome.of_folder(ask.output, parts, facts, (*compared, *posture_lines(of_posture), advised, scenario))
+    shown = (*compared, *posture_lines(of_posture), advised, scenario)
+    then = following(slide_logs.TOOL, ask, fidelity=advice.fidelity, output="run")
+    return Outcome.of_folder(ask.output, parts, facts, shown, then)
 
 
 def fidelities_wanted(text: str) -> list[str]:
@@ -145,6 +149,8 @@ def settings_of(names: list[str]) -> dict[str, dict[str, float]]:
 
 def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, n_logs: int) -> tuple[str, ...]:
     """A table with a line a fidelity, and the recommendation in one sentence."""
+    from deadwood_algorithms.stats.statistics import points_with_interval
+
     head = ["fidelity", "CPU", "reach of lines, points", "run-outs", "hit raster", "top speed", "deepest"]
     table = [head]
     for name in names:
@@ -152,16 +158,17 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
         reach = [row for key, row in of.items() if key[0] == "reach"]
         worst = max(reach, key=lambda row: abs(row.difference), default=None)
         judge = name == names[-1]
+        points = "-" if worst is None else points_with_interval(worst.difference, worst.ci_low, worst.ci_high)
         apart, map_apart, top = (of[key, ""] for key in ("deposit_distance", "hit_raster_distance", "speed_max_mean"))
         table.append(
             [
                 name,
-                f"{of['cpu_per_log', ''].value:.3g} ms per log",
-                "-" if worst is None else "judge" if judge else f"{points(worst)} ({worst.item})",
-                "judge" if judge else f"{apart.difference:.2g} m apart",
-                "judge" if judge else f"{map_apart.difference:.2g} apart",
+                f"{significant(of['cpu_per_log', ''].value, 3)} ms per log",
+                points if worst is None else "judge" if judge else f"{points}, {worst.item}",
+                "judge" if judge else f"{significant(apart.difference, 2)} m apart",
+                "judge" if judge else f"{significant(map_apart.difference, 2)} apart",
                 f"{top.value:.1f} m/s",
-                f"{100 * of['penetration_max', ''].value:.2g} cm",
+                f"{significant(100 * of['penetration_max', ''].value, 2)} cm",
             ]
         )
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
@@ -171,15 +178,10 @@ def lines_of(rows: list[FidelityRow], names: list[str], advice: Recommendation, 
     return (f"{counted(n_logs, 'log')}, each fidelity against {names[-1]}:", *lines, advice.sentence)
 
 
-def points(row: FidelityRow) -> str:
-    return f"{100 * row.difference:+.2g} [{100 * row.ci_low:+.2g}, {100 * row.ci_high:+.2g}]"
-
-
 TOOL = Tool(
     "compare-fidelity",
     "Evaluate",
     "Measure CPU time and error of each fidelity on your scene",
     Ask,
     run,
-    then="deadwood-tool slide-logs --dem {dem} --releases {releases} --friction 0.25 --fidelity standard --output run",
 )

@@ -104,7 +104,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             path = folder / f"difference_{other.name}.tif"
             try:
                 difference_map(compared.reference, other, path, feedback)
-            except UserError as error:  # of grids that do not fit; all else can be compared
+            except UserError as error:  # grids that do not match; everything else can be compared
                 path.unlink(missing_ok=True)
                 feedback.warn(f"no map of {other.name}: {error}")
             else:

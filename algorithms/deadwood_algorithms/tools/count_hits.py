@@ -127,9 +127,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if end and reach_of:
             write_danger(end, source, stored, grid, *reach_of, ask.danger_least, feedback)
     facts = {"n_chosen": int(chosen.size), "n_counted": int(stored.size), "hit_count_max": int(counts.max())}
-    line = (
-        f"{counted(stored.size, 'log')} counted; the most that passed over one cell of {grid.cell:g} m: {counts.max()}"
-    )
+    line = f"{counted(stored.size, 'log')} counted; the most in one cell of {grid.cell:g} m: {counts.max()}"
     outputs = {"output": Path(ask.output)} | {name: Path(place) for name, place in given.items()}
     outputs |= {"danger": Path(ask.danger)} if ask.danger else {}
     return Outcome(outputs, facts, (line, *lines_of_run(source)))
@@ -175,7 +173,7 @@ def with_cell(grid: Grid, cell: float | None) -> Grid:
 
 
 def visited(grid: Grid, source: Run) -> Grid:
-    """The window of a large grid in which any stored log ever was; a small grid as it is."""
+    """The window of a large grid in which any stored log ever was; a small grid unchanged."""
     part = grid.part
     if part.cells > CELLS_HELD:
         west, south, east, north = source.extent()

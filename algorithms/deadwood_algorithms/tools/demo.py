@@ -58,7 +58,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     final = Path(ask.output)
     with result_folder(TOOL, ask, feedback) as folder:
-        load_kernels(None, feedback)  # here, for what the steps say is not passed on
+        load_kernels(None, feedback)  # here, because messages of the steps are not passed on
         write_sample(folder)
         sample_releases.TOOL(
             feedback=Stage(feedback, "releases"),
@@ -152,11 +152,15 @@ def table(summaries: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
 
 def made_with(ask: Ask, summaries: Mapping[str, Mapping[str, Any]]) -> str:
     """What the numbers come from: they move with seed and version, and the seconds with the machine."""
+    from deadwood_algorithms.results.scenario import posture_words
+
+    logs = summaries["none"]["scenario"]["logs"]
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "numba", "rasterio"))
     seconds = sum(each["cost"]["cpu_s"] for each in summaries.values())
     return (
-        f"{counted(ask.logs, 'log')} per forest, {ask.fidelity}, seed {ask.seed}; deadwood-tool {tool.VERSION}, "
-        f"{versions}; {seconds:.0f} CPU seconds of sliding on {os.cpu_count()} cores ({platform.machine()})"
+        f"scenario: {counted(ask.logs, 'log')} per forest, {posture_words(logs)}, friction {FRICTION:g}, "
+        f"{ask.fidelity}, seed {ask.seed}; deadwood-tool {tool.VERSION}, {versions}; "
+        f"{seconds:.0f} CPU seconds of sliding on {os.cpu_count()} cores ({platform.machine()})"
     )
 
 

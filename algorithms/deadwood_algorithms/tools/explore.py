@@ -75,7 +75,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def serve_page(ask: Ask, feedback: Feedback) -> None:
-    """The page, until Ctrl-C; the scene and the engine are in a process of their own."""
+    """The page, until Ctrl-C; the scene and the engine are in a separate process."""
     from deadwood_algorithms.explore.server import serve
 
     def opened(address: str) -> None:
@@ -89,7 +89,7 @@ def serve_page(ask: Ask, feedback: Feedback) -> None:
 
 
 def answer_on_pipes() -> None:
-    """The engine process of the page: the first line of its input says what was asked of the tool."""
+    """The engine process of the page: the first line of its input contains the parameters of the tool."""
     from deadwood_algorithms.explore.frames import Frame
     from deadwood_algorithms.explore.stdio import own_stdout
 

@@ -34,7 +34,7 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS
 from deadwood_algorithms.prepare.trees.dbh_filling import chosen_law, warn_of_another_region
@@ -133,7 +133,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         hectares = canopy.shape[0] * canopy.shape[1] * canopy.cell**2 / 1e4
     dropped = int((~fit).sum())
     lines = [
-        f"{counted(dbh.size, 'tree')} found on {hectares:.4g} ha, window {window}, heights {height.min():.1f} to "
+        f"{counted(dbh.size, 'tree')} found on {significant(hectares, 4)} ha, window {window}, heights "
+        f"{height.min():.1f} to "
         f"{height.max():.1f} m, median {np.median(height):.1f} m",
         f"DBH computed from the height: {law}; median {np.median(dbh):.1f} cm",
     ]

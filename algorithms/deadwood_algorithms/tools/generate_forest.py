@@ -36,7 +36,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.params import presets, tool
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS, PowerLaw
 from deadwood_algorithms.prepare.trees.dbh_filling import refuse_two_laws
@@ -133,7 +133,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         area, count = sum(each.ground.area for each in stands), sum(counts)
         if not count:
             density = max(kind.stems_per_ha for kind in kinds)
-            raise UserError(f"{density:g} stems/ha on {area / 1e4:.4g} ha gives no tree; enlarge the stand")
+            raise UserError(f"{density:g} stems/ha on {significant(area / 1e4, 4)} ha gives no tree; enlarge the stand")
 
         fix = "lower --stems-per-ha, or take a smaller --stand"
         refuse_too_many(count, "trees", ask.output, each=TREE_BYTES, fix=fix)
@@ -149,7 +149,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     density, redrawn = count / area * 1e4, sum(each[2] for each in drawn)
     if len(stands) == 1:
         density = kinds[0].stems_per_ha
-    lines = [f"{counted(count, 'tree')} on {area / 1e4:.2f} ha ({density:.4g} stems/ha)"]
+    lines = [f"{counted(count, 'tree')} on {area / 1e4:.2f} ha ({significant(density, 4)} stems/ha)"]
     planted = basal_area(float(np.sum(dbh**2))) / area * 1e4
     if len(stands) == 1:
         lines += size_lines(kinds[0], dbh, height, planted)
@@ -158,11 +158,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         asked = sum(kind.basal_area * each.ground.area for kind, each in zip(kinds, stands, strict=True)) / area
         lines.append(
             f"planted in all: DBH {dbh.mean():.1f} +- {dbh.std():.1f} cm, height {height.mean():.1f} +- "
-            f"{height.std():.1f} m, basal area {planted:.3g} m2/ha (asked {asked:.3g})"
+            f"{height.std():.1f} m, basal area {significant(planted, 3)} m2/ha (asked {significant(asked, 3)})"
         )
     if redrawn:
         lines.append(
-            f"{redrawn} draws were not a tree (DBH < {LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m), redrawn"
+            f"{counted(redrawn, 'draw was', 'draws were')} not a tree (DBH < {LEAST_DBH_CM:g} cm or height < "
+            f"{LEAST_HEIGHT_M:g} m), redrawn"
         )
     facts: dict[str, Any] = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
     facts |= {"basal_area_m2_per_ha": planted}

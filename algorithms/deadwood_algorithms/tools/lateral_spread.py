@@ -24,6 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 
 NEEDED = ("release_x", "release_y")
@@ -64,6 +65,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.columns import id_column, number_column, where_of
     from deadwood_algorithms.files.vectors import read_vector, write_vector
     from deadwood_algorithms.results.identity import writing
+    from deadwood_algorithms.results.run_folder import run_folder_of
 
     with writing(TOOL, ask, feedback) as outputs:
         path = outputs.file("output", ".gpkg")
@@ -85,7 +87,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         write_vector(path, {"spread": records, "azimuths": azimuths})
     facts = [{name: row[name] for name in row if name != "geometry"} for row in records.to_dict("records")]
     shown = (*(words_of(row) for row in facts), *scenario_of_deposits(ask.deposits))
-    return Outcome({"output": Path(ask.output)}, {"spread": facts}, shown)
+    run = run_folder_of(ask.deposits)
+    then = command_line("make-report", {"runs": run, "output": "report.html"}) if run else ""
+    return Outcome({"output": Path(ask.output)}, {"spread": facts}, shown, then=then)
 
 
 TOOL = Tool(
@@ -94,5 +98,4 @@ TOOL = Tool(
     "Measure azimuths and lateral spread of the deposits of each release",
     Ask,
     run,
-    then="deadwood-tool make-report RUN --output report.html",
 )

@@ -45,7 +45,7 @@ def preset_rows() -> list[Listed]:
 
 
 def preset_lines(rows: Sequence[Listed]) -> list[str]:
-    """By option, each name with what it says and where it is from."""
+    """By option, each name with its content and source."""
     shown, last = [], ""
     for each in rows:
         heading = f"{each.option} of {each.tools}"

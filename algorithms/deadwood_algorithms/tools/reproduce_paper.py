@@ -156,7 +156,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     shutil.rmtree(work)
     lines = [f"{each.verdict:21} {each.id}" for each in every]
     outputs = {"output": final, "findings": final / "findings.json", "report": final / "report.html"}
-    return Outcome(outputs, {"findings": len(every), "hold": sum(each.holds is True for each in every)}, (*lines, head))
+    return Outcome(
+        outputs,
+        {"findings": len(every), "hold": sum(each.holds is True for each in every)},
+        (*lines, f"scenario: {head}"),
+    )
 
 
 def wanted_of(ask: Ask) -> Wanted:

@@ -33,6 +33,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Stage, Tool
 from deadwood_algorithms.tools import make_report, slide_logs
@@ -102,9 +103,8 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.simulate.workers import NobodySlides
 
     final = Path(ask.output)
-    goes_on = ask.resume and SitesFolder.is_of(ask.output)
     with (
-        result_folder(TOOL, ask, feedback, replaces=goes_on) as folder,
+        result_folder(TOOL, ask, feedback, replaces=ask.resume and SitesFolder.is_of(ask.output)) as folder,
         tool.moving_to(part_path(ask.output), final),
     ):
         work = SitesFolder(ask.output, resume=ask.resume, feedback=feedback)
@@ -129,9 +129,11 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         write_json(folder / "summary.json", facts)
     refuse_failed(found, ask.output)
     work.remove()
-    parts = (("overview", OVERVIEW), ("layer", LAYER), ("picture", PICTURE), ("summary", "summary.json"))
-    there = {key: name for key, name in parts if (final / name).is_file()}
-    return Outcome.of_folder(ask.output, there, facts, lines_of_outcome(found, facts))
+    parts = {"overview": OVERVIEW, "layer": LAYER, "picture": PICTURE, "summary": "summary.json"}
+    there = {key: name for key, name in parts.items() if (final / name).is_file()}
+    first = final / "sites" / next(each.name for each in found if not each.failed)
+    then = command_line("make-report", {"runs": first, "output": "report.html"})
+    return Outcome.of_folder(ask.output, there, facts, lines_of_outcome(found, facts), then)
 
 
 def read_sites(ask: Ask, releases: Path, feedback: Feedback) -> list[SiteOptions]:
@@ -195,5 +197,4 @@ def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedb
 
 TOOL = Tool(
     "run-sites", "Simulate", "Run many sites, or scattered releases, with one overview", Ask, run,
-    then="deadwood-tool make-report {output}/sites/SITE --output report.html",
 )  # fmt: skip

@@ -32,11 +32,13 @@ from pathlib import Path
 
 from deadwood_algorithms.evaluate.sensitivity.file_names import FACTS, INDICES, PICTURE, RUNS, TORNADO
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.commands import command_line, following
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.scene.laws import refuse_idle_capacity
 from deadwood_algorithms.scene.released_scene import SceneByName
+from deadwood_algorithms.tools import slide_logs
 
 MANIFEST = "manifest.json"
 FEW_LOGS = 100
@@ -170,7 +172,15 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
     steps.remove()
     parts = {"runs": RUNS, "tornado": TORNADO, "picture": PICTURE, "summary": FACTS, "manifest": MANIFEST}
     parts |= {"indices": INDICES} if ask.design != "ends" else {}
-    return Outcome.of_folder(ask.output, parts, facts, (*lines_of(measured, answers, facts), scenario))
+    shown = (*lines_of(measured, answers, facts), scenario)
+    return Outcome.of_folder(ask.output, parts, facts, shown, then_of(ask))
+
+
+def then_of(ask: Ask) -> str:
+    """The run of all logs as they are, and the page that shows what varies beside it."""
+    page = {"runs": "run", "results": ask.output, "output": "report.html"}
+    run = following(slide_logs.TOOL, ask, fidelity=None, output="run")  # None: as exact as a single result needs
+    return f"{run} && {command_line('make-report', page)}"
 
 
 TOOL = Tool(
@@ -179,5 +189,4 @@ TOOL = Tool(
     "Find the most influential inputs: factors varied alone and together",
     Ask,
     run,
-    then="deadwood-tool make-report RUN --results {output} --output report.html",
 )

@@ -168,7 +168,7 @@ def test_a_cell_has_the_colour_of_its_share_in_every_map(page):
     assert page.words("#legend .scale").split() == ["0.1", "%", "1", "%", "10", "%", "100", "%"]
 
 
-def test_a_click_slides_logs_and_tells_who_reaches_what(page, shared):
+def test_a_click_slides_logs_and_tells_which_logs_reach_what(page, shared):
     before = page.picture()
     page.release()
     base = page.state("base")
@@ -299,7 +299,7 @@ def test_an_area_is_drawn_and_slides(page):
     assert page.state("base.done") == 300
 
 
-def test_what_cannot_be_is_said_in_words(page):
+def test_impossible_inputs_are_reported_in_words(page):
     page.enter("q-friction", "-3")
     assert "Give a number from 0 to" in page.words("#alert")
     assert page.state("settings.friction") == 0.25
@@ -387,7 +387,7 @@ def test_moving_logs_on_the_map_and_in_three_dimensions(page, shared):
     assert complaints(shared) == []
 
 
-def test_what_is_saved_is_a_run_and_the_command_that_repeats_it_is_told(page, tool):
+def test_what_is_saved_is_a_run_and_the_command_that_repeats_it_is_reported(page, tool):
     page.release()
     page.ask("document.getElementById('keep-name').value = 'left'")
     page.ask("document.querySelector('#keep button').click()")
@@ -407,7 +407,7 @@ def test_what_is_saved_is_a_run_and_the_command_that_repeats_it_is_told(page, to
     assert not page.ask("document.querySelector('#keep button').disabled")
 
 
-def test_a_reload_goes_on_where_it_was(page, shared):
+def test_a_reload_continues_where_it_was(page, shared):
     page.release()
     page.key("f")
     page.drag((70.0, 110.0), (110.0, 160.0))
@@ -421,7 +421,7 @@ def test_a_reload_goes_on_where_it_was(page, shared):
     assert complaints(shared) == []
 
 
-def test_a_lost_engine_is_said_and_asked_anew(page, tool):
+def test_a_lost_engine_is_reported_and_the_request_repeated(page, tool):
     page.release()
     before = page.state("base.reach")
     tool.engine.kill()
@@ -432,7 +432,7 @@ def test_a_lost_engine_is_said_and_asked_anew(page, tool):
     assert page.state("base.reach") == before
 
 
-def test_a_second_page_takes_over_and_the_first_says_so(page, tool):
+def test_a_second_page_takes_over_and_the_first_reports_it(page, tool):
     other = Browser()
     try:
         second = Page(other, tool.address)

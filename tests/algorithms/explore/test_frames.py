@@ -1,4 +1,4 @@
-"""Frames come back as they went, and messages that are none are refused."""
+"""Frames are decoded as they were encoded, and invalid messages are rejected."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_what_is_no_message_is_refused(text: str, words: str):
         message_of(text)
 
 
-def test_a_refusal_names_what_was_asked_where_that_can_be_named():
+def test_a_refusal_names_the_request_if_possible():
     assert refusal("no", {"id": 4}).facts == {"op": "refused", "id": 4, "text": "no"}
     assert refusal("no", {"id": [4]}).facts["id"] is None
     assert refusal("no").facts["id"] is None

@@ -1,4 +1,4 @@
-"""The page's server as a program: who is answered and who is not, what a lost engine does, and how all of it ends."""
+"""The page's server as a program: which requests are answered, what happens if the engine is lost, and how it ends."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def flags(layers: dict[str, str]) -> list[str]:
 
 @dataclass
 class Page:
-    """A running server, as one who has its address sees it."""
+    """A running server, as seen by a client with its address."""
 
     process: subprocess.Popen[Any]
     base: str
@@ -249,7 +249,7 @@ def test_what_is_no_question_is_refused_in_words_and_the_engine_lives(page: Page
     assert page.engine().pid == engine
 
 
-def test_a_page_opened_anew_goes_on_and_the_former_is_told(page: Page):
+def test_a_page_opened_again_continues_and_the_former_is_reported(page: Page):
     with page.socket() as first:
         assert first.is_answered()
         with page.socket() as second:
@@ -258,7 +258,7 @@ def test_a_page_opened_anew_goes_on_and_the_former_is_told(page: Page):
             assert second.ask(op="poses", max=3).facts["logs"] == 3  # the question is still there
 
 
-def test_an_engine_killed_in_the_middle_of_an_answer_is_said_and_started_again(page: Page):
+def test_an_engine_killed_in_the_middle_of_an_answer_is_reported_and_started_again(page: Page):
     with page.socket() as asker:
         asker.socket.send(json.dumps({"op": "release", "id": 1, "shape": CIRCLE, "n": 5000, "fidelity": "reference"}))
         assert asker.next().facts["op"] == "hits"

@@ -1,4 +1,4 @@
-"""The page of `explore` as it is handed out: whole, with every word that it says, and nothing from elsewhere."""
+"""The page of `explore` as served: complete, with all its texts, and nothing from elsewhere."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_every_script_that_is_imported_is_there():
             assert name in web_page.files()
 
 
-def test_the_page_is_told_words_and_the_reports_colours():
+def test_the_page_receives_words_and_the_reports_colours():
     text = web_page.files()["index.html"][1].decode("utf-8")
     found = re.search(r'id="config">(.*?)</script>', text, re.S)
     assert found
@@ -81,7 +81,7 @@ def test_neither_the_engine_nor_matplotlib_is_loaded_for_it():
     assert not {"numba", "matplotlib", "geopandas", "deadwood_engine"} & set(loaded)
 
 
-def test_nothing_is_asked_of_another_place():
+def test_nothing_is_requested_from_another_host():
     for name, source in SOURCES.items():
         found = re.findall(r"""(?:https?:)?//[\w.-]+\.[a-z]{2,}""", source)
         assert set(found) <= {"http://www.w3.org"}, name

@@ -40,7 +40,7 @@ except Exception as error:
 @pytest.mark.skipif(sys.platform == "win32", reason="a limit of a file's size, which Windows does not have")
 @pytest.mark.parametrize("how", ["whole", "windows"])
 @pytest.mark.parametrize("side", [256, 700])
-def test_libtiff_says_nothing_of_a_full_disk(tmp_path, how, side):
+def test_libtiff_reports_nothing_of_a_full_disk(tmp_path, how, side):
     asked = [sys.executable, "-c", WRITES, str(side), how, str(tmp_path / "x.tif")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     told = subprocess.run(asked, capture_output=True, text=True, env=environment, check=True)

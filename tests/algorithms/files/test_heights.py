@@ -65,7 +65,7 @@ def test_cells_mixed_with_nodata_are_outside_and_all_others_stay(nodata):
     assert not bad[away].any()
 
 
-def test_a_dem_of_mixed_cells_is_read_without_them_and_said(tmp_path, said):
+def test_a_dem_of_mixed_cells_is_read_without_them_and_reported(tmp_path, said):
     heights, weight = mixed(-9999.0)
     path = write(tmp_path / "d.tif", np.where(np.isfinite(heights), heights, -9999.0))
     grid = read_dem(path, feedback=said)
@@ -210,7 +210,7 @@ def test_ground_has_none(heights):
         (blocks(5), "float32", "it repeats cells of 5 m as 5 x 5 of its own, in steps of 3.5 m"),
     ],
 )
-def test_every_reader_of_a_dem_says_so_once(tmp_path, said, values, dtype, words):
+def test_every_reader_of_a_dem_reports_it_once(tmp_path, said, values, dtype, words):
     path = write(tmp_path / "d.tif", values, dtype=dtype)
     read_dem(path, feedback=said)
     with open_windows(path, crs=None, feedback=said):

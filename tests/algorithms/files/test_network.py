@@ -1,4 +1,4 @@
-"""Inputs that are no files: pipes, devices, addresses of the network, and files that point to them; nothing hangs."""
+"""Inputs that are not files: pipes, devices, network addresses, and files that point to them; nothing hangs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ posix = pytest.mark.skipif(os.name != "posix", reason="pipes and devices of Unix
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory) -> Iterator[tuple[str, list[str]]]:
-    """A server of this machine with dem.tif and trees.geojson, and the list of what it was asked for."""
+    """A server of this machine with dem.tif and trees.geojson, and the list of the requests to it."""
     folder = tmp_path_factory.mktemp("served")
     write_dem(folder / "dem.tif")
     frame = geopandas.read_file(write_layer(folder / "t.gpkg", points((30, 80)), dbh_cm=[30.0], height_m=[20.0]))
@@ -89,7 +89,7 @@ def test_files_that_point_to_the_network_are_not_followed(tmp_path, served, caps
     assert cli.run(tool(tmp_path, nested, trees)) == 2
     assert f"nested.vrt: the DEM file points to the network ({far})" in capsys.readouterr().err
     assert cli.run(tool(tmp_path, dem, layer_vrt(tmp_path / "t.vrt", away))) == 2
-    assert f"points to the network ({away}), and that is not followed" in capsys.readouterr().err
+    assert f"points to the network ({away}), which is not followed" in capsys.readouterr().err
     assert cli.run(tool(tmp_path, far, trees)) == 2
     assert "must be a file on this computer" in capsys.readouterr().err
     assert cli.run(tool(tmp_path, dem, away)) == 2

@@ -340,7 +340,7 @@ AT = {  # a place as its CRS and others have it: code, easting and northing of t
 
 
 @pytest.mark.parametrize("place", AT)
-def test_of_a_dem_in_its_own_crs_nothing_is_said(tmp_path, said, place):
+def test_of_a_dem_in_its_own_crs_nothing_is_reported(tmp_path, said, place):
     code, east, north = AT[place]
     read_dem(tif(tmp_path / "d.tif", crs=code, transform=from_origin(east, north, 2, 2)), feedback=said)
     assert said.warnings == []
@@ -358,7 +358,7 @@ def test_of_a_dem_in_its_own_crs_nothing_is_said(tmp_path, said, place):
     ],
 )
 @pytest.mark.parametrize("named", ["in the file", "by the option"])
-def test_a_crs_that_is_not_that_of_the_place_is_said(tmp_path, said, place, code, words, named):
+def test_a_crs_that_is_not_that_of_the_place_is_reported(tmp_path, said, place, code, words, named):
     _, east, north = AT[place]
     inside = named == "in the file"
     path = tif(tmp_path / "d.tif", crs=code if inside else None, transform=from_origin(east, north, 2, 2))

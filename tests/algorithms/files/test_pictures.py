@@ -1,4 +1,4 @@
-"""Pictures as pictures: what is drawn is counted in what is exported, and colours are told apart from their ground."""
+"""Pictures as pictures: the content of the exported file is counted, and colours contrast with their background."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def test_text_is_read_in_both_modes():
             assert contrast(mode[name], mode["soft"]) >= 4.5, (mode["soft"], name)
 
 
-def test_runs_are_told_apart_on_both_grounds_and_by_colour_blind_eyes():
+def test_runs_are_distinguished_on_both_grounds_and_by_colour_blind_eyes():
     """On both grounds they are seen; seen without red or without green, no two of the first four are alike."""
     for colour in looks.RUNS[:4]:
         assert min(contrast(colour, LIGHT), contrast(colour, DARK)) >= 2.7, colour

@@ -149,7 +149,7 @@ def test_a_compound_crs_in_metres_is_fine(tmp_path):
     assert grid.plan_crs.to_epsg() == 2056
 
 
-def test_a_crs_in_the_file_goes_before_the_option(tmp_path, said):
+def test_a_crs_in_the_file_overrides_the_option(tmp_path, said):
     grid = read_dem(write_map(tmp_path / "dem.tif"), crs="EPSG:21781", feedback=said)
     assert grid.crs.to_epsg() == 2056
     assert "--crs EPSG:21781 is not used" in said.warnings[0]

@@ -1,4 +1,4 @@
-"""Styles stored beside the data: complete for what the data hold, well-formed, and in the places QGIS looks into."""
+"""Styles stored beside the data: complete for their content, well-formed, and in the places where QGIS looks."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def test_boulders_are_spheres_of_their_size_at_their_height():
     assert rules[0].get("filter") == '"diameter_m" >= 2 and "diameter_m" < 2.5'
 
 
-def test_labels_of_classes_are_said_anew_from_their_ends_and_names_from_their_words():
+def test_labels_of_classes_are_made_again_from_their_ends_and_names_from_their_words():
     symbol = qml.marker("#000000", 1.0)
     rows = [
         (0.0, 0.1, qml.Span("<% & kg>", None, 0.1), symbol),

@@ -120,7 +120,7 @@ def test_south_up_tiles_and_tiles_as_text(tmp_path, rough):
     assert same(read_dem(str(tmp_path / "text"), crs="EPSG:2056"), read_dem(write(tmp_path / "dem.tif", heights)))
 
 
-def test_of_overlapping_tiles_the_first_counts_and_others_are_told(tmp_path, said, rough):
+def test_of_overlapping_tiles_the_first_counts_and_others_are_reported(tmp_path, said, rough):
     rough = (rough / 20.0).astype("float32")  # slopes that ground has
     write(tmp_path / "tiles" / "a.tif", rough[:40])
     other = rough[30:].copy()
@@ -141,7 +141,7 @@ def test_of_overlapping_tiles_the_first_counts_and_others_are_told(tmp_path, sai
     [
         ({"transform": from_origin(WEST + 100.0, NORTH, 1.0, 1.0)}, ("cells are 1 m large", "2 m")),
         ({"transform": from_origin(WEST + 100.8, NORTH, CELL, CELL)}, ("between those of", "0.4 of a cell")),
-        ({"transform": Affine(CELL, 0.0, WEST + 100, 0.0, CELL, NORTH)}, ("rows run the other way",)),
+        ({"transform": Affine(CELL, 0.0, WEST + 100, 0.0, CELL, NORTH)}, ("rows run in the opposite direction",)),
         ({"crs": "EPSG:21781"}, ("EPSG:21781", "EPSG:2056", "one CRS")),
         ({"crs": "EPSG:4326"}, ("geographic",)),
         ({"crs": None}, ("has no CRS",)),

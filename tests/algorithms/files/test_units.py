@@ -95,7 +95,7 @@ def test_sizes_are_not_made_up_in_silence(tmp_path, said):
     assert "if one of wysokosc holds it, say --height-field NAME" in said.warnings[0]
 
 
-def test_a_unit_that_nobody_knows_is_said(tmp_path, said):
+def test_a_unit_that_is_unknown_is_reported(tmp_path, said):
     imported(tmp_path, said, table(tmp_path, dbh=[30.0, 40.0, 50.0], **{"Höhe (Ellen)": [21.0, 22.0, 23.0]}))
     assert "the unit 'ellen' of the field 'Höhe (Ellen)' is not known, m is taken" in said.warnings[0]
 
@@ -125,15 +125,15 @@ def test_layers_of_a_run_read_them_too(tmp_path, said):
     assert any("'BHD [cm]' is read as dbh_cm" in note for note in said.notes)
 
 
-def test_a_default_that_stands_for_a_field_not_understood_is_said(tmp_path, said):
+def test_a_default_that_stands_for_a_field_not_understood_is_reported(tmp_path, said):
     grid = read_dem(write_dem(tmp_path / "dem.tif"))
     path = write_layer(tmp_path / "r.gpkg", PLACES, bhd=[40.0, 50.0], umfang=[126.0, 157.0])
     read_releases(path, grid, DEFAULTS, feedback=said)
     assert "the field 'bhd' is not used; rename it to dbh_cm if it is meant" in said.warnings[0]
-    assert "bhd, umfang are not used; for what is lacking the options count: dbh_cm 75, length_m 30" in said.notes[0]
+    assert "bhd, umfang are not used; the options supply what is missing: dbh_cm 75, length_m 30" in said.notes[0]
 
 
-def test_two_fields_for_one_size_are_said(tmp_path, said):
+def test_two_fields_for_one_size_are_reported(tmp_path, said):
     grid = read_dem(write_dem(tmp_path / "dem.tif"))
     path = write_layer(tmp_path / "r.gpkg", PLACES, **{"dbh_cm": [40.0, 50.0], "dbh (mm)": [410.0, 510.0]})
     logs = read_releases(path, grid, DEFAULTS, feedback=said).logs

@@ -67,7 +67,7 @@ def test_degrees_in_a_csv_are_understood_by_their_column_names(tmp_path):
     assert frame.geometry[0].distance(Point(EAST, NORTH)) < 0.01
 
 
-def test_another_crs_is_reprojected_and_said(tmp_path, said):
+def test_another_crs_is_reprojected_and_reported(tmp_path, said):
     points(crs=LV95).to_crs(4326).to_file(tmp_path / "trees.gpkg")
     frame = read_vector(tmp_path / "trees.gpkg", target_crs=LV95, feedback=said)
     assert np.allclose(shapely.get_coordinates(frame.geometry)[0], (EAST, NORTH), atol=0.01)

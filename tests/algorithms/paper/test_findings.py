@@ -91,7 +91,7 @@ def test_rothenbrunnens_barrier():
     assert judged(evidence("rothenbrunnen", random=400))["mapped_about_random"].holds is False
 
 
-def test_a_quick_run_judges_nothing_and_says_so():
+def test_a_quick_run_judges_nothing_and_reports_it():
     for each in findings_of(evidence("klosters"), quick=True):
         assert each.holds is None
         assert each.why.startswith("Not judged")
@@ -153,7 +153,7 @@ def test_an_average_speed_is_decided_only_where_both_readings_agree():
     assert "30.0 m/s over the cells" in judged(of)["mean_speed"].why
 
 
-def test_a_jump_is_told_by_both_measures():
+def test_a_jump_is_given_by_both_measures():
     said = judged(evidence("klosters"))["some_jump_metres"].why
     assert "at most 5.0 m" in said
     assert "at most 15.5 m, 25.0 % of the logs 3 m higher than the 12.0 m at which they stand upright" in said

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from deadwood_algorithms.params.counts import counted, none_of
+from deadwood_algorithms.params.counts import counted, none_of, significant
 
 ROOT = Path(__file__).parents[3]
 NOUNS = (
@@ -73,7 +73,7 @@ def test_no_message_says_1_trees() -> None:
         if str(path.relative_to(ROOT / "algorithms" / "deadwood_algorithms")) in OTHER_LANGUAGES:
             continue
         for line, before, value, after in spoken(ast.parse(path.read_text())):
-            known = value.startswith(("counted(", "none_of(")) or (path.name, value) in NEVER_ONE
+            known = value.startswith(("counted(", "none_of(", "significant(")) or (path.name, value) in NEVER_ONE
             if PLURAL.search(after) and not PART_OF_ALL.search(before) and not known:
                 wrong.append(f"{path.name}:{line}: ...{before[-25:]}{{{value}}}{after[:30]}")
     assert not wrong, "\n".join(wrong)
@@ -87,3 +87,13 @@ def test_the_scan_sees_them() -> None:
         if PLURAL.search(after) and not PART_OF_ALL.search(before)
     ]
     assert seen == ["n", "m"]
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(2.5e-5, 2, "0.000025"), (1234.5, 3, "1230"), (171.0, 2, "170"), (0.25, 3, "0.25"), (0.0, 2, "0"),
+     (99.96, 3, "100"), (-0.0449, 2, "-0.045")],
+)  # fmt: skip
+def test_so_many_digits_without_an_exponent(value: float, digits: int, text: str) -> None:
+    """Before: "2.5e-05 ha", "about 1.1e+02 logs", "1.2e+03 kJ"."""
+    assert significant(value, digits) == text

@@ -83,16 +83,16 @@ def test_every_preset_has_a_source_and_every_law_exists():
     assert {each.law for each in presets.LOGS.values()} - {""} <= set(PUBLISHED)
 
 
-def test_the_default_is_the_papers_log_and_is_said(case, tmp_path, said):
+def test_the_default_is_the_papers_log_and_is_reported(case, tmp_path, said):
     frame = sampled(case, tmp_path, said)
     assert frame[["dbh_cm", "length_m", "density_kg_m3"]].drop_duplicates().values.tolist() == [[75.0, 30.0, 300.0]]
     assert "--preset klosters sets dbh_cm 75, length_m 30, density_kg_m3 300 (the paper, 4" in told(said)
     before = len(said.notes)
     sampled(case, tmp_path, said, dbh_cm=30.0, length_m=15.0, density_kg_m3=310.0)
-    assert not any("--preset" in each for each in said.notes[before:])  # it set nothing, and nobody named it
+    assert not any("--preset" in each for each in said.notes[before:])  # it set nothing, and was not named
 
 
-def test_what_is_given_goes_before_and_both_are_said(case, tmp_path, said):
+def test_what_is_given_overrides_and_both_are_reported(case, tmp_path, said):
     frame = sampled(case, tmp_path, said, preset="rothenbrunnen", dbh_cm=50.0)
     assert frame[["dbh_cm", "length_m", "density_kg_m3"]].drop_duplicates().values.tolist() == [[50.0, 15.0, 300.0]]
     assert "sets length_m 15, density_kg_m3 300" in told(said)
@@ -186,7 +186,7 @@ def test_a_given_friction_overrides_the_named_one(case, said):
     assert "was found on cells" not in told(said)
 
 
-def test_without_any_friction_a_line_says_so(case, tmp_path):
+def test_without_any_friction_a_line_reports_it(case, tmp_path):
     with pytest.raises(UserError, match=r"--friction is missing \(Friction coefficient\); give it, or name one with"):
         case.run(output=str(tmp_path / "none"), friction=None)
 
@@ -258,7 +258,7 @@ def test_frictions_by_weather_and_bark_are_those_of_their_sources():
     assert all(each.cell_m == (0.0 if name.startswith("chute") else 0.5) for name, each in presets.FRICTIONS.items())
 
 
-def test_a_measured_friction_is_not_said_to_be_of_certain_cells(case, tmp_path, said):
+def test_a_measured_friction_is_not_bound_to_certain_cells(case, tmp_path, said):
     values = case.values(output=str(tmp_path / "run"), trajectories="none")
     slide_logs.TOOL(feedback=said, **(values | {"friction": None, "friction_preset": "chute-dry"}))
     assert "--friction-preset chute-dry sets friction 0.15 (Meyers" in told(said)
@@ -270,7 +270,7 @@ def test_a_rule_multiplies_its_percentile_and_the_class_is_of_that(case, tmp_pat
     given = {"run": str(run), "barrier_classes": "swiss-2001", "percentiles": "50"}
     found = design_values.TOOL(output=str(tmp_path / "d.csv"), rule="onr-24810-cc3", **given)
     rows: Any = pd.read_csv(tmp_path / "d.csv", encoding="utf-8-sig", dtype={"barrier_class": str})
-    assert set(rows["percentile"]) == {50.0, 95.0, 99.0}  # its own percentiles beside those asked for
+    assert set(rows["percentile"]) == {50.0, 95.0, 99.0}  # its own percentiles in addition to the requested ones
     rule, classes = presets.RULES["onr-24810-cc3"], presets.BARRIERS["swiss-2001"]
     ruled = rows[rows["factor"].notna()]
     assert set(zip(ruled["quantity"], ruled["percentile"], strict=True)) == {("energy", 99.0), ("height", 95.0)}

@@ -308,6 +308,31 @@ def test_a_half_empty_page_would_be_found(shared, tmp_path, long_page):
     assert half_empty(used_of_pages(shared, tmp_path), annex_begins(shared, tmp_path)) != []
 
 
+SMALLEST_PT = 6.5  # of letters on paper
+
+
+def small_letters(browser: Browser) -> list[str]:
+    """What figures say on paper in letters that are too small, and their size [pt]; before, 4 pt on a tall map."""
+    browser.size(680, 1000)  # 180 mm, as wide as A4 is between its margins
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    told = browser.ask(
+        """[...document.querySelectorAll('svg.figure text')].map((each) => {
+             const m = each.getScreenCTM(), size = parseFloat(getComputedStyle(each).fontSize);
+             return [each.textContent, each.closest('svg').getAttribute('aria-label'),
+                     0.75 * size * Math.hypot(m.a, m.b)];
+           })"""
+    )
+    browser.call("Emulation.setEmulatedMedia", media="")
+    assert len(told) > 100
+    return [f"{figure}: {text}: {size:.1f}" for text, figure, size in told if text.strip() and size < SMALLEST_PT]
+
+
+@pytest.mark.parametrize("which", ["page", "long_page"])
+def test_letters_of_figures_are_large_enough_on_paper(shared, request, which):
+    shared.open(request.getfixturevalue(which))
+    assert small_letters(shared) == []
+
+
 def pictures_of(pdf: bytes, folder: Path, dpi: int) -> list[Image.Image]:
     """The pages of a PDF."""
     pdftoppm = program("pdftoppm")

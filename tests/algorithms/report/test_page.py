@@ -208,7 +208,7 @@ def test_a_run_with_next_to_nothing(case):
     assert Words("en").say("ledgers_none") in text
 
 
-def test_lost_inputs_are_told_and_the_rest_goes_on(run, tmp_path):
+def test_lost_inputs_are_reported_and_the_rest_continues(run, tmp_path):
     moved = shutil.copytree(run, tmp_path / "moved")
     names = ("dem", "trees", "barriers", "lying_logs", "blocks", "lines", "releases")
     edit_manifest(moved, **{name: f"/nowhere/{name}.gpkg" for name in names})
@@ -312,8 +312,8 @@ def test_the_scenario_box_says_what_was_slid(case, tmp_path):
     assert "--density-kg-m3 300" in command
 
 
-def test_a_run_of_an_older_version_is_told_in_its_own_words(run, tmp_path):
-    """Its summary has sentences alone: they stand as they are, and in another language a line says so."""
+def test_a_run_of_an_older_version_is_reported_in_its_own_words(run, tmp_path):
+    """Its summary contains only sentences: they are shown unchanged, and in another language a line says so."""
     old = tmp_path / "old"
     shutil.copytree(run, old)
     told = summary(old)

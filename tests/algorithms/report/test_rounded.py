@@ -23,6 +23,8 @@ def test_a_number_with_its_interval(value, low, high, signed, text):
     assert with_interval(value, low, high, Words("en"), signed=signed) == text
 
 
-@pytest.mark.parametrize(("value", "text"), [(2.35e-15, "0"), (-6.3e-14, "0"), (2.5e-4, "0.00025"), (1234.5, "1230")])
+@pytest.mark.parametrize(
+    ("value", "text"), [(2.35e-15, "0"), (-6.3e-14, "0"), (2.5e-4, "0.00025"), (2.5e-5, "0.000025"), (1234.5, "1230")]
+)
 def test_a_number_without_an_interval(value, text):
     assert shown_number(value, Words("en")) == text

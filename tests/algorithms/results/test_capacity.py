@@ -93,13 +93,13 @@ def test_a_runs_hits_above_are_those_of_the_engine(case, tmp_path, monkeypatch):
         count = sum(above[log][0] > 0 for log in group)
         assert (record["n_logs"], record["n_above"]) == (len(group), count)
         assert (record["ci_low"], record["ci_high"]) == pytest.approx(wilson_interval(count, len(group)))
-    assert any(line.startswith("a hit above what a tree can take had") for line in overload_lines(told))
+    assert any(line.startswith("logs with a hit above the capacity of a tree:") for line in overload_lines(told))
     page = " ".join(map(str, sections.above_capacity(told, Words("de"))))
     assert "über der Tragkraft" in page
     assert sections.above_capacity(None, Words("en")) == []
 
 
-def test_only_what_is_asked_is_told(case, tmp_path):
+def test_only_what_is_requested_is_reported(case, tmp_path):
     run = case.run(**case.everything(), trajectories="none", output=str(tmp_path / "run"), log_capacity_kj=1e9)
     told = summary(run)["above_capacity"]
     assert told["of_trees"] is None

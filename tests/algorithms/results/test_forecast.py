@@ -40,7 +40,7 @@ sys.exit(status)
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Case:
-    """The slope with so many logs that a pilot is a small part of them."""
+    """The slope with enough logs that a pilot is a small part of them."""
     case = Case(tmp_path_factory.mktemp("case"))
     places = np.random.default_rng(8).random((LOGS, 2)) * (40.0, 20.0) + (10.0, 65.0)
     case.releases = write_layer(
@@ -58,7 +58,7 @@ def size_of(folder: Path) -> int:
     return sum(each.stat().st_size for each in folder.rglob("*") if each.is_file())
 
 
-def test_what_is_told_is_what_the_run_takes(case):
+def test_what_is_reported_is_what_the_run_takes(case):
     """Of memory and disk: what the run adds to the pilot within a factor of 2, for logs differ in how long they slide
     (the pilot's mean is within a few percent) and files in how well they pack; the forecast may rather be too large.
 

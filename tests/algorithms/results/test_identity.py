@@ -81,13 +81,16 @@ def test_a_manifest_seals_every_file_of_the_folder(run):
     assert all(files[name]["sha256"] == sha256(run / name) for name in files)
 
 
-def test_what_the_columns_of_the_releases_override_is_told(copied):
+def test_what_the_columns_of_the_releases_override_is_reported(copied):
     frame = gpd.read_file(copied.releases)
     frame["dbh_cm"] = np.linspace(20.0, 66.0, len(frame))
+    frame["orientation"] = ["upright", "lying", "lying", "lying"] * 6
     frame.to_file(copied.releases, layer="releases", driver="GPKG")
     told = manifest(copied.run())
     assert told["parameters"]["dbh_cm"] == 40.0
     assert told["effective"]["dbh_cm"] == {"min": 20.0, "median": pytest.approx(43.0), "max": 66.0}
+    assert told["parameters"]["orientation"] == "upright"
+    assert told["effective"]["orientation"] == {"upright": 0.25, "lying": 0.75, "tilted": 0.0}
 
 
 def run_id(case: Case, **changes) -> str:
@@ -205,7 +208,7 @@ def tiles_in(folder: Path) -> list[str]:
     return [write_dem(folder / "a.tif"), write_dem(folder / "b.tif")]
 
 
-KINDS: dict[str, Callable[[Case], tuple[str, str]]] = {  # the input as it is named, and the file that will change
+KINDS: dict[str, Callable[[Case], tuple[str, str]]] = {  # the input as named, and the file that will change
     "file": lambda case: (case.dem, case.dem),
     "folder of tiles": lambda case: (str(Path(tiles_in(case.folder / "t")[1]).parent), str(case.folder / "t/b.tif")),
     "tiles": lambda case: (",".join(tiles_in(case.folder / "t")), str(case.folder / "t/b.tif")),
@@ -221,7 +224,7 @@ def test_an_input_is_all_that_its_path_stands_for(copied, kind):
     write_dem(Path(file), flat=True)
     assert compared(record) == (CHANGED, file)
     Path(file).unlink()
-    assert compared(record)[0] in (GONE, CHANGED)  # of a folder nobody knows what should be in it
+    assert compared(record)[0] in (GONE, CHANGED)  # the content that a folder should have is unknown
 
 
 def test_a_geopackage_is_known_by_its_rows_also_while_it_is_open(copied):
@@ -259,7 +262,7 @@ def test_another_layer_of_the_same_file_may_change(copied, tmp_path):
 # --- inputs that changed ----------------------------------------------------------------------------------------------
 
 
-def test_changed_inputs_are_told_refused_and_shown(copied, tmp_path, said, capsys):
+def test_changed_inputs_are_reported_refused_and_shown(copied, tmp_path, said, capsys):
     run = copied.run(**copied.everything())
     count_hits.TOOL(feedback=said, run=str(run), output=str(tmp_path / "a.tif"))
     assert not [each for each in said.warnings if "has changed" in each]
@@ -409,7 +412,7 @@ def halted_sites(case: Case, output: Path) -> tuple[dict, Path]:
 
 
 @pytest.mark.parametrize("damage", ["a bit", "half", "another run", "nothing"])
-def test_a_site_goes_on_only_as_it_was_written(copied, tmp_path, damage):
+def test_a_site_continues_only_as_it_was_written(copied, tmp_path, damage):
     asked, part = halted_sites(copied, tmp_path / "region")
     poses = part / "poses.parquet"
     whole = poses.read_bytes()

@@ -10,7 +10,10 @@ import pandas
 import pytest
 from slope_case import Case, cut_above_the_road, summary, write_layer
 
+from deadwood_algorithms.evaluate.sensitivity.design import Place
+from deadwood_algorithms.evaluate.sensitivity.factor_runs import SlidRuns, warn_of_runs
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, share_if_lost
+from deadwood_algorithms.schemas.results import STOP_REASONS
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import (
     break_trees,
@@ -73,13 +76,20 @@ def test_map_origins(run, n_lost, tmp_path, said):
 
 
 def test_map_intensity(run, n_lost, tmp_path, said):
-    done = map_intensity.TOOL(run=str(run), output=str(tmp_path / "intensity"), feedback=said)
+    done = map_intensity.TOOL(run=str(run), events_per_year=0.1, output=str(tmp_path / "intensity"), feedback=said)
     told = of_road(said)
     assert "the reach of line road may be anything from 0 to" in told
     assert "outline end where they left" in told
     assert done.facts["n_left_dem"] == n_lost
     table = pandas.read_csv(tmp_path / "intensity" / "lines.csv")
     assert (table["n_lost"] == n_lost).all()
+    road = table[(table["line_id"] == "road") & (table["at_least_kj"] == 0.0)].iloc[0]
+    highest = 0.2 * wilson_interval(n_lost, 24)[1]  # two areas of 12 logs each; none that left had come to the road
+    assert road["return_ci_low_years_if_lost"] == pytest.approx(1.0 / highest)
+    assert road["return_ci_low_years"] == pytest.approx(1.0 / (0.2 * wilson_interval(0, 24)[1]))
+    assert road["return_ci_low_years"] == pytest.approx(done.facts["no_hit"]["return_ci_low_years"])
+    assert road["return_ci_low_years_if_lost"] < road["return_ci_low_years"]
+    assert any(f", over {1.0 / highest:.3g} years" in each for each in done.lines)
 
 
 def test_design_values(run, n_lost, tmp_path, said):
@@ -87,7 +97,7 @@ def test_design_values(run, n_lost, tmp_path, said):
     done = design_values.TOOL(run=str(run), lines=near, output=str(tmp_path / "values.csv"), feedback=said)
     rows = {row["place_id"]: row for row in done.facts["rows"]}
     assert (rows["road"]["n_lost"], rows["road"]["n"]) == (n_lost, 0)
-    assert rows["near"]["n_lost"] == 0  # all that left had come to it
+    assert rows["near"]["n_lost"] == 0  # all that left had reached it
     assert "the percentiles of line road are of the 0 logs" in of_road(said)
     assert "line near" not in of_road(said)
 
@@ -124,8 +134,22 @@ def test_vary(cut, tmp_path, said):
         feedback=said,
     )
     told = of_road(said)
-    assert "in the run '" in told
+    assert told.startswith("in the run 'as it is', which lost most: ")
+    assert "mean run-outs, and what each factor does to them, are as far as the logs were seen" in told
     assert "the reach of line road may be anything" in told
+
+
+def test_vary_tells_of_the_run_that_lost_most_and_of_things_as_they_are(said):
+    """As it is 4 of 40 leave, which may be 0 to 10 % of the reach; with low friction half of them."""
+    left = np.arange(40) < np.array([[4], [20], [2]])
+    reasons = np.where(left, STOP_REASONS.index("left_dem"), STOP_REASONS.index("rest")).astype(np.int8)
+    slid = SlidRuns(np.zeros((3, 40, 1), bool), np.ones((3, 40)), reasons)
+    warn_of_runs([Place(each, {}) for each in ("as it is", "low", "high")], slid, ["road"], said)
+    (told,) = said.warnings
+    assert told.startswith("in the run 'low', which lost most: 20 of 40 logs (50 %) left the terrain model")
+    assert told.count("the reach of line road may be anything from ") == 2
+    assert "in the run 'as it is', where 4 left, the reach of line road may be anything from 0 to 2" in told
+    assert "mean run-outs" in told
 
 
 def line(y: float) -> Any:
@@ -134,7 +158,7 @@ def line(y: float) -> Any:
     return LineString([(0.5, y), (59.5, y)])
 
 
-def test_site_barriers_needs_logs_that_reach_a_line_and_says_who_was_lost(cut, tmp_path, said):
+def test_site_barriers_needs_logs_that_reach_a_line_and_says_which_logs_were_lost(cut, tmp_path, said):
     both = write_layer(tmp_path / "both.gpkg", [line(48.0), line(25.0)], line_id=["near", "road"])
     cut.run(trees=cut.trees, lines=both, trajectories="all", output=str(tmp_path / "run"))
     candidates = write_layer(tmp_path / "candidates.gpkg", [line(52.0)], barrier_id=["a"], height_m=[3.0])

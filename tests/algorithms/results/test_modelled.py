@@ -26,7 +26,7 @@ def test_another_language_has_its_own_words_and_signs():
     assert said == "Coulomb, überall 0,25; 0,3 an Bäumen; 0,1 an Barrieren"
 
 
-def test_whole_numbers_stay_whole_and_a_list_is_told_by_its_names():
+def test_whole_numbers_stay_whole_and_a_list_is_reported_by_its_names():
     assert in_words([{"clause": "terrain", "nx": 1234567, "ny": 2, "cell_m": 0.5}]).startswith(
         "bilinear surface through 1234567 x 2 cells of 0.5 m"
     )

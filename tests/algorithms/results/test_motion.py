@@ -24,7 +24,7 @@ def test_the_mass_is_that_of_a_truncated_cone(tmp_path):
 
 
 def test_the_mass_of_another_shape_is_that_of_its_body(tmp_path):
-    """A block of 1 x 2 x 3 m beside the run's folder; without its file nobody knows the mass."""
+    """A block of 1 x 2 x 3 m beside the run's folder; without its file the mass is unknown."""
     corners = np.array(list(product((0.0, 1.0), (0.0, 2.0), (0.0, 3.0))))
     np.savetxt(tmp_path / "block.pts", corners)
     parameters = {"shape": "elsewhere/block.pts"}
@@ -46,7 +46,7 @@ def turning(rate: float, spin: float, speed: float = 3.0) -> dict[str, np.ndarra
     return ends | facts | {"log_row": np.repeat([0, 1], 50), "x": speed * t, "y": 0.0 * t, "z": 0.0 * t}
 
 
-def test_a_turning_axis_and_a_spin_about_it_are_told_apart():
+def test_a_turning_axis_and_a_spin_about_it_are_distinguished():
     """Rates of 2 rad/s across and sqrt(5) along make 3 in all; energies by the principal moments."""
     piece = turning(2.0, 3.0)
     assert axis_rate(piece) == pytest.approx(np.full(100, 2.0), rel=1e-9)
@@ -71,7 +71,7 @@ def test_the_energy_is_the_runs_own(tmp_path):
     assert missed.min() > -0.05 * 1000.0 * (told / mass).max()
 
 
-def test_paths_and_directions_start_anew_with_each_log():
+def test_paths_and_directions_start_again_with_each_log():
     piece = turning(0.0, 0.0) | {"y": np.repeat([0.0, 7.0], 50)}
     path = path_so_far(piece)
     assert path[[0, 50]].tolist() == [0.0, 0.0]

@@ -83,7 +83,7 @@ def test_each_moment_shows_each_log_once_and_where_the_run_counted_it(case, said
     assert tree.query(inside[~inside.is_empty], predicate="contains").size == 0
 
 
-def test_too_many_outlines_are_thinned_and_said(case, said, monkeypatch):
+def test_too_many_outlines_are_thinned_and_reported(case, said, monkeypatch):
     monkeypatch.setattr(log_outlines, "MOST", 150)
     run = read_run(str(case), feedback=said)
     frame, step = outlines(run, 0.1, said)

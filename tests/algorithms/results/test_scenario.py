@@ -108,7 +108,7 @@ def test_the_scenario_has_the_sizes_that_columns_gave_and_not_the_defaults(told)
     assert (scenario["fidelity"], scenario["seed"]) == ("draft", 7)
 
 
-def test_a_friction_by_cell_is_told_by_its_range_to_the_last_digit(case, tmp_path):
+def test_a_friction_by_cell_is_reported_by_its_range_to_the_last_digit(case, tmp_path):
     areas = [shapely.box(-5, -5, 65, 60), shapely.box(-5, 60, 65, 105)]
     mu = write_layer(tmp_path / "mu.gpkg", areas, friction=[0.3, 0.7])
     told = summary(case.run(output=str(tmp_path / "run"), friction=mu))
@@ -118,7 +118,7 @@ def test_a_friction_by_cell_is_told_by_its_range_to_the_last_digit(case, tmp_pat
 
 
 def test_logs_that_were_not_run_are_counted(case, tmp_path):
-    """A wide interval asked for: a draw of 1100 logs ends at the first look, after 1000."""
+    """With a wide requested interval, a draw of 1100 logs ends at the first check, after 1000."""
     rng = np.random.default_rng(3)
     places = points(*np.column_stack([rng.uniform(10, 50, 1100), rng.uniform(65, 90, 1100)]).tolist())
     releases = write_layer(tmp_path / "r.gpkg", places, log_id=range(1100))

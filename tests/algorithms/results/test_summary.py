@@ -61,7 +61,7 @@ def test_a_log_that_reached_a_line_before_it_left_is_not_lost_for_it(cut, tmp_pa
     assert not any("the reach of line" in each for each in said.warnings)  # of the deposits it is warned
 
 
-def test_where_none_left_nothing_is_said_of_it(tmp_path, said):
+def test_where_none_left_nothing_is_reported_of_it(tmp_path, said):
     case = Case(tmp_path / "case")
     case.run(feedback=said, lines=case.lines, trees=case.trees, friction="0.9")
     told = summary(tmp_path / "case" / "run")

@@ -33,7 +33,7 @@ def grid(case) -> Grid:
 
 
 def scene_layers(folder: Path) -> dict[str, str]:
-    """A row of boulders across the slope, with a tree and a lying log beside it that nobody meets."""
+    """A row of boulders across the slope, with a tree and a lying log beside it that no log meets."""
     import shapely
 
     return {
@@ -58,7 +58,7 @@ def free(case) -> Path:
     return case.run(output=str(case.folder / "free"), **LYING)
 
 
-def test_they_hold_logs_and_say_so(held):
+def test_they_hold_logs_and_report_it(held):
     deposits, hits, told = layer(held, "deposits"), layer(held, "block_hits"), summary(held)
     stopped = deposits["stop_reason"] == "block"
     assert stopped.sum() > 12
@@ -83,7 +83,7 @@ def test_they_hold_logs_and_say_so(held):
     assert not {"tree_hits", "lying_hits"} & set(gpd.list_layers(held / "run.gpkg")["name"])
 
 
-def test_without_them_they_go_on(held, free):
+def test_without_them_they_continue(held, free):
     """Behind the row every log that it holds would have passed it by far."""
     with_blocks, without = layer(held, "deposits"), layer(free, "deposits")
     stopped = (with_blocks["stop_reason"] == "block").to_numpy()
@@ -98,7 +98,7 @@ def test_threads_do_not_change_a_bit(case, held, tmp_path):
     assert layer(held, "block_hits").equals(layer(again, "block_hits"))
 
 
-def test_blocks_that_nobody_meets_change_no_bit_and_none_no_digest(case, free, tmp_path):
+def test_blocks_that_no_log_meets_change_no_bit_and_none_no_digest(case, free, tmp_path):
     far = write_layer(tmp_path / "far.gpkg", points((2.0, 98.0)), diameter_m=[1.0])
     beside = case.run(output=str(tmp_path / "beside"), blocks=far, **LYING)
     for name in ("deposits", "trajectories"):

@@ -53,7 +53,7 @@ def test_releases_change_units_and_find_their_defaults(grid, tmp_path, said):
     assert said.warnings == []
 
 
-def test_options_that_columns_hold_are_said(grid, tmp_path, said):
+def test_options_overridden_by_columns_are_reported(grid, tmp_path, said):
     """Releases drawn upright stay so whatever --orientation says: once this was found in the last line only."""
     path = write_layer(
         tmp_path / "r.gpkg", points((30, 80), (31, 80)), orientation=["upright"] * 2, dbh_cm=[40.0, 40.0]
@@ -120,6 +120,10 @@ def test_names_stand_in_for_missing_ids(grid, tmp_path, said):
     line = shapely.LineString([(1, 5), (20, 5)])
     assert read_lines(write_layer(tmp_path / "a.gpkg", [line], name=["A13"]), grid, said)[1].ids == ["A13"]
     assert read_lines(write_layer(tmp_path / "b.gpkg", [line, line]), grid, said)[1].ids == [1, 2]
+    assert not said.notes
+    path = write_layer(tmp_path / "c.gpkg", [line, line], width_m=[4.0, 3.0], nome=["Strada", "Malga"])
+    assert read_lines(path, grid, said)[1].ids == [1, 2]
+    assert "the lines are called by their rows, 1 to 2; rename 'nome' if it holds their names" in said.notes[0]
 
 
 def test_barriers_keep_the_height_of_their_row(grid, tmp_path, said):

@@ -31,14 +31,14 @@ def grid(case) -> Grid:
 
 @pytest.fixture(scope="module")
 def held(case) -> Path:
-    """24 logs above one long lying log across the slope, and a standing tree that nobody meets."""
+    """24 logs above one long lying log across the slope, and a standing tree that no log meets."""
     tree = write_layer(case.folder / "tree.gpkg", points((2.0, 95.0)), tree_id=[77], dbh_cm=[30.0], height_m=[10.0])
     lying = write_layer(case.folder / "lying.gpkg", ACROSS, lying_id=["old spruce"], diameter_cm=[150.0])
     logs = {"orientation": "lying", "azimuth_deg": 90.0}
     return case.run(lying_logs=lying, trees=tree, output=str(case.folder / "held"), threads=1, **logs)
 
 
-def test_it_holds_logs_and_says_so(held):
+def test_it_holds_logs_and_reports_it(held):
     deposits, hits, told = layer(held, "deposits"), layer(held, "lying_hits"), summary(held)
     stopped = deposits["stop_reason"] == "lying_log"
     assert stopped.sum() > 15
@@ -54,7 +54,7 @@ def test_it_holds_logs_and_says_so(held):
     assert "tree_hits" not in set(gpd.list_layers(held / "run.gpkg")["name"])
 
 
-def test_without_it_they_go_on(case, held):
+def test_without_it_they_continue(case, held):
     logs = {"orientation": "lying", "azimuth_deg": 90.0}
     free = case.run(output=str(case.folder / "free"), **logs)
     assert layer(free, "deposits")["runout_m"].median() > layer(held, "deposits")["runout_m"].median() + 10.0

@@ -28,7 +28,7 @@ def test_friction_by_cell_takes_its_share(monkeypatch, said):
         threads_that_fit(2, CELLS, friction_by_cell=True, what="dem.tif", feedback=said)
 
 
-def test_where_nobody_tells_nothing_is_refused(monkeypatch, said):
+def test_without_a_report_of_memory_nothing_is_refused(monkeypatch, said):
     monkeypatch.setattr(memory, "free_bytes", lambda: None)
     assert threads_that_fit(7, 10**12, friction_by_cell=True, what="dem.tif", feedback=said) == 7
 

@@ -64,7 +64,7 @@ def of(kind: str, folder: Path, rows: list[int]) -> tuple[str, Callable[..., lis
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_lies_off_the_dem_is_left_out_and_said_once(kind, tmp_path, grid, said):
+def test_what_lies_off_the_dem_is_left_out_and_reported_once(kind, tmp_path, grid, said):
     path, read = of(kind, tmp_path, [2, 0, 3, 1])
     assert read(path, grid, said) == ["a", "b"]
     about = [each for each in (said.notes if kind in ("trees", "blocks") else said.warnings) if "left out" in each]
@@ -80,7 +80,7 @@ def test_a_layer_that_lies_wholly_off_the_dem_is_refused(kind, tmp_path, grid, s
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_nothing_is_said_where_all_lie_on_the_dem(kind, tmp_path, grid, said):
+def test_nothing_is_reported_where_all_lie_on_the_dem(kind, tmp_path, grid, said):
     path, read = of(kind, tmp_path, [0, 1])
     assert read(path, grid, said) == ["a", "b"]
     assert not [each for each in [*said.warnings, *said.notes] if "left out" in each]

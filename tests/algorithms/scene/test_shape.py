@@ -139,7 +139,7 @@ def test_a_missing_file_is_named(tmp_path, case, capsys):
     assert "round: the shape file does not exist" in capsys.readouterr().err
 
 
-def test_what_is_odd_is_said(tmp_path, said):
+def test_what_is_odd_is_reported(tmp_path, said):
     assert read_shape("cone", 1.0, said) is None
     inside = np.vstack([CORNERS, [[0, 0, 0], [0.1, 0, 0]]])
     read_shape(pts(tmp_path / "a.pts", inside), 1.0, said)

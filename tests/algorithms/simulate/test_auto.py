@@ -51,7 +51,7 @@ def promise(pool: Pool, error: float, assumed: dict[str, float]) -> tuple[Chosen
     return chosen, abs(float(pool.reach[chosen.option.fidelity][: chosen.logs].mean()) - pool.p)
 
 
-# p, r, error of calculation of draft and of standard, error asked for, what is assumed
+# p, r, error of calculation of draft and of standard, requested error, assumption
 CASES = (
     (0.3, 0.8, 0.02, 0.008, 0.03, ASSUMED),  # chaotic, and standard as far off as it may be
     (0.3, 0.8, 0.02, -0.008, 0.03, ASSUMED),
@@ -105,7 +105,7 @@ def test_a_smaller_error_than_standard_is_known_to_keep_takes_reference():
     assert max(chosen.option.bounds) == 0.0
 
 
-def test_the_wider_of_two_lines_decides_and_lines_are_told_apart():
+def test_the_wider_of_two_lines_decides_and_lines_are_distinguished():
     rng = np.random.default_rng(7)
     reach = np.column_stack([rng.random(CAP) < 0.02, rng.random(CAP) < 0.5])
     chosen = keep_error(0.03, CAP, ["house", "road"], lambda name, n: Slid(reach[:n]), {})
@@ -113,7 +113,7 @@ def test_the_wider_of_two_lines_decides_and_lines_are_told_apart():
     assert chosen.logs > 1000
 
 
-def test_what_all_logs_can_promise_can_then_be_asked_for():
+def test_what_all_logs_can_promise_can_then_be_requested():
     pool = Pool(np.random.default_rng(8), 0.4, 0.9, {})
     with pytest.raises(UserError) as told:
         keep_error(0.01, 2000, ["road"], pool.slide, ASSUMED, "releases.gpkg")

@@ -20,7 +20,7 @@ FUZZED = 12  # damaged folders that are resumed
 
 
 class StopAfter(Quiet):
-    """Asks to stop once so many logs are done."""
+    """Requests a stop once a number of logs is done."""
 
     def __init__(self, logs: int) -> None:
         self.logs, self.done = logs, 0.0
@@ -139,7 +139,7 @@ def test_without_damage_nothing_is_warned_of(case, full, begun, said):
     assert any("finished chunks of logs are reused" in each for each in said.notes)
 
 
-def test_damage_while_a_run_works_is_said_with_its_fix(tmp_path, said):
+def test_damage_while_a_run_works_is_reported_with_its_fix(tmp_path, said):
     work = WorkFolder(str(tmp_path / "run"), {"version": "x"}, resume=False, feedback=said)
     work._write("logs_0.npz", b"content")
     flip(work.path / "logs_0.npz", random.Random(1))
@@ -153,7 +153,7 @@ def test_a_run_is_resumed_only_by_the_engine_that_began_it(case, full, begun, mo
         resumed(case, begun, Quiet())
     assert "0123456789abcdef" in str(error.value)
     assert "\n" not in str(error.value)
-    assert begun.is_dir()  # the other engine can still go on with it
+    assert begun.is_dir()  # the other engine can still continue it
 
 
 def test_the_work_of_the_first_version_is_refused_not_dropped(case, begun):

@@ -27,7 +27,7 @@ def told(said: Any) -> list[str]:
     return [each for each in said.warnings if each.startswith("a look before the run")]
 
 
-def test_what_leaves_is_told_with_its_side_before_the_run(small, tmp_path, said):
+def test_what_leaves_is_reported_with_its_side_before_the_run(small, tmp_path, said):
     small.run(lines=small.lines, output=str(tmp_path / "run"), feedback=said)
     (one,) = told(said)
     assert said.warnings.index(one) < said.warnings.index(next(w for w in said.warnings if "their deposits" in w))
@@ -55,7 +55,7 @@ def _values(path: Any) -> Any:
     return pandas.read_parquet(path).to_csv()
 
 
-def test_nothing_is_said_where_the_terrain_holds_the_logs(tmp_path, monkeypatch, said):
+def test_nothing_is_reported_where_the_terrain_holds_the_logs(tmp_path, monkeypatch, said):
     monkeypatch.setattr(look, "LOGS", 12)
     case = Case(tmp_path / "case")
     case.run(friction=0.9, output=str(tmp_path / "run"), feedback=said)

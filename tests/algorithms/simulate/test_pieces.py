@@ -121,7 +121,7 @@ def test_a_worker_refuses_the_order_of_another_engine_or_scene():
         piece.answer_of(block, "another")
 
 
-def test_a_worker_that_computes_other_bits_is_told_from_one_that_does_not(monkeypatch):
+def test_a_worker_that_computes_other_bits_is_distinguished_from_one_that_does_not(monkeypatch):
     """By what it makes of a few logs; one of another engine is not even made to compile."""
     facts = from_block(piece.look(VERSION, engine_digest()))[0]
     assert facts == from_block(piece.look(VERSION, engine_digest()))[0]

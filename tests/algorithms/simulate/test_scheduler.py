@@ -111,7 +111,7 @@ def test_friction_by_cell_and_no_trajectories(case, tmp_path):
     both(case, tmp_path, friction=case.dem, friction_elsewhere=0.3, time_limit_s=3.0, trajectories="none")
 
 
-def test_a_cancelled_run_goes_on(case, tmp_path, monkeypatch):
+def test_a_cancelled_run_continues(case, tmp_path, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK", 4)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     changes = {"scheduler": "local", "workers": 2, **case.everything()}
@@ -198,7 +198,7 @@ def test_value_trees_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
 
 
 def test_site_barriers(case, tmp_path, monkeypatch, names):
-    """What is begun ahead, or of a scene with another barrier, is never taken for what was asked."""
+    """Work begun ahead, or for a scene with another barrier, is never taken for the requested one."""
     monkeypatch.setattr(workers, "MOST_A_PIECE", 5)
     run = case.run(output=str(tmp_path / "run"), trees=case.trees, lines=case.lines, barriers=case.barriers)
     shapes = [shapely.LineString([(8.0 + x, 52.0), (24.0 + x, 51.0)]) for x in (0.0, 14.0, 28.0)]
@@ -267,7 +267,7 @@ def test_the_sites_of_run_sites_share_their_workers(case, said, tmp_path, monkey
     assert starts == [2, 2]
 
 
-def test_sites_begun_on_workers_go_on_without_them_and_the_other_way(case, said, tmp_path, monkeypatch):
+def test_sites_begun_on_workers_continue_without_them_and_the_other_way(case, said, tmp_path, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK", 4)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     alone = sites(case, tmp_path / "alone")
@@ -353,7 +353,7 @@ def test_what_is_no_scheduler_is_refused(case, tmp_path, monkeypatch, values, wo
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_dask_the_mend_is_said(case, tmp_path, monkeypatch):
+def test_without_dask_the_fix_is_reported(case, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(UserError, match=r"pip install 'deadwood-toolbox\[dask\]'"):
         case.run(output=str(tmp_path / "run"), scheduler="local")

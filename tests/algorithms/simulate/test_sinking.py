@@ -42,7 +42,7 @@ def test_a_log_is_measured_by_its_own_diameter():
     assert "the deepest 4.5 m (4.5 diameters), on cells of 5 m" in told
 
 
-def test_of_logs_that_do_not_sink_nothing_is_said():
+def test_of_logs_that_do_not_sink_nothing_is_reported():
     found = Sinking()
     add(found, logs_of([0.2, 0.8]), [0.1, 0.4])  # half of it is not deeper than half
     assert (found.slid, found.deep, found.words(1.0)) == (2, 0, None)

@@ -56,7 +56,7 @@ def test_without_resume_or_of_another_question_nothing_is_taken_over(tmp_path, s
     assert three(steps_of(tmp_path, said, resume=False)) == ([0, 10, 20], [0, 1, 2])
 
 
-def test_a_loss_that_is_the_users_to_fix_is_told_as_it_is(tmp_path, said):
+def test_a_loss_that_is_the_users_to_fix_is_reported_as_it_is(tmp_path, said):
     def lost() -> dict[str, np.ndarray]:
         raise UserError("the scheduler is lost")
 

@@ -28,7 +28,7 @@ def test_kernels_that_are_loaded_are_not_announced(said):
     assert said.notes == []
 
 
-def test_numba_says_so_when_it_compiles(said):
+def test_numba_reports_it_when_it_compiles(said):
     """The event is Numba's own, of a kernel that is in no cache."""
     import numba
 

@@ -98,7 +98,7 @@ def whole(case, tmp_path_factory):
 
 
 def assert_same_results(one: Path, other: Path) -> None:
-    """As `assert_same_run`, but for what is reported of the window, and what lies off the DEM or beyond the window."""
+    """As `assert_same_run`, except for what is reported of the window, and items off the DEM or beyond the window."""
     for name in ("deposits", "deposited_logs", "trajectories", "reach", "tree_hits", "barrier_hits", "block_hits"):
         a, b = layer(one, name), layer(other, name)
         assert a.geometry.to_wkb().equals(b.geometry.to_wkb())
@@ -147,7 +147,7 @@ def test_a_first_guess_that_is_too_small_grows_until_no_log_comes_near_its_sides
     assert sum("is read wider" in note for note in said.notes) >= 1
 
 
-def test_an_interrupted_run_goes_on_in_the_window_that_it_had(case, whole, small_is_large, tmp_path, said):
+def test_an_interrupted_run_continues_in_the_window_that_it_had(case, whole, small_is_large, tmp_path, said):
     small_is_large.setattr(scene_window, "SLOPE_LEAST", 20.0)
     small_is_large.setattr(scene_window, "SLOPE_MOST", 20.0)
     small_is_large.setattr(chunks, "CHUNK", 3)

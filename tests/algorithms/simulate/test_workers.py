@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals 
 
 
 class Watcher:
-    """A feedback that remembers, and does something the first time that so many logs are done."""
+    """A feedback that records, and does something the first time that a number of logs is done."""
 
     def __init__(self, act: Callable[[], None] = lambda: None, after: int = 1, what: str = "sliding logs") -> None:
         self.act, self.after, self.acted, self.what = act, after, False, what
@@ -159,7 +159,9 @@ def test_a_run_with_no_worker_of_its_engine_is_refused(case, site, tmp_path):
     site.kill(other)
 
 
-def test_a_lost_scheduler_is_said_and_the_run_goes_on_without(case, alone, tmp_path, tmp_path_factory, monkeypatch):
+def test_a_lost_scheduler_is_reported_and_the_run_continues_without(
+    case, alone, tmp_path, tmp_path_factory, monkeypatch
+):
     monkeypatch.setattr(spread_workers, "LOST_S", 1.0)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     site = Site(tmp_path_factory.mktemp("lost"))

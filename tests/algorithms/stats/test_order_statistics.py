@@ -39,13 +39,13 @@ def test_the_median_of_ten_lies_between_the_second_and_the_ninth():
 
 
 @pytest.mark.parametrize(("p", "needed"), [(0.5, 6), (0.9, 36), (0.95, 72), (0.99, 368)])
-def test_so_many_values_it_takes(p, needed):
+def test_number_of_values_that_it_takes(p, needed):
     assert values_needed(p) == needed
     assert percentile_ranks(needed, p)[1] == needed
     assert percentile_ranks(needed - 1, p)[1] == needed  # one beyond the last: none
 
 
-def test_without_values_nothing_is_told_but_how_many_it_takes():
+def test_without_values_only_how_many_it_takes():
     record = percentile_record(np.zeros(0), 0.95)
     assert record["n"] == 0
     assert record["n_more"] == 72

@@ -44,7 +44,7 @@ def coverage(share: float, n: int, runs: int) -> float:
     return sum(m for m, (low, high) in zip(often, intervals, strict=True) if low <= share <= high) / runs
 
 
-def test_wilson_interval_holds_the_truth_in_95_percent_of_runs() -> None:
+def test_wilson_interval_contains_the_true_value_in_95_percent_of_runs() -> None:
     # A count is discrete, so the coverage at one probability swings around 95 %; its mean over many does not.
     shares = np.random.default_rng(1).uniform(0.002, 0.998, 200)
     held = np.array([coverage(share, 800, 4000) for share in shares])

@@ -46,7 +46,7 @@ def write_lines(path: Path, shapes, crs: str | None = "EPSG:2056", **columns) ->
 
 
 class Built:
-    """What a run of the tool made of a DEM; heights with row 0 south."""
+    """The output of a run of the tool on a DEM; heights with row 0 south."""
 
     def __init__(self, folder: Path, said=None, **values) -> None:
         self.path, self.table = folder / "built.tif", folder / "earthworks.gpkg"
@@ -101,7 +101,7 @@ def test_a_dam_on_level_ground_is_a_trapezoid_with_half_a_cone_at_each_end(tmp_p
     assert built.moved.max() == pytest.approx(3.0, abs=1e-9)
 
 
-def test_the_volume_comes_to_the_true_one_with_the_cells(tmp_path):
+def test_the_volume_converges_to_the_true_one_with_the_cells(tmp_path):
     lines = write_lines(tmp_path / "lines.gpkg", [STRAIGHT])
     true = level_volume(STRAIGHT, 2.0, 3.0, 1.0)
     error = []
@@ -408,7 +408,7 @@ def test_many_vertices_and_a_long_reach_change_nothing(tmp_path):
     assert 70.0 - (low + 0.5) * CELL > 12.0 + 12.0  # beyond the first reach and the second
 
 
-def test_what_is_odd_is_said(tmp_path, said):
+def test_what_is_odd_is_reported(tmp_path, said):
     values = {"dem": write_dem(tmp_path / "dem.tif", dtype="int16"), "elevation_m": 1000.0}
     lines = write_lines(tmp_path / "lines.gpkg", [STRAIGHT], crest_width_m=[0.3], crs=None)
     built = Built(tmp_path, said, structures=lines, **values)
@@ -445,7 +445,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_told_in_one_line_and_leaves_nothing(tmp_path, name):
+def test_bad_input_is_reported_in_one_line_and_leaves_nothing(tmp_path, name):
     columns, values, said_of_it = BAD[name]
     values = dict(values)
     shift = values.pop("shift", 0.0)

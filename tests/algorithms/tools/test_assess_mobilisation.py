@@ -169,7 +169,7 @@ def test_noise_is_roughness(tmp_path):
     assert ratio == pytest.approx(1 - found.roughness[INNER] / 0.6, abs=1e-5)
 
 
-def test_a_gully_is_told_by_its_depth_and_changes_no_susceptibility(tmp_path):
+def test_a_gully_is_detected_by_its_depth_and_changes_no_susceptibility(tmp_path):
     """A parabola across the slope is fitted exactly: depth a (w/2)^2, no roughness; a ridge has the other sign."""
     x, y = grid()
     a, slope = 0.02, math.tan(math.radians(40.0))
@@ -322,7 +322,7 @@ def test_ground_that_is_not_susceptible_gives_an_empty_layer(tmp_path):
     assert found.outcome.facts["areas"] == 0
 
 
-def test_only_what_is_asked_for_stays(tmp_path):
+def test_only_requested_outputs_stay(tmp_path):
     dem = write_raster(tmp_path / "dem.tif", plane(40.0))
     assess_mobilisation.TOOL(dem=dem, output=str(tmp_path / "s.tif"))
     assert sorted(each.name for each in tmp_path.iterdir()) == ["dem.tif", "s.qml", "s.tif"]
@@ -398,7 +398,7 @@ def test_mapped_deadwood_is_split_by_decay_and_ground(tmp_path, said):
     assert drawn["dbh_cm"].unique().tolist() == [40.0]
 
 
-def test_what_is_not_known_of_a_species_is_said(tmp_path, said):
+def test_what_is_not_known_of_a_species_is_reported(tmp_path, said):
     """Snags of beech are of unknown decay, so candidates; unknown species and those without a rate are reported."""
     dem = write_raster(tmp_path / "dem.tif", plane(40.0))
     logs = write_layer(
@@ -410,7 +410,7 @@ def test_what_is_not_known_of_a_species_is_said(tmp_path, said):
     assert len(found.logs("others")) == 4
     told = " ".join(said.notes)
     assert "no species known here is Mammutbaum" in told
-    assert "no rate of decay is known of sapin; that of spruce is used" in told
+    assert "no rate of decay is known for sapin; that of spruce is used" in told
     assert "1 snag is not of spruce" in told
     assert "1 point not of spruce is rated by rates of decay of downed wood" in told
 
@@ -479,7 +479,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_told_in_one_line_and_leaves_nothing(tmp_path, name):
+def test_bad_input_is_reported_in_one_line_and_leaves_nothing(tmp_path, name):
     make, said_of_it = BAD[name]
     dem = write_raster(tmp_path / "dem.tif", plane(40.0))
     values = {"dem": dem, "output": str(tmp_path / "s.tif")} | make(tmp_path)

@@ -75,7 +75,7 @@ def one_log_breaking(case: Case, log_id: int, capacity: float, monkeypatch: Any)
         gone.append(first[1])
 
 
-def test_each_log_goes_on_without_the_trees_that_it_breaks(case, wooded, tmp_path, monkeypatch):
+def test_each_log_continues_without_the_trees_that_it_breaks(case, wooded, tmp_path, monkeypatch):
     """Fifteen logs, among them those that break most, against runs of their own."""
     kept = {}
     original = breaking.break_trees

@@ -81,12 +81,12 @@ def test_reach_lies_between_rigid_trees_and_trees_that_take_nothing(case, rigid,
     held, between = road(rigid), road(broken)
     assert paired_interval(len(held - between), len(between - held), 120)[0] > 0.0
     assert len(held) < len(between)
-    # each log's own answer of break-trees is not in its facts: the widest that so many differing logs can be
+    # each log's own result of break-trees is not in its facts: the widest interval with this many differing logs
     apart = abs(upper - len(between))
     assert len(between) <= upper or paired_interval(0, apart, 120)[0] <= 0.0
 
 
-def test_a_capacity_that_no_hit_comes_to_changes_no_bit(case, tmp_path):
+def test_a_capacity_that_no_hit_reaches_changes_no_bit(case, tmp_path):
     plain = case.run(output=str(tmp_path / "plain"), **case.everything())
     strong = case.run(output=str(tmp_path / "strong"), **case.everything(), tree_capacity_kj=1e12, break_trees=True)
     one, other = (layer(run, "deposits") for run in (plain, strong))
@@ -228,6 +228,6 @@ def test_half_a_law_of_bodies_of_points_is_refused(case, tmp_path, changes, word
         case.run(output=str(tmp_path / "x"), **({"shape": str(rock)} | changes))
 
 
-def test_without_the_law_the_engine_is_told_nothing_of_it():
+def test_without_the_law_the_engine_receives_nothing_of_it():
     assert slip_laws("rock.pts", None, None, None) == scar_laws("rock.pts", None, None) == {}
     assert Breaking.from_options(False, 3.0, 2.0) is None

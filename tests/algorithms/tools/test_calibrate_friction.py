@@ -31,7 +31,7 @@ RELEASED = 100
 
 
 def stop_m(friction: float) -> float:
-    """Horizontal distance in which a log that slides down the plane comes to rest: v^2 / (2 g (mu cos - sin)) cos."""
+    """Horizontal distance after which a log that slides down the plane stops: v^2 / (2 g (mu cos - sin)) cos."""
     return SPEED**2 / (2.0 * 9.81 * (friction * np.cos(SLOPE) - np.sin(SLOPE))) * np.cos(SLOPE)
 
 
@@ -207,15 +207,15 @@ def test_threads_order_and_the_config_decide_nothing(case, tmp_path):
     assert height > 400
 
 
-def test_an_event_that_cannot_be_says_so(plane, tmp_path):
+def test_an_impossible_event_is_reported(plane, tmp_path):
     """Logs that came to rest beside the slope's fall line, 12 m off every track."""
     path = seen(tmp_path / "seen.gpkg", (42.0, 50.0))
     outcome = calibrate_friction.TOOL(**plane.values(tmp_path / "out", observed=path, friction="0.5,0.55,0.6"))
     assert not outcome.facts["fits"]
-    assert "But even the best gives such an event in less than 1 of 20 cases" in outcome.lines[-2]
+    assert "But even the best reproduces such an event in fewer than 1 of 20 cases" in outcome.lines[-2]
 
 
-def test_a_sweep_that_ends_too_early_says_so(plane, tmp_path):
+def test_a_sweep_that_ends_too_early_reports_it(plane, tmp_path):
     path = seen(tmp_path / "seen.gpkg", (30.0, 85.0 - stop_m(0.55)))
     values = plane.values(tmp_path / "out", observed=path, friction="0.55,0.65")
     assert "perhaps below: the sweep ends there" in calibrate_friction.TOOL(**values).lines[-2]
@@ -302,7 +302,7 @@ class StopAt(Quiet):
 
 
 @pytest.mark.parametrize("word", ["sliding at friction 0.475", "scoring"])
-def test_an_interrupted_calibration_leaves_what_it_goes_on_with(plane, tmp_path, word):
+def test_an_interrupted_calibration_leaves_what_it_continues_with(plane, tmp_path, word):
     path = seen(tmp_path / "seen.gpkg", (30.0, 50.0))
     with pytest.raises(Cancelled):
         calibrate_friction.TOOL(feedback=StopAt(word), **plane.values(tmp_path / "out", observed=path))
@@ -339,7 +339,7 @@ def test_logs_out_of_sight_are_no_deposits(plane, tmp_path, said):
 
 
 def test_a_share_has_bounds_where_logs_left_before_the_line(plane, tmp_path, said):
-    """The line lies beyond the end of the terrain model for most logs: whether they cross it, nobody has seen."""
+    """The line is beyond the end of the terrain model for most logs: whether they cross it is unknown."""
     cut = tmp_path / "cut.tif"
     with rasterio.open(plane.dem) as dem:
         heights, profile = dem.read(1), dem.profile
@@ -354,7 +354,7 @@ def test_a_share_has_bounds_where_logs_left_before_the_line(plane, tmp_path, sai
     table = pd.read_csv(tmp_path / "out" / "calibration.csv").set_index("friction")
     assert table.loc[0.45, "n_lost"] == 100
     assert (table.loc[0.45, "share_low_if_lost"], table.loc[0.45, "share_high_if_lost"]) == (0.0, 1.0)
-    assert any("before it was seen whether they reach the lines" in each for each in said.warnings)
+    assert any("before it was known whether they reach the lines" in each for each in said.warnings)
     assert "if lost ones do" in outcome.lines[1]
 
 
@@ -422,7 +422,7 @@ def test_the_range_holds_the_true_coefficient_of_synthetic_events(tmp_path, monk
     assert before <= 0.5 * partly
 
 
-def test_a_complete_search_is_said_and_what_it_goes_with(plane, tmp_path, said):
+def test_a_complete_search_is_reported_with_its_conditions(plane, tmp_path, said):
     """Logs of friction 0.45 leave the plane at its foot: without the option that speaks for nothing."""
     far = seen(tmp_path / "seen.gpkg", (30.0, 85.0 - stop_m(0.5)), (29.5, 84.5 - stop_m(0.5)))
     values = plane.values(tmp_path / "out", observed=far, friction="0.4:0.6:0.05")

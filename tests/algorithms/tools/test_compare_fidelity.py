@@ -170,7 +170,7 @@ class StopAt(Quiet):
         return self.stop
 
 
-def test_an_interrupted_comparison_leaves_what_it_goes_on_with(case, tmp_path):
+def test_an_interrupted_comparison_leaves_what_it_continues_with(case, tmp_path):
     with pytest.raises(Cancelled):
         compare(case, tmp_path / "x", StopAt())
     assert [each.name for each in tmp_path.iterdir()] == [".x.part"]
@@ -183,7 +183,7 @@ def test_an_existing_comparison_is_kept_unless_overwrite(case, forest):
     assert (forest / "comparison.csv").read_bytes() == before
 
 
-def test_posture_is_compared_with_runs_of_its_own(case, forest, tmp_path):
+def test_posture_is_compared_with_separate_runs(case, forest, tmp_path):
     """The figures of a posture are what slide-logs finds for the layer that sample-releases would have written."""
     told = json.loads((forest / "comparison.json").read_text(encoding="utf-8"))
     rows = {(row["orientation"], row["quantity"], row["item"]): row for row in told["postures"]}

@@ -163,7 +163,9 @@ def lost_runs(tmp_path: Path) -> list[Path]:
 
 
 def test_logs_that_left_before_a_line_bound_its_reach_and_the_difference(tmp_path, said):
-    """The table said 25 % (14 to 40) and -12.5 (-24.9 to -1.9), and not a word of the 20 logs nobody knows of."""
+    """The table gave 25 % (14 to 40) and -12.5 (-24.9 to -1.9), and did not mention the 20 logs with an unknown
+    outcome.
+    """
     table, outcome = compare(lost_runs(tmp_path), tmp_path / "out", said)
     before, now = table.loc[("without", "reach", "road")], table.loc[("with", "reach", "road")]
     assert (before["n_lost"], now["n_lost"]) == (20, 20)
@@ -175,7 +177,7 @@ def test_logs_that_left_before_a_line_bound_its_reach_and_the_difference(tmp_pat
     assert "25 % (14 to 40 %) [14 to 86 %]" in outcome.lines[2]
     assert "] " not in outcome.lines[3].split("with")[0]
     assert outcome.lines[3].count("[") == 1
-    assert any(line.startswith("[]: all that it may be") for line in outcome.lines)
+    assert any(line.startswith("[]: range of possible values") for line in outcome.lines)
     warned = [each for each in said.warnings if "left the terrain model (25 in without, 0 in with)" in each]
     assert len(warned) == 1
     assert "reach of road in without; reach of road in with; spread, run-outs and deposits" in warned[0]
@@ -403,7 +405,7 @@ def test_grids_that_do_not_fit_cost_the_map_alone(runs, tmp_path, said):
         assert not list((tmp_path / f"out_{name}").glob("*.tif"))
 
 
-def test_folders_of_one_name_are_told_apart(tmp_path):
+def test_folders_of_one_name_are_distinguished(tmp_path):
     runs = [write_run(tmp_path / parent / "run", tracks(20.0), digest="same") for parent in ("dry", "wet")]
     table, _ = compare(runs, tmp_path / "out")
     assert set(table.index.get_level_values("scenario")) == {"dry_run", "wet_run"}
@@ -454,3 +456,29 @@ def test_the_baseline_is_the_run_with_the_fewest_obstacles_unless_it_is_named(sa
     assert baseline_first([*summaries[:2], {}], names, None, said) == [0, 1, 2]  # one is of an older version
     with pytest.raises(UserError, match="--baseline is 'wood', but the runs are called forest, bare, dense"):
         baseline_first(summaries, names, "wood", said)
+
+
+def lying_and_upright(tmp_path: Path, columns: dict[str, str]) -> list[Path]:
+    """Runs with --orientation lying and with upright, of releases with these columns."""
+    case = Case(tmp_path / "case")
+    gpd.read_file(case.releases).assign(**columns).to_file(case.releases, layer="releases", driver="GPKG")
+    return [
+        case.run(output=str(tmp_path / name), lines=case.lines, orientation=name, friction="0.4", fidelity="draft")
+        for name in ("lying", "upright")
+    ]
+
+
+def test_an_option_that_a_column_overrides_makes_no_difference_of_two_runs(tmp_path):
+    """The layer says of every log that it stands: both runs are one scenario, whatever --orientation was."""
+    outcome = compare(lying_and_upright(tmp_path, {"orientation": "upright"}), tmp_path / "out")[1]
+    facts = json.loads((tmp_path / "out" / compare_scenarios.FACTS).read_text(encoding="utf-8"))
+    scenarios = [line.partition(", ")[2].partition(",")[0] for line in outcome.lines if line.startswith("scenario of")]
+    assert [line for line in outcome.lines if "differs" in line] == []
+    assert facts["parameters_that_differ"] == {}
+    assert scenarios == ["upright", "upright"]
+
+
+def test_two_runs_whose_logs_start_in_another_posture_are_not_of_the_same_logs(tmp_path):
+    """The counterpart: where no column says it, the option does."""
+    with pytest.raises(UserError, match="it was run with --orientation upright for lying"):
+        compare(lying_and_upright(tmp_path, {}), tmp_path / "out")

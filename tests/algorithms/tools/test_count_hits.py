@@ -129,7 +129,7 @@ def test_the_count_is_that_of_swept_outlines(full, tmp_path):
         assert (ours <= perhaps).all()
 
 
-def test_a_run_with_few_trajectories_says_so(case, tmp_path, said):
+def test_a_run_with_few_trajectories_reports_it(case, tmp_path, said):
     run = case.run(output=str(tmp_path / "run"), trajectories="7")
     outcome = count_hits.TOOL(feedback=said, run=str(run), output=str(tmp_path / "hits.tif"))
     assert outcome.facts["n_counted"] == 7

@@ -70,7 +70,7 @@ def test_above_the_line_as_many_as_reach_it_below_it_fewer(full):
     assert reached
     at_road = found[75]  # row of v 24 to 25, which the road bounds
     assert np.nanmax(at_road) == 1.0
-    assert not np.nanmax(found[86:], initial=0.0) > 0.0  # 10 m below: nobody reaches it after that
+    assert not np.nanmax(found[86:], initial=0.0) > 0.0  # 10 m below: no log reaches it after that
 
 
 def test_stored_trajectories_give_the_runs_own_raster_to_the_bit(full, tmp_path):
@@ -162,7 +162,7 @@ def test_many_lines_and_lines_that_share_an_id(case, tmp_path):
         assert np.array_equal(band, found[name], equal_nan=True), name
 
 
-def test_memory_is_told_with_the_lines(monkeypatch, said):
+def test_memory_is_reported_with_the_lines(monkeypatch, said):
     """28 bytes per cell and thread and 4 more for each line, the list, and any; 24 for the scene and the writing."""
     cells, lines = 10_000_000, 3
     need = 24 + 2 * (28 + 4 * (lines + 2))
@@ -174,7 +174,7 @@ def test_memory_is_told_with_the_lines(monkeypatch, said):
 
 
 @pytest.mark.parametrize("value", ["0", "-3", "2.5", "few"])
-def test_a_least_that_is_none_is_refused_in_a_line(case, tmp_path, capsys, value):
+def test_a_least_that_is_invalid_is_refused_in_a_line(case, tmp_path, capsys, value):
     words = [f"--{name.replace('_', '-')}={each}" for name, each in case.values().items() if name != "output"]
     output = tmp_path / "run"
     assert cli.run(["slide-logs", *words, f"--output={output}", f"--danger-least={value}"]) == 2

@@ -42,6 +42,7 @@ def test_the_three_forests_differ_as_the_paper_found(made):
     for name in p:
         assert any(line.startswith(name) for line in outcome.lines)
     assert "deadwood-tool reproduce-paper" in "\n".join(outcome.lines)
+    assert "logs per forest, upright, friction 0.25, " in outcome.lines[-1]
 
 
 def test_the_same_logs_go_through_each_forest(made):

@@ -172,7 +172,7 @@ def test_a_south_up_raster_gives_the_same(tmp_path, said):
     assert found_in(tmp_path / "t.gpkg") == expected()
 
 
-def test_what_is_too_high_for_a_tree_is_counted_and_said(tmp_path, said):
+def test_what_is_too_high_for_a_tree_is_counted_and_reported(tmp_path, said):
     canopy = cones()
     canopy[0:2, 0:3] = 9999.0
     chm = write(tmp_path / "chm.tif", canopy)

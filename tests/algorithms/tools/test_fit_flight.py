@@ -187,7 +187,7 @@ def test_the_papers_jump_over_the_barrier(tmp_path, height, verdict):
     assert over["speed_ms"] == pytest.approx(math.hypot(1, slope) * speed * math.cos(math.radians(degrees)), rel=1e-6)
 
 
-def test_every_barrier_that_is_crossed_is_told_and_no_other(tmp_path):
+def test_every_barrier_that_is_crossed_is_reported_and_no_other(tmp_path):
     dem = write_dem(tmp_path / "dem.tif", terrace(24.0, 0.0, 40.0))
     lines = write_layer(tmp_path / "lines.gpkg", [LineString([at(0.0), at(40.0)])], length_m=[12.0])
     beside = LineString([at(20.0, aside=3.0), at(20.0, aside=9.0)])
@@ -221,7 +221,7 @@ def test_no_speed_leads_to_a_landing_above_the_launch_line(tmp_path):
     assert sorted(each.name for each in plots.iterdir()) == ["flight_1.png", "flight_2.png", "manifest.json"]
 
 
-def test_a_slope_that_goes_on_is_no_place_to_fly(tmp_path):
+def test_a_slope_that_continues_is_not_a_take_off(tmp_path):
     """On one plane the launch line is the ground: the two ends and any between lie on it."""
     dem = write_dem(tmp_path / "dem.tif", lambda s: -0.7 * s)
     lines = write_layer(tmp_path / "lines.gpkg", [LineString([at(0.0), at(30.0)])])
@@ -287,7 +287,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_told_in_one_line_and_leaves_nothing(tmp_path, name):
+def test_bad_input_is_reported_in_one_line_and_leaves_nothing(tmp_path, name):
     shape, columns, values, said_of_it = BAD[name]
     values = dict(values)
     dem = write_dem(

@@ -149,7 +149,7 @@ def test_no_tree_is_lower_than_breast_height():
 
 
 @pytest.mark.parametrize("rho", [-0.5, 0.0, 0.8, 1.0])
-def test_height_and_dbh_are_correlated_as_asked(rho):
+def test_height_and_dbh_are_correlated_as_requested(rho):
     dbh, height, _ = draw_sizes(Sizes(60.0, 8.0, 30.0, 4.0, rho), np.arange(1, 20_000 + 1), 1)
     # Standard error of a correlation: (1 - rho^2) / sqrt(n); four of them, and the rounding.
     assert np.corrcoef(dbh, height)[0, 1] == pytest.approx(rho, abs=4 * (1 - rho**2) / np.sqrt(20_000) + 1e-4)
@@ -157,7 +157,7 @@ def test_height_and_dbh_are_correlated_as_asked(rho):
     assert height.std() == pytest.approx(4, rel=0.03)
 
 
-def test_redrawn_trees_are_said(forest, outcome):
+def test_redrawn_trees_are_reported(forest, outcome):
     forest(stems_per_ha=2000.0, dbh_mean_cm=44.0, dbh_sd_cm=22.0)
     redrawn = outcome["last"].facts["redrawn"]
     assert redrawn > 0
@@ -240,14 +240,14 @@ def test_more_and_fewer_trees_than_the_source_are_dealt_from_it(tmp_path, forest
     assert rest > 0
     assert set(there) == set(here)
     assert all(least * there[each] <= times <= (least + 1) * there[each] for each, times in here.items())
-    # of 100 trees per hectare the mean, by what a sample without replacement scatters (four standard errors)
+    # of 100 trees per hectare the mean, within the scatter of a sample without replacement (four standard errors)
     scatter = source["dbh_cm"].std() / np.sqrt(len(few)) * np.sqrt(1.0 - len(few) / len(source))
     assert few["dbh_cm"].mean() == pytest.approx(source["dbh_cm"].mean(), abs=4 * scatter)
     other = forest(like=like, seed=1)
     assert (other["dbh_cm"] == many["dbh_cm"].iloc[: len(other)]).mean() < 0.05
 
 
-def test_a_given_size_goes_before_those_of_the_layer(tmp_path, forest, slope, outcome):
+def test_a_given_size_overrides_those_of_the_layer(tmp_path, forest, slope, outcome):
     """And then both are drawn from normal distributions."""
     skewed(tmp_path, slope)
     frame = forest(like=str(tmp_path / "skewed.gpkg"), dbh_mean_cm=40.0, dbh_sd_cm=4.0)
@@ -260,7 +260,7 @@ def test_a_given_size_goes_before_those_of_the_layer(tmp_path, forest, slope, ou
     assert outcome["last"].facts["basal_area_m2_per_ha"] == pytest.approx(planted)
 
 
-def test_what_is_too_small_for_a_tree_is_left_out_and_said(tmp_path, forest, slope, said):
+def test_what_is_too_small_for_a_tree_is_left_out_and_reported(tmp_path, forest, slope, said):
     source = skewed(tmp_path, slope)
     source.loc[:9, "dbh_cm"] = 0.7
     source.to_file(tmp_path / "small.gpkg")
@@ -282,7 +282,7 @@ def test_only_the_trees_of_the_stand_are_fitted(tmp_path, forest):
     ("missing", "option"),
     [("stems_per_ha", "--stems-per-ha"), ("dbh_mean_cm", "--dbh-mean-cm"), ("dbh_sd_cm", "--dbh-sd-cm")],
 )
-def test_numbers_that_are_neither_given_nor_fitted_are_asked_for(forest, missing, option):
+def test_numbers_that_are_neither_given_nor_fitted_are_required(forest, missing, option):
     with pytest.raises(UserError, match=f"{option} is missing; give it, or a trees layer with --like"):
         forest(**{name: value for name, value in KLOSTERS.items() if name != missing})
 
@@ -301,10 +301,10 @@ def test_stands_without_room_or_trees_are_refused(tmp_path, forest, slope):
         forest(like=str(tmp_path / "one.gpkg"))
 
 
-def test_numbers_that_give_hardly_a_tree_are_refused(forest):
-    with pytest.raises(UserError, match=r"DBH 0\.6 .* give hardly a tree"):
+def test_numbers_that_hardly_ever_give_a_tree_are_refused(forest):
+    with pytest.raises(UserError, match=r"DBH 0\.6 .* hardly ever give a possible tree"):
         forest(stems_per_ha=300.0, dbh_mean_cm=0.6, dbh_sd_cm=0.18)  # in metres
-    with pytest.raises(UserError, match="give hardly a tree; check the numbers and their units"):
+    with pytest.raises(UserError, match="hardly ever give a possible tree; check the numbers and their units"):
         draw_sizes(Sizes(0.4, 0.1, 20.0, 1.0, 0.0), np.arange(1, 100 + 1), 1)
 
 

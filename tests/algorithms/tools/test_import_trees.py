@@ -141,7 +141,7 @@ def test_a_number_may_stand_for_a_missing_value(imported, outcome):
         imported(table)
 
 
-def test_ids_used_twice_make_all_trees_numbered_anew(imported, said):
+def test_ids_used_twice_make_all_trees_numbered_again(imported, said):
     frame = imported(points(20.0, 21.0, 22.0, treeID=[1.0, 2.0, 1.0]), "tiles.gpkg")
     assert frame["tree_id"].tolist() == [1, 2, 3]
     assert frame["source_id"].tolist() == [1, 2, 1]
@@ -175,7 +175,7 @@ def test_a_dem_gives_the_crs_and_drops_what_stands_off_it(imported, slope, outco
         ("elsewhere", "name the CRS that its supplier states"),
     ],
 )
-def test_places_that_are_none_of_the_crs_are_said_without_a_dem(imported, said, places, words):
+def test_places_that_are_none_of_the_crs_are_reported_without_a_dem(imported, said, places, words):
     east, north = {"lv03": (EAST - 2e6, NORTH - 1e6), "elsewhere": (EAST + 3e6, NORTH + 2e6)}.get(places, (EAST, NORTH))
     header = places if places == "y,x" else "x,y"
     imported(f"{header},dbh,height\n{east},{north},30,20\n{east + 5},{north},30,21\n")
@@ -196,7 +196,7 @@ def test_implausible_sizes_are_warned_of_with_the_option_that_fixes_them(importe
     assert words in said.warnings[0]
 
 
-def test_a_height_that_was_asked_for_is_never_taken_for_that_of_the_ground(imported, said):
+def test_a_height_that_was_requested_is_never_taken_for_that_of_the_ground(imported, said):
     imported(f"x;y;dbh;h\n{EAST};{NORTH};40;140\n", height_field="h")
     assert "the median height_m is 140 m, which is too large; --height-unit" in said.warnings[0]
     with pytest.raises(UserError, match="1 tree dropped: height_m above 150 m"):

@@ -1,7 +1,8 @@
-"""The last lines of a tool: the answer, and then the scenario that it is of, alike wherever logs slid."""
+"""The last lines of a tool: the answer, the scenario that it is of, alike wherever logs slid, and what follows."""
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import geopandas
@@ -9,8 +10,11 @@ import pandas
 import pytest
 from slope_case import Case, summary
 
+from deadwood_algorithms.params.tool import Outcome
 from deadwood_algorithms.results.scenario import scenario_line
 from deadwood_algorithms.tools import (
+    assess_mobilisation,
+    calibrate_friction,
     compare_fidelity,
     compare_scenarios,
     count_hits,
@@ -19,7 +23,9 @@ from deadwood_algorithms.tools import (
     map_origins,
     reach_lines,
     run_sites,
+    vary,
 )
+from deadwood_toolbox import cli
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +104,79 @@ def test_the_first_sites_say_theirs_and_the_others_are_counted(case, tmp_path):
     ).lines
     assert [line.partition(":")[0] for line in said[-4:-1]] == [f"scenario of s{k}" for k in range(3)]
     assert said[-1] == "2 more sites have their scenario in summary.json"
+
+
+# --- the command that follows ---
+
+
+def pasted(outcome: Outcome, folder: Path, monkeypatch) -> list[list[str]]:
+    """Run what is said to follow, as it stands; the words of each command."""
+    monkeypatch.chdir(folder)
+    commands = [shlex.split(each) for each in outcome.then.split(" && ")]
+    for program, *words in commands:
+        assert program == "deadwood-tool"
+        assert cli.run([*words, "--progress", "none"]) == 0, words
+    return commands
+
+
+def test_what_follows_a_variation_slides_the_run_and_shows_both(case, tmp_path, monkeypatch):
+    given = {"dem": case.dem, "releases": case.releases, "lines": case.lines, "friction": "0.3", "dbh_cm": 40.0}
+    ask = {**given, "trees": case.trees, "length_m": 10.0, "design": "ends", "vary": "rolling_friction"}
+    outcome = vary.TOOL(**ask, output=str(tmp_path / "all varied"))
+    slide, page = pasted(outcome, tmp_path, monkeypatch)
+    assert slide[1:3] == ["slide-logs", "--dem"]
+    assert {case.trees, case.lines, "40.0", "10.0"} <= set(slide)
+    assert page[page.index("--results") + 1] == str(tmp_path / "all varied")
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_what_follows_a_spread_is_the_page_of_its_run_and_of_a_lone_layer_nothing(run, tmp_path, monkeypatch):
+    outcome = lateral_spread.TOOL(deposits=str(run / "run.gpkg"), output=str(tmp_path / "spread.gpkg"))
+    (page,) = pasted(outcome, tmp_path, monkeypatch)
+    assert page[:4] == ["deadwood-tool", "make-report", "--runs", str(run)]
+    geopandas.read_file(run / "run.gpkg", layer="deposits").to_file(tmp_path / "deposits.gpkg")
+    alone = lateral_spread.TOOL(deposits=str(tmp_path / "deposits.gpkg"), output=str(tmp_path / "alone.gpkg"))
+    assert alone.then == ""
+
+
+def test_what_follows_susceptibility_draws_from_the_areas_or_else_from_the_raster(case, tmp_path, monkeypatch):
+    areas, raster = str(tmp_path / "areas.gpkg"), str(tmp_path / "susceptibility.tif")
+    with_areas = assess_mobilisation.TOOL(dem=case.dem, release_areas=areas, output=raster)
+    (drawn,) = pasted(with_areas, tmp_path, monkeypatch)
+    assert drawn[drawn.index("--areas") + 1] == areas
+    assert "--weights" not in drawn
+    (tmp_path / "releases.gpkg").unlink()
+    without = assess_mobilisation.TOOL(dem=case.dem, output=raster, overwrite=True)
+    (drawn,) = pasted(without, tmp_path, monkeypatch)
+    assert drawn[drawn.index("--weights") + 1] == raster
+    assert "--areas" not in drawn
+
+
+def test_what_follows_fidelities_is_the_run_with_the_friction_that_was_given(case, tmp_path, monkeypatch):
+    outcome = compare_fidelity.TOOL(
+        dem=case.dem, releases=case.releases, lines=case.lines, friction="0.37", fidelities="draft,standard",
+        dbh_cm=40.0, length_m=10.0, output=str(tmp_path / "fidelities"),
+    )  # fmt: skip
+    (slide,) = pasted(outcome, tmp_path, monkeypatch)
+    assert slide[slide.index("--friction") + 1] == "0.37"
+    assert case.lines in slide
+
+
+def test_what_follows_a_calibration_varies_the_range_that_was_found(case, tmp_path, monkeypatch):
+    calibrated = calibrate_friction.TOOL(
+        dem=case.dem, releases=case.releases, reached=case.lines, friction=(0.2, 0.4, 0.6), fidelity="draft",
+        dbh_cm=40.0, length_m=10.0, output=str(tmp_path / "calibrated"),
+    )  # fmt: skip
+    found = calibrated.facts["range"]
+    (varied,) = pasted(calibrated, tmp_path, monkeypatch)
+    low, high = varied[varied.index("--vary") + 1].removeprefix("friction=").split(":")
+    assert (float(low), float(high)) == pytest.approx((found["low"], found["high"]), rel=1e-3)
+    assert varied[varied.index("--lines") + 1] == case.lines
+
+
+def test_what_follows_sites_is_the_page_of_the_first(case, tmp_path, monkeypatch):
+    outcome = run_sites.TOOL(
+        dem=case.dem, releases=case.releases, by="release_id", friction="0.4", output=str(tmp_path / "my sites")
+    )
+    (page,) = pasted(outcome, tmp_path, monkeypatch)
+    assert page[page.index("--runs") + 1] == str(tmp_path / "my sites" / "sites" / "a")

@@ -164,7 +164,7 @@ def test_deposits_near_the_edges_are_warned_of(tmp_path, said):
     assert each["near_edge"].tolist() == [True, True, False, False]
 
 
-def test_a_layer_of_its_own_takes_the_dem_that_is_named(tmp_path, said):
+def test_a_separate_layer_takes_the_dem_that_is_named(tmp_path, said):
     run, dem = edge_case(tmp_path)
     gpd.read_file(run / "run.gpkg", layer="deposits").to_file(tmp_path / "mine.gpkg")
     values = {"deposits": str(tmp_path / "mine.gpkg"), "output": str(tmp_path / "s.gpkg"), "overwrite": True}
@@ -190,7 +190,7 @@ def test_the_layers_are_those_of_the_schema(tmp_path, name):
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3])
 def test_no_line_says_nan(tmp_path, count):
-    """Few deposits, or none that counts: each is a line, and none has a number that is none."""
+    """Few deposits, or none that counts: each gives a line, without invalid numbers."""
     far = [100.0] * count + [1.0] * (3 - count)
     layer = deposits(tmp_path / "d.gpkg", [170.0, 180.0, 200.0], far)
     outcome = lateral_spread.TOOL(deposits=layer, output=str(tmp_path / "s.gpkg"))

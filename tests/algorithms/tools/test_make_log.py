@@ -86,7 +86,7 @@ def test_a_cylinder_is_the_one_of_the_textbook(tmp_path):
     assert cone == pytest.approx(expected, rel=1e-14)
 
 
-def test_the_solid_comes_to_the_cone_with_the_square_of_its_vertices(tmp_path):
+def test_the_solid_approaches_the_cone_with_the_square_of_its_vertices(tmp_path):
     counts = (8, 16, 32, 64, 128)
     told = [facts(made(tmp_path / str(n), vertices=n)) for n in counts]
     for name in ("volume_m3", "mass_kg", "inertia_axial_kg_m2", "inertia_transverse_kg_m2"):
@@ -119,14 +119,14 @@ def ring_heights(folder: Path) -> np.ndarray:
     ("asked", "spacing"),
     [
         ({}, 0.5),  # the convention
-        ({"length_m": 15.2}, 15.2 / 31),  # evenly, and no farther apart than asked for
+        ({"length_m": 15.2}, 15.2 / 31),  # evenly, and no farther apart than requested
         ({"length_m": 0.3, "dbh_cm": 10.0, "ring_spacing_m": 0.1}, 0.1),
         ({"ring_spacing_m": 40.0}, 30.0),  # the ends alone
         ({"rings": 31}, 1.0),
         ({"rings": 7, "ring_spacing_m": 0.1}, 5.0),  # a number overrides a distance
     ],
 )
-def test_rings_stand_as_far_apart_as_asked(tmp_path, asked, spacing):
+def test_rings_stand_as_far_apart_as_requested(tmp_path, asked, spacing):
     assert np.diff(ring_heights(made(tmp_path / "log", **asked))) == pytest.approx(spacing, abs=1e-5)
 
 
@@ -139,7 +139,8 @@ def test_a_spacing_that_makes_too_many_rings_is_refused(tmp_path):
 
 def test_a_ring_every_half_metre_keeps_a_log_on_rough_ground(tmp_path):
     """Point cloud and mesh come to rest; the ground between the vertices, measured against the surface of the mesh,
-    stands in the solid by decimetres with the end rings alone, and by centimetres with the rings of the convention."""
+    penetrates the solid by decimetres with the end rings alone, and by centimetres with the default rings.
+    """
     rng = np.random.default_rng(3)
     scene = Scene.prepare(rng.normal(0.0, 0.15, (81, 81)), 1.0, -40.0, -40.0, friction=0.5)
     places = np.linspace(-20.0, 20.0, 12)
@@ -189,7 +190,7 @@ def test_the_points_are_the_solid_with_its_centre_at_the_origin(tmp_path, shape)
 
 
 @pytest.mark.parametrize("shape", [{}, {"vertices": 3, "rings": 2}, {"vertices": 7, "rings": 4, "taper": 1.0}])
-def test_obj_and_stl_are_closed_outward_and_weigh_what_is_told(tmp_path, shape):
+def test_obj_and_stl_are_closed_outward_and_have_the_reported_mass(tmp_path, shape):
     folder = made(tmp_path / "log", **shape)
     solid = facts(folder)["solid"]
     normals, corners = read_stl(folder / "log.stl")

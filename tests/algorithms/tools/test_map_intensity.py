@@ -126,7 +126,7 @@ def test_areas_do_not_grow_with_the_number_of_logs(tmp_path):
 
 
 @pytest.mark.parametrize(("least", "logs"), [(0.0, 1), (10.0, 5)])
-def test_the_process_area_is_the_outline_of_what_so_many_logs_pass(made, tmp_path, least, logs):
+def test_the_process_area_is_the_outline_of_the_ground_that_this_number_of_logs_pass(made, tmp_path, least, logs):
     maps(made, tmp_path / "m", least_passage=least)
     (row,) = layer_rows(tmp_path / "m" / "process_area.gpkg")
     here = fields()["hit_count"] >= logs
@@ -137,7 +137,7 @@ def test_the_process_area_is_the_outline_of_what_so_many_logs_pass(made, tmp_pat
     assert np.array_equal(inside.reshape(here.shape), here)
 
 
-def test_a_cell_has_the_energy_that_so_many_of_its_logs_bring(tmp_path):
+def test_a_cell_has_the_energy_that_this_number_of_its_logs_bring(tmp_path):
     """50 tracks in one lane of speeds 1 to 50 m/s; 10 % of the logs are the five fastest."""
     hits = np.zeros((LENGTH, WIDTH), np.uint32)
     hits[25:75, 18:23] = N
@@ -159,7 +159,7 @@ def test_a_cell_has_the_energy_that_so_many_of_its_logs_bring(tmp_path):
     }
 
 
-def test_without_trajectories_it_is_the_largest_energy_and_said(tmp_path, said):
+def test_without_trajectories_it_is_the_largest_energy_and_reported(tmp_path, said):
     case = Case(tmp_path / "case")
     run = case.run(trajectories="none")
     map_intensity.TOOL(feedback=said, run=str(run), least_passage=10.0, output=str(tmp_path / "m"))
@@ -307,7 +307,7 @@ REFUSED = {
     "--probability-classes is 200 %, but must be less than 100 %": {"probability_classes": "1,200"},
     "--return-periods-years is 'x'": {"return_periods_years": "x"},
     "leave out --releases and --events-field": {"events_per_year": 1.0, "events_field": "rate"},
-    "the run's releases are not where they were; --releases names them": {"events_field": "rate"},
+    "the run's releases were moved or deleted; name them with --releases": {"events_field": "rate"},
     "--events-per-year is 0, but must be greater than 0": {"events_per_year": 0.0},
 }
 

@@ -110,7 +110,7 @@ def test_tiles_are_joined_and_a_table_of_trees_is_taken(data, tmp_path):
         (shutil.rmtree, "the folder of the site rothenbrunnen does not exist"),
     ],
 )
-def test_bad_site_data_is_said_in_one_line(data, tmp_path, spoil, message):
+def test_bad_site_data_is_reported_in_one_line(data, tmp_path, spoil, message):
     place = tmp_path / "rothenbrunnen"
     shutil.copytree(data / "rothenbrunnen", place)
     spoil(place)

@@ -205,7 +205,7 @@ def test_sites_on_other_terrain_models_are_not_merged(case, tmp_path):
 # --- failures, interruptions ----------------------------------------------------------------------------------------
 
 
-def test_a_failure_is_told_and_the_others_are_finished_and_kept(case, said, tmp_path):
+def test_a_failure_is_reported_and_the_others_are_finished_and_kept(case, said, tmp_path):
     text = (
         f"site,releases,friction\ngood,{case.releases},\nmissing,{tmp_path / 'none.gpkg'},\nodd,{case.releases},steep\n"
     )
@@ -221,7 +221,7 @@ def test_a_failure_is_told_and_the_others_are_finished_and_kept(case, said, tmp_
     facts = json.loads((run / "summary.json").read_text(encoding="utf-8"))
     assert facts["sites"] == {"asked": 3, "done": 1, "failed": 2}
     places = gpd.read_file(run / "overview.gpkg", layer="sites")
-    assert places["site"].tolist() == ["good", "odd"]  # of the other nobody knows where it is
+    assert places["site"].tolist() == ["good", "odd"]  # the place of the other is unknown
     slid = (run / "sites" / "good" / "run.gpkg").stat()
     table(tmp_path, text.replace(str(tmp_path / "none.gpkg"), case.releases).replace("steep", "0.3"))
     sites(case, "failing", sites=named, resume=True)
@@ -289,7 +289,7 @@ class StopsAt:
         return self.stop
 
 
-def test_an_interrupted_run_goes_on_in_the_middle_of_a_site(case, by, monkeypatch):
+def test_an_interrupted_run_continues_in_the_middle_of_a_site(case, by, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK", 4)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     given = {"by": "release_id", "releases": case.releases, "trajectories": "all", **case.everything()}

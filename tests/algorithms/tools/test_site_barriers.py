@@ -231,7 +231,7 @@ def test_what_cannot_be_asked_is_refused(case, bare, lines, tmp_path):
     refused("a barrier of the run is called 'east' already", owned, out, candidates=lines, height_m="2")
 
 
-def test_a_run_whose_inputs_changed_is_told(tmp_path, lines):
+def test_a_run_whose_inputs_changed_is_reported(tmp_path, lines):
     made = Case(tmp_path / "case")
     run = made.run(lines=made.lines, trees=made.trees, trajectories="none")
     write_layer(

@@ -1,7 +1,10 @@
-"""slide-logs --fidelity auto: the run is the plain one of the chosen fidelity and logs, says so, and goes on alike."""
+"""slide-logs --fidelity auto: the run equals the plain one with the chosen fidelity and logs, reports it, and resumes
+alike.
+"""
 
 from __future__ import annotations
 
+import ast
 import json
 import time
 from pathlib import Path
@@ -15,7 +18,7 @@ from slope_case import RASTERS, Case, assert_same_run, bands, layer, raster, sum
 
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.simulate import auto, auto_run, chunks
-from deadwood_algorithms.simulate.fidelity_trade import assumed_bounds
+from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.tools import compare_scenarios, slide_logs
 from deadwood_engine import FIDELITIES
@@ -93,7 +96,7 @@ def test_draft_is_taken_where_the_user_assumes_that_it_does(case, early, tmp_pat
 
 
 class StopAfter(Quiet):
-    """Asks to stop once so many logs are done."""
+    """Requests a stop once a number of logs is done."""
 
     def __init__(self, logs: int) -> None:
         self.logs, self.done = logs, 0.0
@@ -153,7 +156,7 @@ def test_options_that_do_not_go_together_are_one_line(case, tmp_path, capsys, fl
     assert said in err
 
 
-def test_a_budget_takes_what_fits_and_a_resumed_run_goes_on_with_its_choice(case, early, tmp_path, monkeypatch):
+def test_a_budget_takes_what_fits_and_a_resumed_run_continues_with_its_choice(case, early, tmp_path, monkeypatch):
     """With time for all logs at any fidelity, reference; a choice that is made is kept, though its time is over."""
     values = values_of(case, error=None, report=False)
     run = case.run(output=str(tmp_path / "long"), **values, budget="1h")
@@ -211,3 +214,14 @@ def test_what_such_a_run_asked_can_be_asked_again(case, tmp_path):
     assert source.fidelity == summary(run)["accuracy"]["fidelity"] != "auto"
     assert fidelity_of(source) == FIDELITIES[source.fidelity]
     assert not hasattr(question_of(source), "scheduler")
+
+
+def test_the_plugin_knows_every_folder_that_a_run_works_in():
+    """After Cancel it removes them, and cannot ask the toolbox, which is another Python's."""
+    source = (Path(cli.__file__).parent / "qgis_plugin" / "inputs.py").read_text(encoding="utf-8")
+    (named,) = [
+        ast.literal_eval(each.value)
+        for each in ast.parse(source).body
+        if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == "AUTO_KEEPS"
+    ]
+    assert set(named) == {f".{auto_run.AUTO}", *(f".{auto_run.AUTO}-{each}" for each in COSTS)}

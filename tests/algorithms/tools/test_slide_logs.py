@@ -169,7 +169,7 @@ def test_the_summary_agrees_with_the_layers(full):
     assert "59 rigid truncated cones; 0 off the DEM left out; 1 left out where" in told["modelled"]["trees"]
 
 
-def test_what_a_scene_lacks_is_said(case, tmp_path):
+def test_what_a_scene_lacks_is_reported(case, tmp_path):
     told = summary(case.run(output=str(tmp_path / "bare"), trajectories="none"))
     for name in ("trees", "barriers", "lines"):
         assert told["modelled"][name].startswith("not modelled")
@@ -211,7 +211,7 @@ def test_columns_of_the_releases_go_before_the_options(case, tmp_path):
     assert deposits["release_id"].tolist() == [1, 1]
 
 
-def test_a_log_that_fails_leaves_its_state_and_the_others_go_on(case, tmp_path, monkeypatch):
+def test_a_log_that_fails_leaves_its_state_and_the_others_continue(case, tmp_path, monkeypatch):
     """Faster than any fall on Earth is taken for a fault: 3000 m/s (which no layer may ask for), among logs at rest."""
 
     def shot(scene, logs, *rest, **options):
@@ -258,7 +258,7 @@ def test_the_manifest_works_as_a_config(case, full, tmp_path, capsys):
 
 
 class StopAfter(Quiet):
-    """Asks to stop once so many logs are done."""
+    """Requests a stop once a number of logs is done."""
 
     def __init__(self, logs: int) -> None:
         self.logs, self.done = logs, 0.0
@@ -271,7 +271,7 @@ class StopAfter(Quiet):
 
 
 @pytest.mark.parametrize("every_s", [0.0, 1e9])
-def test_a_resumed_run_is_the_run_in_one_go(case, full, tmp_path, monkeypatch, said, every_s):
+def test_a_resumed_run_is_the_uninterrupted_run(case, full, tmp_path, monkeypatch, said, every_s):
     monkeypatch.setattr(chunks, "CHUNK", 5)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", every_s)
     monkeypatch.setattr(chunks, "CHECKPOINT_SHARE", 1e-12)

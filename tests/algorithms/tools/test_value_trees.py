@@ -176,7 +176,7 @@ def test_threads_change_no_byte(full, tmp_path):
 
 
 def both_ways(run: Path, folder: Path, monkeypatch, feedback: Any = None, **more: Any) -> float:
-    """The same bytes, whether logs go on from stages or from their release; returns the share that had a stage."""
+    """The same bytes, whether logs continue from stages or from their release; returns the share that had a stage."""
     stages_of, used = ChangedScenes.stages_of, []
 
     def from_release(self, scene, task):
@@ -244,9 +244,9 @@ def test_what_is_planted_holds_what_whole_runs_with_it_say(case, tmp_path, trees
 
 
 def test_no_log_that_would_list_a_candidate_is_left_out(case, monkeypatch, tmp_path, said):
-    """812 candidates all over the slope, against poses two centimetres apart: whoever's axis comes within the engine's
-    margin of one is slid again with it, at the run's fidelity. And asked with steps and outlines as short as those, no
-    log that keeps 20 cm farther away: what the margin has beside the engine's is for these alone.
+    """812 candidates all over the slope, against poses two centimetres apart: a log whose axis comes within the
+    engine's margin of one is slid again with it, at the run's fidelity. And with steps and outlines as short as those,
+    no log that stays 20 cm farther away: the margin beyond the engine's is for these alone.
     """
     run = case.run(output=str(tmp_path / "run"), lines=case.lines, trees=case.trees, trajectories="none")
     spots = [(3.0 + 2.0 * k, 8.0 + 3.1 * j) for k in range(28) for j in range(29)]
@@ -302,7 +302,7 @@ def test_other_lines_and_a_draw_of_the_logs(case, wooded, tmp_path):
     assert found["n_reach"].iloc[0] > 0
 
 
-def test_a_run_that_ended_early_is_asked_of_its_own_logs(case, tmp_path):
+def test_a_run_that_ended_early_is_evaluated_over_its_own_logs(case, tmp_path):
     made = case.run(output=str(tmp_path / "run"), lines=case.lines, trees=case.trees, until_ci=0.4)
     n = len(layer(made, "deposits"))
     assert values(made, tmp_path / "v.gpkg")["n_total"].unique().tolist() == [n]
@@ -328,7 +328,7 @@ def test_what_cannot_be_asked_is_refused(case, wooded, tmp_path):
     refused("does not exist", tmp_path / "none", out)
 
 
-def test_inputs_that_changed_or_are_gone_are_told(tmp_path):
+def test_inputs_that_changed_or_are_gone_are_reported(tmp_path):
     made = Case(tmp_path)
     run = made.run(lines=made.lines, trees=made.trees)
     trees = gpd.read_file(made.trees)

@@ -168,11 +168,11 @@ def _far(folder: Path) -> str:
     return write_layer(folder / "far.gpkg", [shapely.LineString([(2.0, 96.0), (4.0, 96.0)])], diameter_cm=[30.0])
 
 
-def test_what_so_few_logs_do_not_decide_is_said(case, tmp_path):
+def test_what_so_few_logs_do_not_decide_is_reported(case, tmp_path):
     told = varied(case, tmp_path / "few", vary="log_density_factor", lines=case.lines)
     assert told["answers"][0]["factors"] == []
     assert told["sentence"].startswith(
-        "Which input influences the reach of road most is not decided by this many logs (30)"
+        "The number of logs (30) is too small to decide which input influences the reach of road most"
     )
 
 

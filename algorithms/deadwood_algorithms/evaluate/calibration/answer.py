@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Watched
 from deadwood_algorithms.evaluate.calibration.score import Observation, Range, Scores, energy_score
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.presets import FRICTION_CELL_M
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results import lost as lost_logs
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
 
 FEW_LOGS = 100
+LEAST_LIKELY = 1e-3  # of a relative likelihood that is printed as a number
 SHOWN = 6  # coefficients for which that is reported
 
 
@@ -61,8 +62,8 @@ def warn_of_logs(
         who += f", and more than {100 * lost_logs.WORTH_A_WARNING:.0f} % at {counted(len(many) - SHOWN, 'other')}"
     if lost is not None:
         feedback.warn(
-            f"of {n} logs, {who} left the terrain model before it was seen whether they reach the lines: they count "
-            "as far as they were seen; use a larger one"
+            f"of {n} logs, {who} left the terrain model before it was known whether they reach the lines: they count "
+            "up to where they left; use a larger one"
         )
     elif search_complete:
         feedback.warn(
@@ -131,7 +132,7 @@ def records_of(
 
 def sentence_of(found: Range | None, fits: bool, best: float) -> str:
     if found is None:
-        return "No coefficient of the sweep can have made this event: widen the sweep, and check releases and layers."
+        return "No coefficient of the sweep reproduces this event: widen the sweep, and check releases and layers."
     text = f"Friction {found.words()} reproduces the event (95 %); most likely: {found.best:g}."
     if found.open_low and found.open_high:
         text = (
@@ -140,14 +141,27 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
         )
     if found.one:
         text += (
-            " It is the only coefficient of the sweep that does, and the ends are guessed between it and the next: "
-            "sweep finer around it."
+            " It is the only coefficient of the sweep that does, and the ends of the range are interpolated: use a "
+            "finer sweep around it."
         )
     if found.gaps:
         text += " Some coefficients between do not."
     if not fits:
-        text += " But even the best gives such an event in less than 1 of 20 cases: sweep finer, or check the layers."
+        text += (
+            " But even the best reproduces such an event in fewer than 1 of 20 cases: use a finer sweep, or check the "
+            "layers."
+        )
     return text
+
+
+def varied(found: Range, best: float) -> dict[str, Any]:
+    """The values of ``vary`` for the range that was found; options that mean something else there are unset."""
+    return {"friction": best, "vary": f"friction={found.low:.4g}:{found.high:.4g}", "fidelity": None, "logs": None}
+
+
+def small_or(likelihood: float) -> str:
+    """Two digits, of what can still be told from none."""
+    return "< 0.001" if likelihood < LEAST_LIKELY else significant(likelihood, 2)
 
 
 def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
@@ -155,12 +169,12 @@ def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[st
     with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)
     with_lost, with_bounds = any(row["without_deposit"] for row in rows), any(row.get("n_lost") for row in rows)
     head = ["friction", "relative likelihood", "p", "run-out (5-95 %)"]
-    head += ["no deposit"] * with_lost + ["energy score"] * with_score + ["logs that do as observed"] * with_share
+    head += ["no deposit"] * with_lost + ["energy score"] * with_score + ["logs that behave as observed"] * with_share
     head += ["if lost ones do"] * with_bounds + ["in range"]
     table = [head]
     for row in rows:
-        spread = f"{row['relative_ci_low']:.2g} to {row['relative_ci_high']:.2g}"
-        cells = [f"{row['friction']:g}", f"{row['relative_likelihood']:.2g} ({spread})", f"{row['p_range']:.2f}"]
+        likely, low, high = (small_or(row[f"relative_{name}"]) for name in ("likelihood", "ci_low", "ci_high"))
+        cells = [f"{row['friction']:g}", f"{likely} ({low} to {high})", f"{row['p_range']:.2f}"]
         cells.append(f"{row['runout_median_m']:.0f} m ({row['runout_p05_m']:.0f} to {row['runout_p95_m']:.0f})")
         cells += [percent_of(row["without_deposit"], n_logs)] * with_lost
         cells += [f"{row['energy_score_m']:.1f} m"] * with_score

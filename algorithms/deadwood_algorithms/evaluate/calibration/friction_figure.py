@@ -1,4 +1,4 @@
-"""The picture of `calibrate-friction`: how likely each coefficient is, what it does, and where the best one leads."""
+"""The figure of `calibrate-friction`: likelihood of each coefficient, its effect, and the result of the best one."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _shares_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], 
                       textcoords="offset points", va="bottom", fontsize=8.5, color=SEEN)  # fmt: skip
     axes.set_ylim(0.0, max(1.12 * high.max(), 1.08 * (seen or 0.0), 1e-3))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
-    axes.set_title("simulated logs that do what was observed", fontsize=10, loc="left")
+    axes.set_title("simulated logs that behave as observed", fontsize=10, loc="left")
 
 
 def _runouts_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], seen: np.ndarray) -> None:
@@ -112,7 +112,7 @@ def _runouts_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]],
             distance, 0.0, SEEN_SHARE if seen.size > FEW_SEEN else 1.0, color=SEEN, linewidth=1.2,
             label="observed" if k == 0 else None,
         )  # fmt: skip
-    # Room for the key above what is drawn; a coefficient of which no log was seen has no run-outs
+    # Room for the key above the content; a coefficient without deposits has no run-outs
     axes.set_ylim(0.0, 1.2 * float(np.nanmax([*high, *seen, 1.0])))
     axes.set_title("run-out, horizontal [m]", fontsize=10, loc="left")
     axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none", loc="upper center", ncols=3)

@@ -1,4 +1,4 @@
-"""The same logs with one friction coefficient after the other, and what of an event each of them did."""
+"""The same logs with each friction coefficient in turn, and how they compare with an observed event."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ class FrictionRun:
 
     @property
     def resting(self) -> NDArray[np.bool_]:
-        """Logs whose deposit is one: they neither left the DEM nor still moved."""
+        """Logs with a valid deposit: they neither left the DEM nor were still moving."""
         return np.isin(self.stop_reason, AT_REST)
 
 
 @dataclass(frozen=True)
 class Watched:
-    """Lines and areas whose reach is counted: of the event first, then the user's own; columns of `reach`.
+    """Lines and areas whose reach is counted: those of the event first, then the user's; columns of `reach`.
 
-    polylines : the event's lines as the engine takes them; event : what they are called
+    polylines : the lines of the event, for the engine; event : their names
     """
 
     polylines: Lines
@@ -169,7 +169,7 @@ def outcomes_of_reach(watched: Watched, slid: list[FrictionRun], logs: int, did:
 
 
 def did_it(watched: Watched, slid: FrictionRun) -> NDArray[np.bool_]:
-    """Which logs reached what the event reached, and not what it did not, as far as they were seen."""
+    """Logs that reached what the event reached, and not what it did not, up to where they left the terrain model."""
     done = np.logical_not(slid.reach[:, watched.not_reached].any(axis=1))
     return done & slid.reach[:, watched.reached].any(axis=1) if watched.reached.size else done
 

@@ -1,37 +1,41 @@
 """How well friction coefficients reproduce an observed event: likelihoods from simulated logs, and tests of them.
 
-An event is some outcomes, each of one log: where it came to rest (a point), or whether it did what was seen of it (came
-to rest within an area, reached one line and not another). The same logs are slid with every coefficient, so what
-differs between coefficients is the coefficient.
+An event consists of outcomes of single logs: where a log came to rest (a point), or whether it behaved as observed
+(came to rest within an area, reached one line and not another). The same logs are slid with every coefficient, so any
+difference is due to the coefficient.
 
-Likelihood. A point y has the density of the simulated deposits x_j seen with an error s in both directions, of the
-mapping and of what the model cannot know: (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1). A yes or no has the share of the
-logs that do it: (k + 1/2) / (n + 1) for k of n. The half a log, which for points lies evenly on the ground A on which
-any log came to rest with any coefficient, keeps a coefficient from being ruled out by too few logs. Outcomes multiply.
+Likelihood. A point y has the density of the simulated deposits x_j, observed with an error s in both directions due to
+mapping and to what the model does not represent: (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1). A yes or no has the share
+of the logs that behave so: (k + 1/2) / (n + 1) for k of n. The half a log, which for points is spread evenly over the
+ground A on which any log came to rest with any coefficient, prevents a coefficient from being ruled out by too few
+logs. Outcomes multiply.
 
-Logs that came to no rest in sight (they left the terrain model, failed, or still moved at the time limit) are no
-deposits, and two things may be known of the event's:
+Logs without a deposit on the terrain model (they left it, failed, or were still moving at the time limit) are treated
+in one of two ways, depending on what is known of the event:
 
-- deposits were found here, and nobody knows how many logs continued beyond. Then each is one of those that came to rest
-  in sight, and n counts only these: its density, given that, is (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1/2) over the n
-  logs at rest in sight. What share of the logs leaves speaks neither for a coefficient nor against it; one with which
-  none of the simulated logs stays cannot have made a deposit here, and has no likelihood;
-- the search was complete: all logs of the event were found. Then those that left stay in n, and in the events that the
-  simulation makes they are an outcome of their own, with the share of such logs, (k + 1/2) / (n + 1). So a coefficient
-  with which many logs leave must explain why none of the observed ones did.
+- deposits were found here, and the number of logs that moved on is unknown. Each deposit then is one of the logs at
+rest on
+  the terrain model, and n counts only these: its conditional density is (sum_j N(y; x_j, s^2) + 1/2 / A) / (n + 1/2)
+  over the n logs at rest. The share of logs that leaves is evidence neither for nor against a coefficient; a
+  coefficient with which no simulated log stays cannot have caused a deposit here, and has no likelihood;
+- the search was complete: all logs of the event were found. Logs that left then remain in n, and in the simulated
+events they
+  are an outcome with the share of such logs, (k + 1/2) / (n + 1). A coefficient with which many logs leave must then
+  explain why none of the observed ones did.
 
-Range. A coefficient stays in the range unless the event is less likely with it, relative to the best coefficient, than
-in 95 % of events that the simulation itself makes with that coefficient, of as many logs: log j instead of an observed
-one (of those at rest in sight, where only such were found), its deposit shifted by a drawn error, its own share taken
-out of all densities. So whatever the coefficient is, the
-range holds it in 95 % of events, for one observed log as for many (Feldman & Cousins 1998), where the usual limit of
-1.92 on the log-likelihood counts on many. A range that holds every coefficient says that the event tells nothing.
+Range. A coefficient is in the range unless the event is less likely with it, relative to the best coefficient, than 95
+% of events simulated with that coefficient and the same number of logs: log j in place of an observed one (of those at
+rest on the terrain model, if only such were found), its deposit shifted by a drawn error, its own share removed from
+all densities. Whatever the true coefficient is, the range contains it in 95 % of events, for one observed log as for
+many (Feldman & Cousins 1998), whereas the usual limit of 1.92 on the log-likelihood requires many. A range that
+contains every coefficient means that the event is not informative.
 
-Fit. The best coefficient is best even when none is good. So it is also asked how likely the event is with a coefficient
-compared with the events that it makes itself, regardless of the others.
+Fit. The best coefficient is the best even if none is good. The likelihood of the event with a coefficient is therefore
+also compared with that of events simulated with it, independently of the other coefficients.
 
 Energy score. For points also the mean of E|X - y| - E|X - X'| / 2 [m] (Gneiting & Raftery 2007): the distance of the
-simulated deposits from the observed one, less what they scatter themselves. Lower is better; the truth is best.
+simulated deposits from the observed one, minus half their own spread. Lower is better; the true coefficient minimises
+it.
 """
 
 from __future__ import annotations
@@ -96,9 +100,10 @@ class Observation:
 class Scores:
     """By coefficient, shape (c,).
 
-    log_likelihood : of the event; low, high : 95 % of what it is with other draws of as many logs, relative to the best
-    p_range : share of its own events that are no more likely, relative to their best, than the observed one
-    p_fit : the same of the likelihood itself
+    log_likelihood : of the event; low, high : its 95 % range under other draws of the same number of logs, relative to
+    the best
+    p_range : share of simulated events that are no more likely, relative to their best, than the observed one
+    p_fit : the same for the likelihood itself
     """
 
     log_likelihood: Array
@@ -143,7 +148,7 @@ def relative_to_best(log_likelihood: Array, k: int) -> Array:
 
 
 def share_below(made: Array, seen: float) -> float:
-    """Share of the made events that are no better than the one that was seen; it counts itself."""
+    """Share of the simulated events that are no better than the observed one, which counts itself."""
     return float((1 + np.count_nonzero(made <= seen + TIE)) / (made.size + 1))
 
 
@@ -188,7 +193,7 @@ def made_densities(
     The draws belong to the event and the outcome: with every coefficient the same logs stand for the observed ones.
     """
     item = np.arange(EVENTS) * 1024 + number
-    order = np.argsort(log_id[outcome.logs], kind="stable")  # the same log whatever row it stands in
+    order = np.argsort(log_id[outcome.logs], kind="stable")  # the same log, whatever its row
     if outcome.found is not None:
         order = order[outcome.found[k, order]]
     if not order.size:
@@ -215,7 +220,7 @@ def made_densities(
         out[part] += log_density(kernels, others[part].T, outcome.area, outcome.left_over).T
     if outcome.found is not None:
         return out
-    # A log without a deposit is no deposit elsewhere, and no other log takes its place: it is an outcome of its own.
+    # A log without a deposit is not a deposit elsewhere, and is not replaced by another log: it is a separate outcome.
     lost = np.isnan(outcome.x)
     gone = chosen[lost[k, chosen]]
     out[lost[k, chosen]] = log_share(lost.sum(axis=1) - lost[:, gone].T, others[0], True)

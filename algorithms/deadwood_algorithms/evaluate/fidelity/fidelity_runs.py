@@ -1,4 +1,4 @@
-"""The same logs at one fidelity after the other: what `compare-fidelity` slides, and what it keeps of it."""
+"""The same logs at each fidelity in turn, for `compare-fidelity`, and the stored outcomes."""
 
 from __future__ import annotations
 

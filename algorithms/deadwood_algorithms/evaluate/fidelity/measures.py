@@ -1,9 +1,10 @@
-"""How far the same logs, slid at a coarser fidelity, come from where the finest puts them: pure functions on arrays.
+"""How much the results of the same logs at a coarser fidelity differ from those of the finest: pure functions on
+arrays.
 
-Single logs part ways among trees whatever the fidelity, so what is compared is what users take from a run:
-probabilities, distributions, maps. Each difference comes with what tells it from chance: an interval over the logs
-(McNemar's pairs, normal, or bootstrap), or, for distances between distributions, which are never negative, the distance
-that two halves of the finest run's own logs have.
+Trajectories of single logs diverge among trees at any fidelity, so the comparison uses what users take from a run:
+probabilities, distributions, maps. Each difference comes with a measure of chance: an interval over the logs (McNemar's
+pairs, normal, or bootstrap) or, for distances between distributions, which are never negative, the distance between
+two halves of the finest run's own logs.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def rows_of(
         *top_rows(one, finest, "jump_max", "m", seed),
         *own_rows(one, finest),
     ]
-    if one is finest:  # the judge: what it errs by, only a finer one could tell
+    if one is finest:  # the standard of comparison: only a finer run could show its error
         return [replace(row, ci_low=math.nan, ci_high=math.nan, verdict="") for row in rows]
     return rows
 
@@ -121,7 +122,7 @@ def top_rows(one: FidelityRun, finest: FidelityRun, name: str, unit: str, seed: 
 
 
 def own_rows(one: FidelityRun, finest: FidelityRun) -> Iterator[FidelityRow]:
-    """What each run says of its own calculation; right would be 0."""
+    """Numerical measures of each run itself; the ideal is 0."""
     for name, unit in (("penetration_max", "m"), ("energy_error", "1")):
         ours, theirs = getattr(one, name), getattr(finest, name)
         yield FidelityRow(one.name, f"{name}_median", "", unit, float(np.median(ours)), float(np.median(theirs)))

@@ -67,7 +67,7 @@ def posture_rows(name: str, one: FidelityRun, released: FidelityRun, line_ids: S
 
 
 def posture_lines(rows: Sequence[PostureRow]) -> list[str]:
-    """A sentence for each posture: of the line that it moves most, or of the run-out where there is no line."""
+    """A sentence for each posture: about the line with the largest change, or the run-out if there is no line."""
     lines = []
     for name in dict.fromkeys(row.orientation for row in rows):
         of = [row for row in rows if row.orientation == name]

@@ -1,20 +1,20 @@
-"""Which fidelity is fine enough for the planned number of logs, and whether the comparison can tell.
+"""Which fidelity is fine enough for the planned number of logs, and whether the comparison can decide that.
 
-A run of N logs errs by chance: a reach probability by the half-width of its 95 % Wilson interval, the noise. A fidelity
-is *within* it when its own error is shown to be smaller: |difference to the finest| + half-width of the paired interval
-<= noise, for every line (of a lopsided interval the farther end counts). It is *beyond* it when, for any line, even the
-nearer end is farther from 0 than the noise; else the comparison is too thin to tell. The cheapest fidelity that is
-within is recommended.
+A run of N logs has a sampling error: for a reach probability the half-width of its 95 % Wilson interval, the noise. A
+fidelity is *within* it if its own error is shown to be smaller: |difference to the finest| + half-width of the paired
+interval <= noise, for every line (for an asymmetric interval the farther end counts). It is *beyond* it if, for any
+line, even the nearer end is farther from 0 than the noise; otherwise there are too few logs to decide. The cheapest
+fidelity that is within is recommended.
 
-Without lines (or with such that all logs reach or none) the distances of the run-outs and of the hit rasters take
-their place. Distances are never negative and shrink with the root of the number of logs. So the distance D between two
-halves of the n logs of the finest run tells what chance does: a run of N logs lies D * sqrt(n / 4N) from the truth,
-the noise; two runs of n other logs lie D / sqrt(2) from each other, which is the most that can be chance. Within is a
-distance that is no greater than the noise, and beyond one that exceeds it even without what may be chance.
+Without lines (or if all logs or none reach them) the distances of the run-outs and of the hit rasters are used instead.
+Distances are never negative and shrink with the square root of the number of logs. The distance D between two halves of
+the n logs of the finest run therefore measures chance: a run of N logs is D * sqrt(n / 4N) from the truth, the noise;
+two runs of n different logs are D / sqrt(2) from each other, the most that can be due to chance. A distance is within
+if it does not exceed the noise, and beyond if it exceeds it even after subtracting what may be chance.
 
-The finest run is the judge and cannot be judged: how far it is from the truth, a finer one would have to tell. Where
-the smallest change sends a log elsewhere (among trees) the pairs have little in common, and it takes up to twice N logs
-to show that an error is below the noise of N.
+The finest run is the standard of comparison and cannot be judged: its distance from the truth could only be shown by a
+finer one. If the smallest change sends a log elsewhere (among trees), the pairs have little in common, and it takes up
+to twice N logs to show that an error is below the noise of N.
 """
 
 from __future__ import annotations
@@ -24,22 +24,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 
 if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 
 WITHIN, BEYOND, UNDECIDED = "within noise", "beyond noise", "too thin"
-LEAST_LOGS = 50  # with fewer, neither halves nor quantiles mean anything
+LEAST_LOGS = 50  # with fewer, halves and quantiles are meaningless
 
 
 @dataclass(frozen=True)
 class Recommendation:
     """The result of the comparison.
 
-    fidelity : the cheapest that is shown to be fine enough, or None where the evidence is too thin
-    judged_by : what decided; verdicts : of each fidelity but the finest; silent_lines : all logs reach them, or none
-    logs_needed : about how many compared logs could tell, or None
+    fidelity : the cheapest that is shown to be fine enough, or None if there are too few logs
+    judged_by : the deciding quantity; verdicts : for each fidelity but the finest; silent_lines : all logs reach them,
+    or none
+    logs_needed : about how many compared logs would be needed to decide, or None
     """
 
     fidelity: str | None
@@ -91,8 +92,9 @@ def recommend(
             sentence = (
                 f"Recommended: {name}, the cheapest fidelity shown to have an error below the sampling noise of "
                 f"{planned} "
-                f"logs ({error_words(max(of[name], key=farthest))}); {cost[name]:.2g} ms of CPU time per log against "
-                f"{cost[finest]:.2g} ms at {finest}."
+                f"logs ({error_words(max(of[name], key=farthest))}); {significant(cost[name], 2)} ms of CPU "
+                f"time per log against "
+                f"{significant(cost[finest], 2)} ms at {finest}."
             )
             return Recommendation(name, sentence, judged_by, verdicts, silent)
     if UNDECIDED in verdicts.values():
@@ -127,17 +129,17 @@ def too_thin(
     row = max(open_rows[easiest], key=farthest)
     more = "more logs" if logs is None else f"about {logs} logs"
     if n_logs >= available or (logs or 0) > available:
-        more += f" (the layer has {available}: release more, and keep the yardstick with --planned-logs {planned})"
+        more += f" (the layer has {available}: release more, and keep the reference with --planned-logs {planned})"
     sentence = (
         f"Too few logs to recommend a fidelity: {counted(n_logs, 'log does', 'logs do')} not decide whether "
         f"{easiest} has an error below the sampling noise of {planned} logs ({error_words(row)}). Compare {more}; "
-        f"until then {finest} is the safe one."
+        f"until then {finest} is the safe choice."
     )
     return sentence, logs
 
 
 def silent_lines(rows: Sequence[FidelityRow]) -> list[str]:
-    """Lines that every log reaches at every fidelity, or none does at any: they cannot tell fidelities apart."""
+    """Lines that all logs reach at every fidelity, or none at any: they cannot distinguish fidelities."""
     values: dict[str, set[float]] = {}
     for row in rows:
         if row.quantity == "reach":
@@ -173,7 +175,12 @@ def error_words(row: FidelityRow) -> str:
     """The difference with its interval, and the noise that it is measured by."""
     if row.quantity == "reach":
         span = f"{100 * row.ci_low:+.2g} to {100 * row.ci_high:+.2g}"
-        return f"reach of line {row.item} {100 * row.difference:+.2g} points ({span}), noise ±{100 * row.noise:.2g}"
+        return (
+            f"reach of line {row.item} {significant(100 * row.difference, 2, sign=True)} points ({span}), noise "
+            f"±{significant(100 * row.noise, 2)}"
+        )
     if row.quantity == "deposit_distance":
-        return f"run-outs {row.difference:.2g} m apart, noise {row.noise:.2g} m"
-    return f"hit rasters {row.difference:.2g} apart (0 alike, 1 disjoint), noise {row.noise:.2g}"
+        return f"run-outs {significant(row.difference, 2)} m apart, noise {significant(row.noise, 2)} m"
+    return (
+        f"hit rasters {significant(row.difference, 2)} apart (0 alike, 1 disjoint), noise {significant(row.noise, 2)}"
+    )

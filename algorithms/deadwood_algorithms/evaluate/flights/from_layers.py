@@ -50,7 +50,7 @@ class Barrier:
 
 @dataclass(frozen=True, kw_only=True)
 class FlightDefaults:
-    """What holds for flights whose columns do not say it; without a take-off angle it is the terrain's."""
+    """Defaults for flights without the corresponding columns; without a take-off angle that of the terrain is used."""
 
     dbh_cm: float
     length_m: float
@@ -76,7 +76,7 @@ def read_flights(
             feedback.warn(f"{where_of(frame)}: the median {name} is {np.median(numbers[name]):g}; check the unit")
     kinds = set(shapely.get_dimensions(np.asarray(frame.geometry)))
     if len(kinds) > 1:
-        raise UserError(f"{where_of(frame)}: lines and points are mixed; give the one or the other")
+        raise UserError(f"{where_of(frame)}: lines and points are mixed; give only lines or only points")
     pairs = _of_lines(frame, feedback) if kinds == {1} else _of_points(frame)
     flights = []
     for flight_id, row, takeoff, landing in pairs:
@@ -89,7 +89,7 @@ def read_flights(
 
 
 def read_flight_barriers(path: str | None, crs: str | None, dem: DemWindows, feedback: Feedback) -> list[Barrier]:
-    """The barriers with their ids and heights; none where none are asked for."""
+    """The barriers with their ids and heights; empty if no layer is given."""
     if path is None:
         return []
     frame = read_vector(path, geometry=("line",), target_crs=dem.crs, crs=crs, what="barriers", feedback=feedback)

@@ -1,6 +1,6 @@
-"""A mapped flight set onto the terrain: its parabola, what lies between, and what it passes over.
+"""A mapped flight on the terrain: its parabola, the terrain below it, and the barriers that it passes.
 
-For `fit_flight`. Heights here are those of the DEM; those of a `Flight` are above its take-off.
+For `fit_flight`. Heights here are those of the DEM; heights in a `Flight` are relative to its take-off.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Followed:
         return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
 
     def path(self) -> Any:
-        """The path of the centre of mass, LineString Z; the straight line where there is no flight."""
+        """The path of the centre of mass, LineString Z; a straight line if no parabola exists."""
         steps = max(20, int(np.ceil(self.flight.distance / PATH_STEP_M)))
         s = np.linspace(0.0, self.flight.distance, steps + 1)
         rise = self.flight.height(s) if self.flight.bend > 0.0 else self.flight.rise * s / self.flight.distance
@@ -117,7 +117,7 @@ class Followed:
         of = self.record()
         head = f"{of['flight_id']}: {of['verdict']}"
         if self.flight.bend <= 0.0:
-            where = f"{of['distance_m']:.1f} m on and {of['fall_m']:.1f} m down"
+            where = f"{of['distance_m']:.1f} m away and {of['fall_m']:.1f} m down"
             return [f"{head}; a log that takes off at {of['takeoff_deg']:.1f}° does not reach any point {where}"]
         lines = [
             f"{head}; take-off at {of['takeoff_speed_ms']:.1f} m/s and {of['takeoff_deg']:.1f}° ({of['angle_from']}), "
@@ -127,7 +127,7 @@ class Followed:
         for each in self.crossings:
             word = "over" if each.clearance > 0.0 else "into"
             lines.append(
-                f"  {word} barrier {each.barrier_id} ({each.height:g} m) {each.distance:.1f} m on, "
+                f"  {word} barrier {each.barrier_id} ({each.height:g} m) after {each.distance:.1f} m, "
                 f"clearance {each.clearance:.2f} m" + ("" if each.free else ", with one end still on the ground")
             )
         return lines
@@ -136,10 +136,10 @@ class Followed:
 def follow(
     mapped: MappedFlight, barriers: list[Barrier], dem: DemWindows, *, slope_over_m: float, tolerance_m: float
 ) -> Followed:
-    """The parabola of a mapped flight, and what of terrain and barriers is in its way.
+    """The parabola of a mapped flight, with its terrain and barriers.
 
-    ``slope_over_m`` [m] before the take-off tell its angle where none is mapped; the terrain may stand ``tolerance_m``
-    [m] into a flight.
+    The terrain over ``slope_over_m`` [m] before the take-off gives the angle if none is mapped; it may protrude into a
+    flight by ``tolerance_m`` [m].
     """
     start, end = np.array(mapped.takeoff), np.array(mapped.landing)
     distance = float(np.hypot(*(end - start)))

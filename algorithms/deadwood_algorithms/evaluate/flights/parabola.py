@@ -1,9 +1,9 @@
-"""The flight of a log between two points: the one parabola for a take-off angle, and the log's envelope along it.
+"""The flight of a log between two points: the unique parabola for a take-off angle, and the log's envelope along it.
 
-For `fit_flight`. Everything stands in the vertical plane of the flight: s [m] is the horizontal distance from the
+For `fit_flight`. All quantities are in the vertical plane of the flight: s [m] is the horizontal distance from the
 take-off, z [m] the height above it. Only gravity acts, and the log's axis is parallel to its velocity (paper, section
-5.2). So the path is z = s tan(angle) - bend s^2, and the log a cylinder of its DBH along the path's tangent. A tangent
-of this path lies above it, so nothing of the log is ever lower than the path's parallel curve at half a DBH.
+5.2). The path is therefore z = s tan(angle) - bend s^2, and the log a cylinder of its DBH along the tangent of the
+path. A tangent of this path is above it, so no part of the log is ever below the path's parallel curve at half a DBH.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def draw(followed: Followed, path: Path) -> None:
         for place in _places(followed):
             corners = outline(flight, place, followed.mapped.length, radius)
             axes.fill(corners[:, 0], base + corners[:, 1], color=WOOD, alpha=0.45, linewidth=0.6, edgecolor="#4a3320")
-        axes.plot([], [], color=WOOD, linewidth=6, alpha=0.45, label="the log on its way")
+        axes.plot([], [], color=WOOD, linewidth=6, alpha=0.45, label="the log in flight")
         axes.plot(s, base + flight.height(s), color=PATH, linewidth=1.8, label="path of the centre of mass")
         axes.plot(s, base + flight.underside(s, radius), color=PATH, linewidth=0.9, linestyle="--", label="underside")
     else:
@@ -95,7 +95,7 @@ def _finish(axes: Axes, followed: Followed, low: float) -> None:
     if followed.flight.bend > 0.0:
         title += (
             f"\ntake-off {record['takeoff_speed_ms']:.1f} m/s at {record['takeoff_deg']:.1f}° ({source}), "
-            f"{record['duration_s']:.2f} s, {record['distance_m']:.1f} m on, {record['fall_m']:.1f} m down, "
+            f"{record['duration_s']:.2f} s, {record['distance_m']:.1f} m away, {record['fall_m']:.1f} m down, "
             f"landing {record['landing_speed_ms']:.1f} m/s at {record['landing_deg']:.1f}°"
         )
     axes.set_title(title, loc="left", fontsize=10.5, linespacing=1.4)

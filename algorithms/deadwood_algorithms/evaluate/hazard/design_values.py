@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.params import presets
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import many, warn_of_lost
 from deadwood_algorithms.results.passages import Passages
@@ -32,7 +32,7 @@ def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> d
 
 
 def class_record(classes: presets.BarrierClasses, row: dict[str, Any]) -> dict[str, str]:
-    """The classes that hold an energy: its design value where a rule makes one, else the percentile as it is."""
+    """Barrier classes that hold an energy: the design value if a rule gives one, else the unmodified percentile."""
     if row["quantity"] != "energy":
         return {"barrier_class": "", "barrier_class_high": ""}
     designed = row.get("factor", math.nan) == row.get("factor", math.nan)
@@ -59,17 +59,17 @@ def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple
 
 
 def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) -> list[str]:
-    """Of each place the design values; whose rule it is, and what to mind."""
+    """The design values of each place, the source of the rule, and its caveats."""
     if rule is None:
         return []
     shown = []
     for row in rows:
         if not math.isnan(row["design_value"]):
-            high = (
-                f"up to {row['design_high']:.3g}" if not math.isnan(row["design_high"]) else "no upper end can be given"
-            )
+            most = row["design_high"]
+            high = "no upper end can be given" if math.isnan(most) else f"up to {significant(most, 3)}"
             shown.append(
-                f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: {row['design_value']:.3g} "
+                f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: "
+                f"{significant(row['design_value'], 3)} "
                 f"{row['unit']} ({high}), {row['percentile']:g} % times {row['factor']:.4g}"
             )
     return [*shown, rule.said]

@@ -56,7 +56,7 @@ def _layer_of_run(source: Run) -> str:
     places = [str(each) for each in input_paths(source.path, source.manifest, "releases")]
     found = next((each for each in places if Path(each.split("|")[0]).exists()), None)
     if found is None:
-        raise UserError(f"{source.path}: the run's releases are not where they were; --releases names them")
+        raise UserError(f"{source.path}: the run's releases were moved or deleted; name them with --releases")
     return found
 
 

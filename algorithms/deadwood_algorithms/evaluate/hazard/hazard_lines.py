@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import many, reach_phrases, warn_of_lost
 from deadwood_algorithms.results.run_folder import Run
@@ -26,7 +26,7 @@ def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback)
 def warn_of_small_sample(
     facts: dict[str, Any], areas: Sequence[ReleaseArea], logs: int, periods: Sequence[float], feedback: Feedback
 ) -> None:
-    """Say where the logs are too few to tell the longest return period from none."""
+    """Warn if there are too few logs to distinguish the longest return period from no passage at all."""
     shortest = facts["no_hit"]["return_ci_low_years"]
     if shortest >= periods[-1]:
         return
@@ -34,7 +34,7 @@ def warn_of_small_sample(
     needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
     feedback.warn(
         f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
-        f"{periods[-1]:g}: {counted(facts['logs'], 'log')} cannot tell; about {needed:.2g} logs can"
+        f"{periods[-1]:g}: {counted(facts['logs'], 'log')} cannot tell; about {significant(needed, 2)} logs can"
     )
 
 
@@ -42,7 +42,7 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
     """The ground of each class, the lines, what an empty cell means, and whose rule it is."""
     shown = []
     for name in dict.fromkeys(each["map"] for each in facts["classes"]):
-        lines = [f"{each['meaning']}: {each['area_m2'] / 1e4:.3g} ha" for each in facts["classes"]
+        lines = [f"{each['meaning']}: {significant(each['area_m2'] / 1e4, 3)} ha" for each in facts["classes"]
                 if each["map"] == name and each["cells"]]  # fmt: skip
         if name != "matrix":
             what = f"intensity, {facts['energy']}" if name == "intensity" else name
@@ -51,24 +51,29 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
         if row["n_reach"] is not None:
             shown.append(line_words(row))
     shown += event_lines(facts)
-    empty = f"a cell that no log passed: passed by less than {100 * facts['no_hit']['p_high']:.2g} % of the logs"
+    empty = (
+        f"a cell that no log passed: passed by less than {significant(100 * facts['no_hit']['p_high'], 2)} % of "
+        f"the logs"
+    )
     if "return_ci_low_years" in facts["no_hit"]:
         empty += f", return period over {years_words(facts['no_hit']['return_ci_low_years'])} years"
     return (*shown, f"{empty} (95 %)", facts["rule"], facts["decides"])
 
 
 def event_lines(facts: dict[str, Any]) -> list[str]:
-    """How often logs start, where that is known: it is told for each release area, and the areas add up."""
+    """How often logs start, if known: stated for each release area, and added up over the areas."""
     areas = facts.get("areas")
     if not areas:
         return []
     rates = sorted({each["events_per_year"] for each in areas})
-    rate = " to ".join(f"{each:.3g}" for each in (rates[:1] + rates[-1:] if len(rates) > 1 else rates))
+    rate = " to ".join(f"{significant(each, 3)}" for each in (rates[:1] + rates[-1:] if len(rates) > 1 else rates))
     each = f"{counted(facts['logs_per_event'], 'log')} each"
     if len(areas) == 1:
         return [f"events: {rate} a year, {each}"]
     total = sum(each["events_per_year"] for each in areas)
-    return [f"events: {rate} a year in each of {len(areas)} release areas, {each}; together {total:.3g} a year"]
+    return [
+        f"events: {rate} a year in each of {len(areas)} release areas, {each}; together {significant(total, 3)} a year"
+    ]
 
 
 def years_words(years: float) -> str:
@@ -83,6 +88,9 @@ def line_words(row: dict[str, Any]) -> str:
     if "return_ci_low_years" not in row:
         return text + lost_words(row)
     if not row["n_reach"]:
-        return f"{text}, return period over {years_words(row['return_ci_low_years'])} years"
-    ends = f"{years_words(row['return_ci_low_years'])} to {years_words(row['return_ci_high_years'])}"
-    return f"{text}, every {years_words(row['return_period_years'])} years ({ends}){lost_words(row)}"
+        text += f", return period over {years_words(row['return_ci_low_years'])} years"
+    else:
+        ends = f"{years_words(row['return_ci_low_years'])} to {years_words(row['return_ci_high_years'])}"
+        text += f", every {years_words(row['return_period_years'])} years ({ends})"
+    lost = lost_words(row)
+    return text + lost + (f", over {years_words(row['return_ci_low_years_if_lost'])} years" if lost else "")

@@ -1,9 +1,9 @@
-"""The energy that at least a given share of the logs bring to each cell: what a class of intensity is of.
+"""The energy that at least a given share of the logs bring to each cell: the basis of the classes of intensity.
 
-A cell's largest energy grows with the number of logs, and with it the area of every class, without end. The energy
-that at least a share of the logs bring is a property of the slope: more logs only tell it better. Of n logs with the
-share p it is the k-th largest of a cell, k = p n. Its interval has the ranks at which Wilson's interval of k in n just
-holds p.
+A cell's largest energy grows with the number of logs, and with it the area of every class, without limit. The energy
+that at least a share of the logs bring is a property of the slope: more logs only make it more precise. For n logs and
+the share p it is the k-th largest of a cell, k = p n. Its interval has the ranks at which Wilson's interval of k in n
+just contains p.
 """
 
 from __future__ import annotations

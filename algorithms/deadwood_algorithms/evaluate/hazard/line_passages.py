@@ -1,4 +1,4 @@
-"""Each line by what energy reaches it and how often: the rows of the table."""
+"""Energy and frequency with which logs reach each line: the rows of the table."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.hazard.frequencies import stored_areas
-from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea, period_class, rate_with_interval, return_period
+from deadwood_algorithms.evaluate.hazard.rates import (
+    ReleaseArea,
+    period_class,
+    pooled,
+    rate_with_interval,
+    return_period,
+)
 from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.results.lost import share_if_lost
 from deadwood_algorithms.results.passages import Passages
@@ -47,7 +53,8 @@ def line_rows(
                 rows.append(_row(each.place_id, bound, None, {}, NO_ENERGY))
                 continue
             record = share_if_lost(np.isin(among, ids), np.isin(among, left))
-            rates = rates_of(source, ids, among, areas, logs_per_event, periods) if areas else {}
+            lost = np.setdiff1d(among[np.isin(among, left)], ids)
+            rates = rates_of(source, ids, lost, among, areas, logs_per_event, periods) if areas else {}
             note = "" if ids.size else "no log of the run; the upper ends are what that leaves possible"
             rows.append(_row(each.place_id, bound, record, rates, note))
     return rows
@@ -65,17 +72,26 @@ def reached_logs(source: Run) -> dict[str, NDArray[np.int64]]:
 def rates_of(
     source: Run,
     ids: NDArray[np.int64],
+    lost: NDArray[np.int64],
     among: NDArray[np.int64],
     areas: Sequence[ReleaseArea],
     logs_per_event: int,
     periods: Sequence[float],
 ) -> dict[str, Any]:
-    """Events a year, return period and its class, with the ends of their intervals."""
+    """Events a year, return period and its class, with the ends of their intervals; ``lost`` logs left before."""
     of_log = source.deposits.set_index("log_id")["release_id"]
     counted = list(areas) if among.size == len(of_log) else stored_areas(source, list(areas))
-    hit = of_log.loc[ids].to_numpy()
-    counts = [np.array(int((hit == each.release_id).sum())) for each in counted]
-    rate, low, high = rate_with_interval(counts, counted, logs_per_event)
+    together = pooled(counted, logs_per_event)  # as the map does: 0 hits of n are one return period in both
+
+    def rate_of(logs: NDArray[np.int64]) -> tuple[Any, Any, Any]:
+        if together:
+            return rate_with_interval([np.array(logs.size)], together, logs_per_event)
+        hit = of_log.loc[logs].to_numpy()
+        counts = [np.array(int((hit == each.release_id).sum())) for each in counted]
+        return rate_with_interval(counts, counted, logs_per_event)
+
+    rate, low, high = rate_of(ids)
+    highest = rate_of(np.union1d(ids, lost))[2]
     years, shortest, longest = (float(return_period(each)) for each in (rate, high, low))
     return {
         "rate_per_year": float(rate),
@@ -84,6 +100,7 @@ def rates_of(
         "return_period_years": years,
         "return_ci_low_years": shortest,
         "return_ci_high_years": longest,
+        "return_ci_low_years_if_lost": float(return_period(highest)),
         "return_class": int(period_class(years, periods)),
     }
 

@@ -20,7 +20,7 @@ from deadwood_algorithms.results.run_folder import Run
 from deadwood_algorithms.stats.statistics import reach_record, wilson_bounds
 
 ROUND_CELLS = (1.0, 2.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
-ENOUGH = 0.9  # of the logs that should lie in cells with enough of them
+ENOUGH = 0.9  # of the logs, share that should be in cells with enough logs
 CELLS_MOST = 25_000_000
 MOST_AREAS = 100  # the stored poses are gone through once for each
 ANY = "any line"
@@ -85,13 +85,13 @@ def cell_for(x: NDArray[np.float64], y: NDArray[np.float64], least: int) -> floa
 def origins_of(
     source: Run, rows: NDArray[np.int64], reached: Mapping[str, NDArray[np.bool_]], cell: float, least: int
 ) -> Origins:
-    """Count logs by where they were released.
+    """Count logs by the cells in which they were released.
 
     Parameters
     ----------
     rows : of the deposits, the logs that count
     reached : by line, which of these reach it
-    cell : side of the cells [m], whose borders are whole multiples of it
+    cell : side of the cells [m], whose borders are multiples of it
     """
     x, y = (source.deposits[f"release_{axis}"].to_numpy()[rows] for axis in "xy")
     i, j = (np.floor(at / cell).astype(np.int64) for at in (x, y))

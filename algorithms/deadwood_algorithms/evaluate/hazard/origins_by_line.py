@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.hazard.line_passages import reached_logs
 from deadwood_algorithms.files.vectors import read_table, read_vector
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results import arrivals
 from deadwood_algorithms.results.edges import Edges
@@ -68,12 +68,13 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
         for row in facts["sources"]:
             if row["line_id"] == each["line_id"]:
                 shown.append(
-                    f"  at least {100 * row['least_p']:g} %: from {row['area_m2'] / 1e4:.2g} ha, "
+                    f"  at least {100 * row['least_p']:g} %: from {significant(row['area_m2'] / 1e4, 2)} ha, "
                     f"of whose logs {percent_with_interval(row)} reach it"
                 )
     for row in facts["affected"] or []:
         shown.append(
-            f"release {row['release_id']}: {row['area_m2'] / 1e4:.2g} ha passed by at least {100 * row['least_p']:g} % "
+            f"release {row['release_id']}: {significant(row['area_m2'] / 1e4, 2)} ha passed by at least "
+            f"{100 * row['least_p']:g} % "
             f"of its {counted(row['n_logs'], 'log')}"
         )
     return tuple(shown)

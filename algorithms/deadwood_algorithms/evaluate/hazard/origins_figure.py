@@ -1,4 +1,4 @@
-"""The picture of `map-origins`: from where any line is reached, and how sure that is, on the relief."""
+"""The figure of `map-origins`: origins of the logs that reach any line, and their uncertainty, over the relief."""
 
 from __future__ import annotations
 

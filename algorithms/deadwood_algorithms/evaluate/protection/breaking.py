@@ -1,9 +1,9 @@
-"""Trees that break: each log slid again without the trees that it would have broken, one after the other.
+"""Trees that break: each log is slid again without the trees that it would have broken, one after the other.
 
-A log whose hit takes more energy than the tree can is slid again without that tree, from a stage kept shortly before it
-mattered (`changed_scenes`), and so on with the next tree that it would break, until it breaks none or has reached every
-line. The tree then takes nothing at all, where a real one takes what it can: with the rigid tree, which takes
-everything, the two are the ends between which trees that break lie.
+A log whose hit exceeds the capacity of the tree is slid again without that tree, from a checkpoint stored shortly
+before the tree mattered (`changed_scenes`), then without the next tree that it would break, until it breaks none or has
+reached every line. The tree then absorbs nothing, whereas a real one absorbs its capacity. This result and that with
+rigid trees, which absorb everything, are the bounds for trees that break.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where a barrier could stand: given lines, or straight pieces along contours above what is to be protected."""
+"""Candidate places of barriers: given lines, or straight pieces along contours above the roads, railways or houses."""
 
 from __future__ import annotations
 
@@ -159,8 +159,8 @@ def contour_angle(shape: Any, terrain: Terrain) -> float:
 def places_where_most_pass(
     pieces: Sequence[Any], passed: NDArray[np.bool_], length: float, number: int
 ) -> list[tuple[Any, int]]:
-    """Of pieces of one length [m] those that most logs pass, and how many do: the most first, no two whose middles are
-    nearer than half the length.
+    """Of pieces of one length [m], those that most logs pass, and how many do: sorted by that number, with midpoints at
+    least half the length apart.
 
     passed : (n, pieces), which log passes which piece and reaches a line afterwards
     """
@@ -185,7 +185,7 @@ def contour_candidates(
 ) -> list[Candidate]:
     """For each contour, length and height the ``number`` places that most logs pass on their way to a line.
 
-    passed : tells which log passes which of many lines and reaches a line to be protected afterwards
+    passed : returns which log passes which of many lines and then reaches a line to be protected
     """
     found = []
     taken = {str(each) for each in layers.barriers.ids}

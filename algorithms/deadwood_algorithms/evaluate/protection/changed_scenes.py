@@ -112,7 +112,9 @@ class ChangedScenes:
         )  # fmt: skip
 
     def shorter(self) -> dict[str, Any]:
-        """How little of a log's way tells what it reaches; of candidates it is asked what they hold and take, too."""
+        """The shortest part of a trajectory that determines which lines the log reaches; candidates also need what they
+        hold and absorb.
+        """
         return {"until_reached": True} if self.others is None else {}
 
     def aside(self, rows: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -60,8 +60,9 @@ def effects_of(
     *,
     planted: bool = False,
 ) -> list[Effect]:
-    """One row for each obstacle and line, in their order; of candidates what they hold and take are those of the "
-    "changes."""
+    """One row for each obstacle and line, in their order; for candidates the logs held and the energy absorbed are
+    those of the changes.
+    """
     lost, gained, unseen, unseen_now = np.zeros((4, len(obstacles), len(layers.lines.ids)), np.int64)
     held, energy = np.zeros((2, len(obstacles)), np.int64)
     for k, one in enumerate(() if planted else obstacles):

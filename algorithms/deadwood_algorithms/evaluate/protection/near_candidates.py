@@ -1,6 +1,6 @@
-"""Which logs a candidate could matter to: those whose axis came so near that the engine would have listed it.
+"""Logs that a candidate could affect: those whose axis came so near that the engine would have listed it.
 
-A candidate that is not there yet has mattered to nobody; the poses of the logs tell near which places they came.
+A candidate that does not exist yet has affected no log; the poses of the logs show which places they came near.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def logs_near(
         some = rerun.releases.take(np.arange(first, min(first + chunk, n)))
 
         def slide_on(on: SceneLayers) -> tuple[Result, list[str]]:
-            report = reporter(feedback, n, "finding who comes near a candidate", before=first)
+            report = reporter(feedback, n, "finding the logs that come near a candidate", before=first)
             keep = np.ones(len(some), bool)
             return slide_once(on, some.logs, rerun.simulation, report, keep_poses=keep)
 

@@ -23,7 +23,7 @@ TREE, LYING, BARRIER, STAND = "tree", "lying_log", "barrier", "stand"
 
 @dataclass(frozen=True)
 class Obstacle:
-    """One thing, and what it is to the engine: numbers of `Influences`, barriers counted down from -1.
+    """One object and its numbers in the engine: those of `Influences`, barriers counted down from -1.
 
     x, y : where it is shown [m]; shape : of a stand, lying log or barrier, else its place
     """

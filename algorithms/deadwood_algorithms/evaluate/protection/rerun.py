@@ -36,11 +36,11 @@ class Rerun:
         return longest_travel(self.simulation.fidelity, cell)
 
     def rule_of_steps(self, layers: SceneLayers) -> tuple[Fidelity, bool]:
-        """What decides in a scene how long every step is, wherever the log is: whether anything rebounds there, and,
-        where a step may be longer than what is left of the list's margin, whether there is any obstacle at all.
+        """What determines the length of every step in a scene, wherever the log is: whether anything rebounds, and, if
+        a step may be longer than the remaining margin of the list, whether there is any obstacle at all.
 
-        In two scenes of one rule a log that comes near nothing that only one of them holds goes the same way, bit for
-        bit; in two of different rules no log need do so.
+        In two scenes with the same rule, a log that comes near no object that only one of them contains moves in the
+        same way, bit for bit; with different rules it may not.
         """
         laws = self.simulation.laws
         trees, barriers = laws["tree_restitution"], laws["barrier_restitution"]

@@ -19,7 +19,7 @@ from deadwood_algorithms.simulate.steps import Steps
 def changes_in_order(
     scenes: ChangedScenes, tasks: Sequence[Task], steps: Steps, feedback: Feedback, what: str
 ) -> Iterator[tuple[Task, Any]]:
-    """Each task with its change, in their order; each group's changes are kept as soon as all are there."""
+    """Each task with its change, in order; the changes of a group are stored as soon as all exist."""
     groups = groups_of(tasks)
     slides = _OnWorkers if scenes.rerun.simulation.where.scheduler else _OnThreads
     with slides(scenes, tasks, groups, feedback, what) as sliding:

@@ -1,11 +1,12 @@
-"""Barriers chosen one after the other: of each candidate only the logs that come near it are slid again.
+"""Barriers chosen one after the other: for each candidate only the logs that come near it are slid again.
 
-All candidates' lines, and a zone around each, are watched while the logs slide. A log whose outline never touches the
-zone keeps every bit of its way when the barrier is put there, for the engine lists an obstacle, and lets it shorten a
-step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``near_candidates`` argues the
-same from poses), unless it is the first whose presence alone makes steps shorter (``Rerun.rule_of_steps``). The
-others slide again in the scene with the barrier; while they do, the zones tell near which other candidates their new
-paths come. So it is known at any time what each log does with the barriers chosen so far, and where else it comes.
+The lines of all candidates, and a zone around each, are watched while the logs slide. A log whose outline never touches
+the zone keeps every bit of its trajectory when the barrier is built there, because the engine lists an obstacle, and
+lets it shorten a step, only within ``NEAR_MARGIN`` of the log's surface in plan (``cores.near``; ``near_candidates``
+argues the same from poses), unless it is the first obstacle, whose presence alone shortens steps
+(``Rerun.rule_of_steps``). The other logs slide again in the scene with the barrier; meanwhile the zones record which
+other candidates their new paths approach. It is therefore always known how each log moves with the barriers chosen so
+far, and which candidates it comes near.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ OVERLAP_WITHIN = 1.0  # [m]
 
 @dataclass(frozen=True)
 class LogOutcomes:
-    """What each log does in a scene, shape (n, ...).
+    """Outcomes of each log in a scene, shape (n, ...).
 
     left : (n,), left the terrain model
     reach : (n, lines); near, flux : (n, shapes), comes near a candidate's line; touches it and a line afterwards
@@ -132,9 +133,9 @@ def flux_of(touched: Array, lines: Array) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Trial:
-    """A candidate put up beside those chosen: the logs that were slid again, what they do, and by how much reach falls.
+    """A candidate added to those chosen: the logs that were slid again, their outcomes, and the reduction of reach.
 
-    kept : logs that reach a line no more; brought : logs that reach one only now
+    kept : logs that no longer reach a line; brought : logs that reach one only now
     """
 
     number: int
@@ -188,7 +189,8 @@ class Siting:
         polylines, items = as_lines([*self.shapes, *(shapely.Polygon(each.exterior) for each in zones)])
         self.watched = both.with_lines_first(polylines, items)
         self.rows = [np.flatnonzero(both.barriers.item == self.own + k) for k in range(len(self.candidates))]
-        # two barriers rule no more than one: whatever is chosen, the next is not the first
+        # two barriers do not determine more than one does: after the first choice, the next barrier is not the first
+        # obstacle
         self.first_rules = rerun.rule_of_steps(self.watched) != rerun.rule_of_steps(self.with_only(()))
 
     def missing(self, chosen: Sequence[int]) -> NDArray[np.int64]:
@@ -212,9 +214,9 @@ class Siting:
         what: str,
         later: Sequence[tuple[NDArray[np.int64], Sequence[int]]] = (),
     ) -> tuple[LogOutcomes, Array]:
-        """Slide logs with these candidates standing: their outcomes, and where they end; what is done is kept.
+        """Slide logs with these candidates: their outcomes, and where they end; results are stored.
 
-        later : logs and candidates that will be asked for next, with which a scheduler's workers may begin
+        later : logs and candidates needed next, on which a scheduler's workers may start
         """
         found = self.steps.take(rows.size, lambda: self._slide(rows, chosen, what, later))
         self.slid += rows.size
@@ -353,18 +355,20 @@ def choose(
             return steps, why_none(best, among)
         outcomes = outcomes.with_rows(best.rows, best.outcomes)
         steps.append(Step((*chosen, best.number), best, outcomes))
-    return steps, ""
+    return steps, f"--count {count} is reached; with a larger one the best in addition is looked for"
 
 
 def why_none(best: Trial, among: int) -> str:
     """In words, why the best of the candidates left is not built."""
     if best.gain > 0:
         kept = counted(best.gain, "more log")
-        return f"the best of {counted(among, 'candidate')} left would keep {kept} away, which is not beyond chance"
+        return f"the best of the {counted(among, 'candidate')} left would keep {kept} away, which chance can explain"
     if best.gain == 0:
-        return f"none of {counted(among, 'candidate')} left would keep away more logs than it additionally lets through"
+        return (
+            f"none of the {counted(among, 'candidate')} left would keep away more logs than it lets through in addition"
+        )
     return (
-        f"with each of {counted(among, 'candidate')} left more logs would reach a line, with the best {-best.gain} more"
+        f"each of the {counted(among, 'candidate')} left would let more logs reach a line, the best {-best.gain} more"
     )
 
 

@@ -1,4 +1,4 @@
-"""The picture of `site-barriers`: where candidates and chosen barriers lie, and what is left by length and height."""
+"""The figure of `site-barriers`: map of candidates and chosen barriers, remaining reach by length and height."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import shapely
 from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_angle
 from deadwood_algorithms.evaluate.protection.siting import LogOutcomes, Siting, Step, Trial
 from deadwood_algorithms.params import presets
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import reach_phrases, reach_records, share_if_lost, warn_of_lost
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -30,7 +30,7 @@ def with_classes(frame: Any, name: str | None) -> Any:
 
 
 def rows_of(siting: Siting, now: LogOutcomes, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
-    """One row for each candidate alone, by what is left, and one per chosen set."""
+    """One row for each single candidate, sorted by the remaining reach, and one per chosen set."""
     n = len(now.reach)
     rows = []
     for trial in alone:
@@ -145,7 +145,7 @@ def warn_of_reach(facts: dict[str, Any], now: LogOutcomes, feedback: Feedback) -
 
 
 def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
-    """What reaches a line now, what is chosen and what is left then, and why no more."""
+    """The present reach of the lines, the chosen barriers with the remaining reach, and why no more were chosen."""
     record = facts["reach"]
     shown = [
         f"{record['n_reach']} of {record['n_total']} logs reach a line, {percent_with_interval(record)}"
@@ -161,8 +161,9 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
         if row["n_hit"]:
             more = f" ({row['n_more']:.0f} more hits are needed for upper bounds)" if row["n_more"] else ""
             shown.append(
-                f"   95 % of its {counted(int(row['n_hit']), 'hit')}: up to {row['energy_p95_kj']:.3g} kJ and "
-                f"{row['height_p95_m']:.2g} m above the terrain{more}"
+                f"   95 % of its {counted(int(row['n_hit']), 'hit')}: up to "
+                f"{significant(row['energy_p95_kj'], 3)} kJ and "
+                f"{significant(row['height_p95_m'], 2)} m above the terrain{more}"
             )
             if classes:
                 shown.append(f"   without a factor: {presets.BARRIERS[classes].words(row)}")

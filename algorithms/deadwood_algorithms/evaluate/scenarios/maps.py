@@ -64,7 +64,7 @@ def difference_of(p: NDArray, q: NDArray, n: int, m: int) -> NDArray[np.float32]
     error = np.sqrt(p * (1.0 - p) / n + q * (1.0 - q) / m)
     bands = np.stack([q - p, (q - p) / np.where(error > 0.0, error, np.nan)])
     bands[0][(p == 0.0) & (q == 0.0)] = np.nan
-    bands[np.isnan(bands)] = np.nan  # one NaN, as it is read back from a tile that was not written
+    bands[np.isnan(bands)] = np.nan  # one NaN, as read back from a tile that was not written
     return bands.astype(np.float32)
 
 
@@ -75,7 +75,7 @@ def frame_of_both(a: rasterio.DatasetReader, b: rasterio.DatasetReader) -> tuple
     if not math.isclose(cell, b.transform.a, rel_tol=1e-9):
         raise UserError(f"{b.name}: its cells of {b.transform.a:g} m are not those of {a.name} ({cell:g} m)")
     if max(abs(each - round(each)) for each in shift) > SAME_PLACE_CELLS:
-        raise UserError(f"{b.name}: its cells do not lie on those of {a.name}, but beside them")
+        raise UserError(f"{b.name}: its cells are not aligned with those of {a.name}, but beside them")
     west, north = (round(each) for each in shift)
     left, top = min(0, west), max(0, north)
     right, bottom = max(a.width, west + b.width), min(-a.height, north - b.height)
@@ -100,7 +100,7 @@ def counts_on(source: rasterio.DatasetReader, transform: Affine, window: Window)
 
 
 def moved_frame(compared: Compared) -> geopandas.GeoDataFrame:
-    """A line a log and scenario, from where the log ended in the reference to where it ends now."""
+    """A line per log and scenario, from its deposit in the reference to its deposit in the scenario."""
     one = compared.reference
     frames = []
     for each in compared.others:

@@ -1,13 +1,13 @@
-"""The results of the same logs in two scenarios, and how far chance can explain the difference: functions on arrays.
+"""The results of the same logs in two scenarios, and whether chance can explain the difference: functions on arrays.
 
-Every log is its own control, so a difference rests on the logs that changed: a share by Tango's interval and
-McNemar's exact test, a mean by the changes' own scatter, a spread or quantile by a bootstrap that draws the same logs
+Every log is its own control, so a difference depends on the logs that changed: a share by Tango's interval and
+McNemar's exact test, a mean by the scatter of the changes, a spread or quantile by a bootstrap that draws the same logs
 in both. The indices of a protection forest (`indices`) are bootstrapped likewise.
 A log that left the terrain model before it reached a line, or before anything held it, may have done so beyond. Shares
-and their differences come with bounds for such logs: none did in the one scenario and all did in the other, and the
-other way round. A mean speed leaves out logs that still moved at the time limit in any of the scenarios compared: they
-roll slowly for minutes, so their path over time tells the limit.
-These intervals are over logs. Another random forest, friction or DEM is another scenario, which they do not cover.
+and their differences come with bounds for such logs: none did in one scenario and all did in the other, and vice versa.
+A mean speed excludes logs that were still moving at the time limit in any of the compared scenarios: they roll slowly
+for minutes, so path over time would reflect the limit. These intervals are over logs. Another random forest, friction
+or DEM is another scenario, which they do not cover.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ HELD = ("tree", "lying_log", "block", "barrier", "left_dem", "time_limit")
 
 @dataclass(frozen=True)
 class ScenarioRow:
-    """One quantity of one scenario, beside the reference's; NaN where there is nothing to say.
+    """One quantity of one scenario, compared with the reference; NaN where it does not exist.
 
     ci_low, ci_high : 95 % interval of the value; diff_ci_low, diff_ci_high : of the difference, over the same logs
-    n_only_reference, n_only_scenario, p_mcnemar : of shares: logs that changed, and whether chance would do as much
+    n_only_reference, n_only_scenario, p_mcnemar : for shares: logs that changed, and the probability that chance
+    explains it
     n_lost : logs that left the terrain model before the outcome was known
-    value_..., difference_..._if_lost : the least and the most of both, whatever these did
-    diff_..._if_lost : the outer ends of the intervals of the least and the most difference
+    value_..., difference_..._if_lost : the least and the greatest value of both, whatever these logs did
+    diff_..._if_lost : the outer ends of the intervals of the least and the greatest difference
     """
 
     scenario: str

@@ -79,7 +79,7 @@ class Scenario:
 
 @dataclass(frozen=True)
 class Compared:
-    """The scenarios, the reference first; what they have in common, by log."""
+    """The scenarios, the reference first, with their common logs."""
 
     scenarios: list[Scenario]
     line_ids: list[Any]
@@ -113,17 +113,17 @@ def folders_of(runs: str, names: str | None) -> tuple[list[str], list[str]]:
                 f"--names: '{name}' does not distinguish the runs; give each a different name, separated by commas"
             )
         if any(sign in name for sign in '/\\:*?"<>|'):
-            raise UserError(f"--names: '{name}' cannot be part of a file's name; leave out {name!r}'s special signs")
+            raise UserError(f"--names: '{name}' cannot be part of a file's name; leave out its special characters")
     return folders, called
 
 
 def baseline_first(
     summaries: Sequence[Mapping[str, Any]], names: Sequence[str], asked: str | None, feedback: Feedback
 ) -> list[int]:
-    """Rows of the runs in the order in which they are compared: the baseline first, the others as they were given.
+    """Rows of the runs in the order in which they are compared: the baseline first, the others in the given order.
 
-    The baseline is the run that is asked for by name, else the one with the fewest obstacles: an index of protection
-    says what the others add to it. Of runs with equally few, or of an older version, it is the first.
+    The baseline is the run that the user names, otherwise the one with the fewest obstacles: an index of protection
+    measures what the others add to it. Of runs with equally few, or of an older version, it is the first.
     """
     if asked is not None and asked not in names:
         raise UserError(f"--baseline is '{asked}', but the runs are called {', '.join(names)}")
@@ -324,15 +324,15 @@ def _energies(arrived: Arrived, n_logs: int, n_lines: int) -> NDArray[np.float64
 
 
 def differing(compared: Compared) -> dict[str, dict[str, Any]]:
-    """Parameters of slide-logs in which the scenarios differ: by parameter, by scenario. What columns of the releases
-    override had no effect, and is none.
+    """Parameters of slide-logs in which the scenarios differ: by parameter, by scenario. What a column of the releases
+    overrides in one run had no effect in any, for the releases are the same.
     """
+    idle: set[str] = set()
     given = {each.name: dict(each.run.manifest.get("parameters", {})) for each in compared.scenarios}
     for each in compared.scenarios:
         if given[each.name].get("fidelity") == "auto":  # the one that was chosen
             given[each.name]["fidelity"] = each.run.fidelity
-        for name in overridden_options(each.run.manifest, summary_if_there(each.run.path, each.run.manifest)):
-            given[each.name][name] = "as the releases say"
-    names = dict.fromkeys(name for values in given.values() for name in values if name not in NO_MATTER)
+        idle |= overridden_options(each.run.manifest, summary_if_there(each.run.path, each.run.manifest))
+    names = dict.fromkeys(name for values in given.values() for name in values if name not in {*NO_MATTER, *idle})
     table = {name: {scenario: values.get(name) for scenario, values in given.items()} for name in names}
     return {name: values for name, values in table.items() if len({str(each) for each in values.values()}) > 1}

@@ -84,7 +84,7 @@ def table_lines(
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
     if any("[" in cell for row in table[1:] for cell in row):
-        shown.append("[]: all that it may be, with its interval, for the logs that left the terrain model before")
+        shown.append("[]: range of possible values, with intervals, because logs left the terrain model before")
     shown += index_lines(rows, names[0])
     for parameter, values in differences.items():
         text = ", ".join(f"{name}: {Path(str(value)).name if value else 'none'}" for name, value in values.items())

@@ -1,1 +1,1 @@
-"""The most influential inputs of an answer: factors and their ranges, designs of runs, and what is read from them."""
+"""The most influential inputs of a result: factors and their ranges, designs of runs, and their evaluation."""

@@ -42,12 +42,12 @@ class Measured:
 
     @property
     def by_index(self) -> bool:
-        """Whether factors are ranked by their total-effect index, and not by what they do alone."""
+        """Whether factors are ranked by their total-effect index, rather than by their effect alone."""
         return self.indices is not None and bool(np.isfinite(self.indices.total).all())
 
     @property
     def strongest_first(self) -> list[int]:
-        """The order of the factors in every table and picture: by their total index if there is one, else by swing."""
+        """The factors by their total index if there is one, else by their swing."""
         if self.indices is not None and self.by_index:
             strength = self.indices.total
         else:
@@ -122,10 +122,10 @@ def most_influential(measured: Measured, logs: int) -> Answer:
         return Answer(measured.name, by, names, True, text + ".")
     several = " or ".join(f"{bars[k].factor.words} ({bars[k].factor.range_words})" for k in first)
     effects = "; ".join(f"{bars[k].factor.words} {measured.change(bars[k])}" for k in first)
-    rows = " and rows" if by_index else ""
+    rows = " and rows of the design" if by_index else ""
     text = (
-        f"The most influential input is {several}: which of them changes {measured.words} more is not decided by "
-        f"this many logs ({logs}){rows}: {effects}."
+        f"The most influential input is {several}: the number of logs{rows} ({logs}) is too small to decide which of "
+        f"them changes {measured.words} more: {effects}."
     )
     return Answer(measured.name, by, names, False, text)
 
@@ -142,8 +142,8 @@ def order_of_strength(found: list[int], draws: NDArray[np.float64]) -> list[int]
 
 
 def _undecided(measured: Measured, bar: Bar, logs: int, *, design: bool) -> str:
-    runs = "and rows of the design " if design else ""
+    runs = " and rows of the design" if design else ""
     return (
-        f"Which input influences {measured.words} most is not decided by this many logs {runs}({logs}): no factor "
-        f"changes it beyond chance. The largest change is that of {bar.factor.words}, {measured.change(bar)}."
+        f"The number of logs{runs} ({logs}) is too small to decide which input influences {measured.words} most: no "
+        f"factor changes it beyond chance. The largest change is that of {bar.factor.words}, {measured.change(bar)}."
     )

@@ -65,7 +65,7 @@ def cube(design: str, rows: int, factors: int, seed: int) -> tuple[Array, Array]
 
 
 def places_at_ends(factors: list[Factor]) -> list[Place]:
-    """The scene as it is, then each factor at the low and at the high end of its range, the others as they are."""
+    """The unchanged scene, then each factor at the low and at the high end of its range, the others unchanged."""
     places = [Place("as it is", {})]
     for each in factors:
         places += [Place(f"{each.name} low", {each.name: each.low}), Place(f"{each.name} high", {each.name: each.high})]

@@ -1,4 +1,4 @@
-"""The same logs in every run of a design: how a run's scene is made, and what of it is kept."""
+"""The same logs in every run of a design: how the scene of a run is made, and which outcomes are stored."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from deadwood_algorithms.evaluate.sensitivity.factors import OF_LOGS, OF_TREES, 
 from deadwood_algorithms.evaluate.sensitivity.noise import error_surface
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.releases.logs import in_posture
-from deadwood_algorithms.results.lost import reach_phrases, reach_records, warn_of_lost
+from deadwood_algorithms.results.lost import many, reach_phrases, reach_records, warn_of_lost
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.inputs import CONTACT_LAWS
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -130,11 +130,14 @@ def table_of(places: list[Place], slid: SlidRuns, factors: list[Factor], line_id
 
 
 def warn_of_runs(places: list[Place], slid: SlidRuns, line_ids: list[Any], feedback: Feedback) -> None:
-    """Say where reach depends on logs that left the terrain model: as things are, and in the run that lost most."""
+    """Say what depends on logs that left the terrain model: in the run that lost most, and as things are."""
     left = left_dem(slid.stop_reason)
-    most = int(left.sum(axis=1).argmax())
-    phrases = []
-    for run in dict.fromkeys((0, most)):
-        records = reach_records(line_ids, slid.reach[run], left[run])
-        phrases += [f"in the run '{places[run].label}' {each}" for each in reach_phrases(records)]
-    warn_of_lost(int(left[most].sum()), left.shape[1], phrases, feedback)
+    gone, n = left.sum(axis=1), left.shape[1]
+    most = int(gone.argmax())
+    phrases = reach_phrases(reach_records(line_ids, slid.reach[most], left[most]))
+    if most != 0:
+        of_base = reach_phrases(reach_records(line_ids, slid.reach[0], left[0]))
+        phrases += [f"in the run '{places[0].label}', where {gone[0]} left, {each}" for each in of_base]
+    if many(int(gone[most]), n):
+        phrases.append("mean run-outs, and what each factor does to them, are as far as the logs were seen")
+    warn_of_lost(int(gone[most]), n, phrases, feedback, where=f"in the run '{places[most].label}', which lost most")

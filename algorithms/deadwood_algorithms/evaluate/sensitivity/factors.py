@@ -1,8 +1,8 @@
-"""What can be varied, over which range, and the text or table in which a user says so.
+"""The factors that can be varied, their ranges, and the text or table in which a user states them.
 
-A factor is a number that takes the place of one of the scene's (``friction``), a multiplier of what the layers say
-(``log_dbh_factor``), or a choice of two (``fidelity``, ``orientation``). The ranges that are offered where the user
-gives none are those of `OFFERED`; each is a suggestion with its reason beside it, and every run says which it took.
+A factor is a number that replaces one of the scene's (``friction``), a multiplier of values of the layers
+(``log_dbh_factor``), or a choice of two (``fidelity``, ``orientation``). If the user gives no range, that of `OFFERED`
+is used; each is a suggestion with its reason, and every run reports the ranges used.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CHOICES = {
 
 @dataclass(frozen=True)
 class Offer:
-    """A factor that can be varied: what it is called in words, its unit, bounds, and the range that is offered."""
+    """A factor that can be varied: its name in words, its unit, bounds, and default range."""
 
     words: str
     unit: str

@@ -1,13 +1,18 @@
-"""How much of an outcome's variance a factor accounts for, with intervals over the design's rows and over the logs.
+"""The share of an outcome's variance that a factor accounts for, with intervals over the design's rows and over the
+logs.
 
 First-order indices by Saltelli et al. (2010, "Variance based sensitivity analysis of model output", table 2 b), total
-ones by Jansen (1999), of the outcome as it is for all logs that might be released: what the run's own logs add to a
-squared difference or to a product, their variance over the logs divided by their number, is taken off. Without that
-every factor, even one without effect, would have an index, because a slope is so rough that the least change sends a
+indices by Jansen (1999), for the outcome over all logs that might be released: the contribution of the run's finite
+number of logs to a squared difference or product (their variance over the logs divided by their number) is subtracted.
+Otherwise every factor, even one without effect, would have an index, because on a rough slope the least change sends a
 log elsewhere.
 
-Intervals are by bootstrap of both, the rows of the design and the logs: the deviations of the resampled index from
-what it would be were these logs all there are. They are cut to 0..1, where an index lies; an estimate may lie beside.
+No factor accounts for more alone than with others. Where the two estimates, which are made of different terms, say so
+nevertheless, that is chance: both become their mean, weighted by how exact each is (`in_order`), as in each resample.
+
+Intervals are bootstrapped over both, the rows of the design and the logs: the deviations of the resampled index from
+its value if these logs were the whole population. They are clipped to 0..1, the range of an index; an estimate may lie
+outside.
 """
 
 from __future__ import annotations
@@ -30,6 +35,8 @@ class Indices:
 
     variance : of the outcome over the ranges, and its interval; where that reaches 0 there is nothing to share out, and
         the indices are NaN
+    crossed : factors whose first-order index was estimated above their total one, by what is printed, before both
+        became their mean
     """
 
     mean: float
@@ -41,12 +48,7 @@ class Indices:
     total: Array
     total_interval: Array
     total_draws: Array
-
-    @property
-    def crossed(self) -> NDArray[np.bool_]:
-        """Factors whose first-order index is estimated above their total one, as printed: only chance does that."""
-        first, total = (np.clip(each, 0.0, 1.0).round(2) for each in (self.first, self.total))
-        return first > total
+    crossed: NDArray[np.bool_]
 
     def total_words(self, factor: int) -> str:
         """``0.83 (0.60 to 1.00)``: an estimate beside 0..1, which chance makes, is printed as the nearest end."""
@@ -105,11 +107,16 @@ def indices_of(
     if not low > 0.0:
         empty, pair = np.full(factors, np.nan), np.full((2, factors), np.nan)
         none = np.full((weights.shape[1], factors), np.nan)
-        return Indices(mean, float(found), float(low), float(high), empty, pair, empty, pair, none)
-    tried = np.where(tried > 0.0, tried, np.nan)  # a resample without variance tells no share
+        apart = np.zeros(factors, bool)
+        return Indices(mean, float(found), float(low), float(high), empty, pair, empty, pair, none, apart)
+    tried = np.where(tried > 0.0, tried, np.nan)  # a resample without variance contains no information
     first, total = firsts / found, totals / found
     first_draws = first[:, None] + tried_firsts / tried - (world_firsts / world)[:, None]
     total_draws = total[:, None] + tried_totals / tried - (world_totals / world)[:, None]
+    exact = [np.nanvar(each, axis=1) for each in (first_draws, total_draws)]
+    crossed = np.clip(first, 0.0, 1.0).round(2) > np.clip(total, 0.0, 1.0).round(2)
+    first, total = in_order(first, total, *exact)
+    first_draws, total_draws = in_order(first_draws, total_draws, *(each[:, None] for each in exact))
     ends = [0.025, 0.975]
     return Indices(
         mean,
@@ -121,7 +128,17 @@ def indices_of(
         total,
         np.clip(np.nanquantile(total_draws, ends, axis=1), 0.0, 1.0),
         total_draws.T,
+        crossed,
     )
+
+
+def in_order(first: Array, total: Array, first_variance: Array, total_variance: Array) -> tuple[Array, Array]:
+    """First-order and total indices, where the first is above the total both as their mean by the inverse variances."""
+    both = first_variance + total_variance
+    weight = np.divide(total_variance, both, out=np.full(both.shape, 0.5), where=both > 0.0)
+    mean = total + weight * (first - total)
+    crossed = first > total
+    return np.where(crossed, mean, first), np.where(crossed, mean, total)
 
 
 def _variance(a: Array, b: Array, by_log: Array, by_row: NDArray[np.int64], correct: bool) -> Array:

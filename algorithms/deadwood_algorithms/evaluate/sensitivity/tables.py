@@ -10,7 +10,7 @@ from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
 from deadwood_algorithms.params.counts import counted
 
 # An index alone that is above the one that holds it is an estimate from too few rows.
-CROSSED = "the first-order one, {first:.2f}, is above it, which is chance: raise --samples"
+CROSSED = "with the first-order one, estimated above it by chance, their mean: raise --samples"
 
 
 def headline(measured: list[Measured], answers: list[Answer]) -> int:
@@ -19,7 +19,12 @@ def headline(measured: list[Measured], answers: list[Answer]) -> int:
     return max(lines, key=lambda k: (bool(answers[k].factors), max(abs(bar.swing) for bar in measured[k].bars)))
 
 
-def tornado_rows(measured: list[Measured]) -> list[dict[str, Any]]:
+def order_of_factors(measured: list[Measured], answers: list[Answer]) -> list[int]:
+    """The order of the factors in every table and picture, of every outcome: the strongest of the headline first."""
+    return measured[headline(measured, answers)].strongest_first
+
+
+def tornado_rows(measured: list[Measured], order: list[int]) -> list[dict[str, Any]]:
     return [
         {
             "outcome": each.name,
@@ -36,11 +41,11 @@ def tornado_rows(measured: list[Measured]) -> list[dict[str, Any]]:
             "beyond_chance": bar.beyond_chance,
         }
         for each in measured
-        for bar in (each.bars[k] for k in each.strongest_first)
+        for bar in (each.bars[k] for k in order)
     ]
 
 
-def index_rows(measured: list[Measured]) -> list[dict[str, Any]]:
+def index_rows(measured: list[Measured], order: list[int]) -> list[dict[str, Any]]:
     return [
         {
             "outcome": each.name,
@@ -59,22 +64,22 @@ def index_rows(measured: list[Measured]) -> list[dict[str, Any]]:
         }
         for each in measured
         if (found := each.indices) is not None
-        for k in each.strongest_first
+        for k in order
     ]
 
 
 def lines_of(measured: list[Measured], answers: list[Answer], facts: dict[str, Any]) -> tuple[str, ...]:
     """What each factor does to each outcome, and the sentences."""
-    shown = []
+    shown, order = [], order_of_factors(measured, answers)
     for each in measured:
         shown.append(f"{each.words}: {each.as_it_is(facts['logs'])} as it is")
-        for k in each.strongest_first:
+        for k in order:
             bar = each.bars[k]
             text = f"  {bar.factor.words} {bar.factor.range_words}: {each.change(bar)}"
             if each.indices is not None and np.isfinite(each.indices.total[k]):
                 text += f", total-effect index {each.indices.total_words(k)}"
                 if each.indices.crossed[k]:
-                    text += f" ({CROSSED.format(first=min(each.indices.first[k], 1.0))})"
+                    text += f" ({CROSSED})"
             shown.append(text)
     others = [one.sentence for one in answers if one.sentence != facts["sentence"]]
     head = (

@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
+from deadwood_algorithms.files.pictures import show_ends
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.schemas.looks import HIGH_END, LOW_END, RUNS
 
@@ -26,7 +27,11 @@ SIDE_SHARE = 0.06  # of the longest bar, free on both sides
 PANEL_IN, BAR_IN, HEAD_IN, FOOT_IN = 1.25, 0.36, 0.75, 0.55
 
 
-def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], logs: int, runs: int, note: str) -> None:
+def draw(
+    path: Path, measured: Sequence[Measured], answers: Sequence[Answer], order: Sequence[int], logs: int, runs: int,
+    note: str,
+) -> None:  # fmt: skip
+    """Every outcome's factors in the same ``order``, from the top."""
     shown = list(zip(measured, answers, strict=True))[:OUTCOMES_SHOWN]
     factors = len(shown[0][0].bars)
     design = any(each.indices is not None for each, _ in shown)
@@ -38,7 +43,6 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
         width_ratios=(3, 2) if design else None,
     )  # fmt: skip
     for (one, answer), panels in zip(shown, grid, strict=True):
-        order = one.strongest_first
         bars(panels[0], one, order, answer)
         if design:
             indices(panels[1], one, order)
@@ -73,17 +77,12 @@ def draw(path: Path, measured: Sequence[Measured], answers: Sequence[Answer], lo
 
 
 def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> None:
-    """From the outcome as it is to that at each end; beside them the swing between the ends and its interval."""
+    """From the unchanged outcome to that at each end; beside it the difference between the ends and its interval."""
     scale = 100.0 if one.is_share else 1.0
     base = scale * one.bars[0].base
     for place, k in enumerate(order):
         bar = one.bars[k]
-        # The longer one below, so that both are seen where they lie on one side
-        ends = sorted(
-            ((scale * bar.at_low, LOW_END), (scale * bar.at_high, HIGH_END)), key=lambda each: -abs(each[0] - base)
-        )
-        for value, colour in ends:
-            axes.barh(place, value - base, left=base, height=0.62, color=colour, zorder=2)
+        show_ends(axes, place, base, scale * bar.at_low, scale * bar.at_high)
         axes.text(
             1.01,
             place,

@@ -14,7 +14,7 @@ from deadwood_algorithms.evaluate.sensitivity.design import Place
 from deadwood_algorithms.evaluate.sensitivity.factor_runs import SlidRuns, table_of
 from deadwood_algorithms.evaluate.sensitivity.factors import Factor
 from deadwood_algorithms.evaluate.sensitivity.file_names import FACTS, INDICES, PICTURE, RUNS, TORNADO
-from deadwood_algorithms.evaluate.sensitivity.tables import headline, index_rows, tornado_rows
+from deadwood_algorithms.evaluate.sensitivity.tables import headline, index_rows, order_of_factors, tornado_rows
 from deadwood_algorithms.evaluate.sensitivity.tornado_figure import draw
 from deadwood_algorithms.files.tables import write_csv
 from deadwood_algorithms.results.run_folder import write_json
@@ -24,13 +24,13 @@ def write_variation(
     folder: Path, about: Mapping[str, Any], factors: list[Factor], places: list[Place], slid: SlidRuns,
     measured: list[Measured], answers: list[Answer], lines: list[Any], seed: int,
 ) -> dict[str, Any]:  # fmt: skip
-    """Write the folder; gives the facts of summary.json.
+    """Write the folder; returns the content of summary.json.
 
-    about : of these the fidelity, the design and its rows, and how many logs the layer has
+    about : the fidelity, the design and its rows, and the number of logs in the layer
     """
 
     logs = slid.runout.shape[1]
-    head = headline(measured, answers)
+    head, order = headline(measured, answers), order_of_factors(measured, answers)
     facts: dict[str, Any] = {
         "sentence": answers[head].sentence,
         "answers": [asdict(each) for each in answers],
@@ -41,8 +41,8 @@ def write_variation(
         "design": about["design"],
         "samples": about["samples"],
         "factors": [{"factor": each.name, "low": each.low, "high": each.high} for each in factors],
-        "tornado": tornado_rows(measured),
-        "indices": index_rows(measured),
+        "tornado": tornado_rows(measured, order),
+        "indices": index_rows(measured, order),
     }
     write_csv(folder / RUNS, pandas.DataFrame(table_of(places, slid, factors, lines)))
     write_csv(folder / TORNADO, pandas.DataFrame(facts["tornado"]))
@@ -55,6 +55,8 @@ def write_variation(
         f"seed {seed}."
     )
     if any(each.indices is not None and each.indices.crossed.any() for each in measured):
-        note += " A first-order index above its total is chance: raise --samples."
-    draw(folder / PICTURE, measured, answers, logs, len(places), note)
+        note += (
+            " A first-order and a total index that are equal had been estimated in the wrong order: raise --samples."
+        )
+    draw(folder / PICTURE, measured, answers, order, logs, len(places), note)
     return facts

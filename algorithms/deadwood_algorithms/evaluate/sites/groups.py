@@ -1,6 +1,7 @@
-"""Scattered releases in groups, each a layer of its own and so a site with its own window of the DEM.
+"""Scattered releases in groups, each written as a separate layer and run as a site with its own window of the DEM.
 
-A log keeps the number that it has in the whole layer, and so its draws: the groups together are the whole, log by log.
+A log keeps its number in the whole layer, and with it its random draws: the groups together equal the whole, log by
+log.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ def _unlike(name: str, taken: set[str]) -> str:
 
 
 def _write_once(place: Path, frame: geopandas.GeoDataFrame) -> None:
-    """The same layer has the same bytes, so one that is there from before keeps its time where it says the same."""
+    """The same layer has the same bytes, so an existing identical file keeps its time stamp."""
     beside = place.with_name(f".{place.name}")
     new = beside.with_suffix(".new.gpkg")
     new.unlink(missing_ok=True)

@@ -104,7 +104,7 @@ def merge(folder: Path, pieces: Sequence[MergedRun], danger_least: int, feedback
 def merged_values(
     pieces: Sequence[MergedRun], parts: Sequence[Part], window: Part, lines: Sequence[str]
 ) -> tuple[dict[str, NDArray], NDArray[np.bool_]]:
-    """What all runs drew on a window (row 0 south), energies in kJ, and where there is no ground."""
+    """Values of all runs on a window (row 0 south), energies in kJ, and where there is no ground."""
     shape = window.rows, window.columns
     total: dict[str, NDArray] = {name: np.zeros(shape, np.uint32) for name in COUNTS}
     total |= {name: np.full(shape, np.nan, np.float32) for name in MAXIMA}
@@ -186,7 +186,7 @@ def _merge_by_windows(
 
 
 def touched_tiles(parts: Sequence[Part], shape: tuple[int, int]) -> list[Part]:
-    """The tiles that hold any of these windows, in the order of the file, which counts from its top left corner."""
+    """The tiles that contain any of these windows, in the order of the file, which counts from its top left corner."""
     ny, nx = shape
     tiles = set()
     for part in parts:

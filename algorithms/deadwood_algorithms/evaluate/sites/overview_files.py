@@ -18,7 +18,7 @@ from deadwood_algorithms.results.scenario import scenario_line
 from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval
 
 TABLE, LAYER, PICTURE = "overview.csv", "overview.gpkg", "overview.png"
-SCENARIOS = 3  # that the last lines tell
+SCENARIOS = 3  # shown in the last lines
 
 
 def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:

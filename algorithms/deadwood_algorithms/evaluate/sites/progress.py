@@ -1,4 +1,4 @@
-"""The hidden folder in which a run over sites works, and whether a run that is there still counts."""
+"""The hidden working folder of a run over sites, and whether an existing run in it is still valid."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class SitesFolder:
             return False
 
     def bring_to(self, folder: Path, names: Sequence[str]) -> None:
-        """The runs of these sites and their layers of releases, on the same place of the disk where it can be."""
+        """Move the runs of these sites and their layers of releases there, on the same disk if possible."""
         for name in names:
             shutil.copytree(self.sites / name, folder / "sites" / name, copy_function=link_or_copy)
             layer = self.releases / f"{name}.gpkg"
@@ -49,7 +49,9 @@ class SitesFolder:
                 link_or_copy(str(layer), str(folder / "releases" / layer.name))
 
     def begin(self, name: str, slides: Tool, values: Mapping[str, Any], feedback: Feedback) -> bool:
-        """Whether the site's run is there, whole, and of the same inputs, parameters and engine; else it is dropped."""
+        """Whether the site's run exists, complete, with the same inputs, parameters and engine; otherwise it is
+        discarded.
+        """
         run, part, note = self.sites / name, self.sites / f".{name}.part", self.sites / f".{name}.json"
         making: dict[str, Any] = {"run_id": Making(slides, slides.ask_from({**values, "output": str(run)})).run_id}
         making["report"] = values.get("report")

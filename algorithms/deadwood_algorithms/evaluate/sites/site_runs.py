@@ -1,4 +1,4 @@
-"""One site of many: where it stands among the others, and its run or why there is none."""
+"""One site of many: its position among the others, and its run or the reason why there is none."""
 
 from __future__ import annotations
 

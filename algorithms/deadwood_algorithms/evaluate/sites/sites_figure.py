@@ -36,9 +36,9 @@ SIZE_IN, LEAST_DOTS = 8.0, 9.0
 
 
 def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], merged: Sequence[Path]) -> None:
-    """One mark a site, coloured by the largest share of its logs that reaches a line; its name where there is room.
+    """One mark per site, coloured by the largest share of its logs that reaches a line; its name if there is room.
 
-    Under it lies where logs passed, of the folders with ``merged`` rasters that are in the layer's CRS.
+    The map shows below where logs passed, for folders with ``merged`` rasters in the layer's CRS.
     """
     figure, axes = plt.subplots(figsize=(SIZE_IN, SIZE_IN), layout="constrained")
     worst = layer.sort_values("p", ascending=False, na_position="last").drop_duplicates("site").sort_index()

@@ -13,7 +13,7 @@ from deadwood_algorithms.params.tool import Feedback, Stage, UserError
 from deadwood_algorithms.results.forecast import Forecast, Pilot, forecast, refuse_too_large, together
 from deadwood_algorithms.simulate.workers import NobodySlides
 
-PILOTS = 8  # sites of which a part is slid; the others are taken to be like the nearest of these
+PILOTS = 8  # sites of which a part is slid; the others are assumed to be like the nearest of these
 LEAST_PILOT = 10  # logs of a site
 
 

@@ -36,7 +36,7 @@ LONGEST_NAME = 80
 
 @dataclass(frozen=True)
 class SiteOptions:
-    """One site: the parameters of slide-logs that are its own, or what is wrong with them."""
+    """One site: its own parameters of slide-logs, or the error in them."""
 
     name: str
     values: Mapping[str, Any]
@@ -46,7 +46,7 @@ class SiteOptions:
 def refuse_unclear(
     sites: str | None, configs: str | None, by: str | None, dem: str | None, releases: str | None
 ) -> None:
-    """Exactly one source of sites, and of scattered releases what they need."""
+    """Require exactly one source of sites, and for scattered releases their inputs."""
     given = [flag for flag, value in (("--sites", sites), ("--configs", configs), ("--by", by)) if value]
     if len(given) != 1:
         found = f"{' and '.join(given)} are given" if given else "none is given"
@@ -91,7 +91,9 @@ def sites_of_table(path: str, slides: Tool, feedback: Feedback) -> list[SiteOpti
 def columns_by_key(
     rows: pandas.DataFrame, known: Mapping[str, Parameter], where: str, feedback: Feedback
 ) -> dict[str, str]:
-    """The columns that name the site or a parameter, by its name; what is near a known word is no foreign column."""
+    """Columns that name the site or a parameter, by its name; a word similar to a known one is an error, not a foreign
+    column.
+    """
     columns: dict[str, str] = {}
     foreign = []
     now = {old: name for name, each in known.items() for old in each.old_names}
@@ -138,7 +140,7 @@ def _text(cell: Any) -> str:
 
 
 def path_seen_from(parameter: Parameter, value: Any, base: Path) -> Any:
-    """A relative path as seen from a folder; other values as they are."""
+    """A relative path relative to a folder; other values unchanged."""
     if not is_path(parameter, value):
         return value
     file, bar, layer = str(value).partition("|")
@@ -146,9 +148,9 @@ def path_seen_from(parameter: Parameter, value: Any, base: Path) -> Any:
 
 
 def sites_of_folder(path: str, slides: Tool, feedback: Feedback) -> list[SiteOptions]:
-    """One site a JSON file, or a folder with a manifest, in a folder; it is what ``slide-logs --config`` takes.
+    """One site per JSON file, or per folder with a manifest, in a folder; the format of ``slide-logs --config``.
 
-    Relative paths are seen from where the command runs, as there, or, where nothing is there, from the file's folder.
+    Relative paths refer to the current folder, as there, or, if nothing is found, to the folder of the file.
     """
     folder = Path(path)
     if not folder.is_dir():
@@ -175,7 +177,7 @@ def sites_of_folder(path: str, slides: Tool, feedback: Feedback) -> list[SiteOpt
 
 
 def refuse_bad_names(names: Sequence[str], where: str) -> None:
-    """Names become folders, also on systems that tell no capital from a small letter."""
+    """Names become folders, also on systems that do not distinguish upper and lower case."""
     seen: dict[str, int] = {}
     for row, name in enumerate(names, start=1):
         if not name or name != folder_name(name):

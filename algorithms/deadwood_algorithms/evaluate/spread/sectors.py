@@ -36,7 +36,7 @@ class Deposits:
 
 
 def words_of(row: dict[str, Any]) -> str:
-    """A line on one release; with fewer than two deposits that count there is no angle to tell."""
+    """A line about one release; with fewer than two deposits that count there is no angle."""
     counted = row["n"] - row["n_left_out"]
     if counted < 2:
         return (

@@ -36,8 +36,8 @@ DBH_MEAN_CM, DBH_SD_CM, DBH_LEAST_CM = 60.23, 18.64, 10.0
 TREE_DISTANCE = 2.0  # living trees compete: no two stand nearer than this [m]
 
 # Roughness: (wavelength [m], standard deviation of height [m]). Micro relief of a blocky forest floor, blocks and root
-# plates, hummocks and shallow benches, and the broad undulation of a slope. A 30 m log bridges what is much shorter
-# than itself; relief of its own length makes it dive and leap, and that is where its energy goes.
+# plates, hummocks and shallow benches, and the broad undulation of a slope. A 30 m log bridges relief much shorter
+# than itself; relief of its own length makes it pitch and jump, which dissipates its energy.
 ROUGHNESS = ((2.0, 0.08), (5.0, 0.22), (14.0, 0.60), (35.0, 1.00), (90.0, 1.20))
 # Beyond the road: old rockfall debris under grass. On a smooth meadow a log, which has no rolling resistance, would
 # roll to and fro for minutes.

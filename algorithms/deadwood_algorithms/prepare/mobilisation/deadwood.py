@@ -125,7 +125,7 @@ def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedb
     unknown = int((found == decay.UNKNOWN).sum())
     if unknown:
         feedback.note(
-            f"{where}: the decay of {unknown} of {counted(len(frame), 'point')} is unknown and counts as right"
+            f"{where}: the decay of {unknown} of {counted(len(frame), 'point')} is unknown and counts as suitable"
         )
     return found
 
@@ -143,11 +143,9 @@ def _say_what_is_known(species: list[str], standing: NDArray[np.float64], where:
     strange = {each for each in named if species_of(each) is None}
     unrated = {each for each in named - strange if decay.rate_of(each) is None}
     if strange:
-        feedback.note(
-            f"{where}: of no species known here is {', '.join(sorted(strange))}; the years of spruce are used"
-        )
+        feedback.note(f"{where}: {', '.join(sorted(strange))}: unknown species; the years of spruce are used")
     if unrated:
-        feedback.note(f"{where}: no rate of decay is known of {', '.join(sorted(unrated))}; that of spruce is used")
+        feedback.note(f"{where}: no rate of decay is known for {', '.join(sorted(unrated))}; that of spruce is used")
     others = [decay.rate_of(each) not in (None, SPRUCE.rate) for each in species]
     snags = int((np.array(others, bool) & (standing == 1.0)).sum())
     unsaid = int((np.array(others, bool) & ~np.isfinite(standing)).sum())
@@ -164,7 +162,7 @@ def _say_what_is_known(species: list[str], standing: NDArray[np.float64], where:
 
 
 def _words(frame: geopandas.GeoDataFrame, name: str | None) -> list[str]:
-    """A column as text, whole numbers without a point; empty where it is, or where there is none."""
+    """A column as text, whole numbers without a point; empty for an empty cell or a missing column."""
     if name is None:
         return [""] * len(frame)
     values = frame[name]

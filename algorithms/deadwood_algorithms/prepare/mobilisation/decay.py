@@ -19,9 +19,9 @@ NUMERALS = {"i": 1, "ii": 2, "iii": 3, "iv": 4, "v": 5}
 
 
 def of_stage(text: str) -> str | None:
-    """What a stage of Maser and Trappe says: ``II``, ``late II``, ``early 3``, ``2.5``; None if it is no stage.
+    """The stage of Maser and Trappe in a text: ``II``, ``late II``, ``early 3``, ``2.5``; None if it is not a stage.
 
-    A whole stage II or III is possible, for it may be the late or the early part; 2.5 to 3.5 are critical.
+    A whole stage II or III counts, because it may be the late or the early part; 2.5 to 3.5 are critical.
     """
     found = re.fullmatch(r"(?:(early|late)\s+)?(?:stage\s+)?(i{1,3}|iv|v|[1-5](?:[.,]\d+)?)", text.strip().lower())
     if not found:

@@ -58,9 +58,10 @@ def write_susceptibility(
     susceptible: Path, factors: Path, mask: Path, dem: DemWindows, friction: Friction,
     deadwood: Deadwood | None, limits: Limits, feedback: Feedback, *, keeps_factors: bool, draws_areas: bool,
 ) -> float:  # fmt: skip
-    """Write the susceptibility and what else is needed, let the deadwood look at it, and give its mean.
+    """Write the susceptibility and the other rasters needed, pass it to the rating of deadwood, and return its mean.
 
-    The mask serves the release areas alone; so do the factors if they are not kept, and then have the areas' cells.
+    The mask is used for the release areas only; so are the factors unless they are kept, and they then cover the areas'
+    cells only.
     Windows without any height are not written, and read as nodata.
     """
     total, known = 0.0, 0

@@ -8,7 +8,7 @@ roughness  root mean square of the heights about the quadratic surface: what nei
 hollow     second derivative across the slope (along the contour), upward curvature positive, as the depth of the
            cell beneath the chord between the window's sides: half the curvature times the square of half the window [m]
 
-A window that is not whole (nodata, the raster's rim) has none of them (NaN).
+In an incomplete window (nodata, the raster's edge) all of them are NaN.
 """
 
 from __future__ import annotations

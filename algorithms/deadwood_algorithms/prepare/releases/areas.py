@@ -9,8 +9,8 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import id_column, where_of
-from deadwood_algorithms.files.crs import misplacement
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.prepare.releases.places import area_m2, positions, weighted_positions
 from deadwood_algorithms.prepare.releases.weights import Weights, read_weights
@@ -58,7 +58,8 @@ class ReleaseAreas:
         counts = np.rint(area * logs_per_ha / 1e4).astype(np.int64)
         if not counts.any():
             raise UserError(
-                f"--logs-per-ha {logs_per_ha:g} on {area.sum() / 1e4:.4g} ha gives no log; raise it, or give --count"
+                f"--logs-per-ha {logs_per_ha:g} on {significant(area.sum() / 1e4, 4)} ha gives no log; raise "
+                f"it, or give --count"
             )
         if counts.max() > MOST_LOGS:
             raise UserError(f"--logs-per-ha {logs_per_ha:g} is {counts.max()} logs in one area; lower it")
@@ -126,6 +127,8 @@ def refuse_off_dem(place: np.ndarray, ground: Grid | DemBlocks, where: str) -> N
     x, y = place[np.argmin(on)]
     fix = "check the area's CRS, clip it, or use a larger DEM"
     if not on.any():
+        from deadwood_algorithms.files.crs import misplacement
+
         fix = misplacement(place[:, 0], place[:, 1], ground.bounds, ground.crs) or fix
     share = "every release position lies" if not on.any() else f"{(~on).sum()} of {on.size} release positions lie"
     raise UserError(

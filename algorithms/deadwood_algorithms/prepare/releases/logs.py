@@ -35,7 +35,7 @@ LEAST_DENSITY_KG_M3 = 50.0
 
 @dataclass(frozen=True)
 class Drawn:
-    """The columns of each log, and what is to be reported about the drawing."""
+    """The columns of each log, and the report about the draws."""
 
     columns: dict[str, np.ndarray]
     redrawn: int
@@ -118,11 +118,11 @@ def draw_logs(
             seed,
             log_id,
             draws.LOG_SIZE,
-            "the distributions of DBH and length give hardly a log; check the numbers and their units",
+            "the distributions of DBH and length hardly ever give a possible log; check the numbers and their units",
         )
         if redrawn:
             limits = f"DBH < {LEAST_DBH_CM:g} cm or length < {LEAST_LENGTH_M:g} m"
-            said.append(f"{redrawn} draws were not a log ({limits}), redrawn")
+            said.append(f"{counted(redrawn, 'draw was', 'draws were')} not a log ({limits}), redrawn")
     if spreads["density_sd_kg_m3"].any() and "density_kg_m3" not in (deadwood or {}):
         columns["density_kg_m3"] = densities(columns["density_kg_m3"], spreads["density_sd_kg_m3"], log_id, seed)
     for name, unit, label in (
@@ -150,7 +150,9 @@ def densities(mean: np.ndarray, sd: np.ndarray, log_id: np.ndarray, seed: int) -
         left = left[density[left] < LEAST_DENSITY_KG_M3]
         if not left.size:
             return density
-    raise UserError("the distribution of the density gives hardly a log; check --density-kg-m3 and --density-sd-kg-m3")
+    raise UserError(
+        "the distribution of the density hardly ever gives a possible log; check --density-kg-m3 and --density-sd-kg-m3"
+    )
 
 
 def directed(columns: dict[str, np.ndarray], log_id: np.ndarray, seed: int) -> None:

@@ -1,4 +1,4 @@
-"""Whether layers of release areas or of mapped deadwood tell of wood that lies on the ground.
+"""Whether layers of release areas or of mapped deadwood describe wood that lies on the ground.
 
 For `sample_releases`, which releases logs upright unless an option says otherwise.
 """
@@ -20,7 +20,7 @@ POSTURE = "orientation"  # a layer with such a column says itself how its logs s
 
 
 def lying_wood(path: str, rows: pandas.DataFrame, words_of_it: re.Pattern[str]) -> str | None:
-    """What tells of lying wood: the layer's name, or a column's, or what a column holds; None without such words."""
+    """The indication of lying wood: the layer's name, a column's name or its content; None if there is none."""
     if POSTURE in [str(each).lower() for each in rows.columns]:
         return None
     place, _, layer = path.partition("|layername=")
@@ -30,7 +30,7 @@ def lying_wood(path: str, rows: pandas.DataFrame, words_of_it: re.Pattern[str]) 
 
 
 def _told(named: str, rows: pandas.DataFrame) -> Iterator[tuple[str, str]]:
-    """Each text that could tell, and how it is called in a message."""
+    """Each text to search, and its name in a message."""
     yield f"'{named}'", named
     for column in rows.columns:
         if column == "geometry":

@@ -42,10 +42,11 @@ def positions(area: Any, radius: float, seed: int, log_id: np.ndarray, where: st
 def weighted_positions(
     area: Any, radius: float, weights: Weights, seed: int, log_id: np.ndarray, where: str
 ) -> np.ndarray:
-    """Places in a circle or polygon (None: anywhere on the DEM) as dense as the weights say [m], shape (n, 2).
+    """Places in a circle or polygon (None: anywhere on the DEM) with a density proportional to the weights [m], shape
+    (n, 2).
 
-    A cell is drawn by its weight, a place in it uniformly, and both again where that is outside: what is left is
-    exactly in proportion to the weights, also in cells that the outline cuts.
+    A cell is drawn by its weight, a place in it uniformly, and both again if that is outside: the result is
+    exactly in proportion to the weights, also in cells cut by the outline.
     """
     cells = weights.everywhere if area is None else weights.cells(bounds_of(area, radius, where))
     if cells is None or not cells.count:

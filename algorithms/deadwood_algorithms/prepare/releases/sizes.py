@@ -69,9 +69,9 @@ def sizes_of(
 def lines_of_sample(
     counts: NDArray[np.int64], drawn: Drawn, weights: str | None, logs_per_ha: float | None
 ) -> tuple[str, ...]:
-    """How many logs were drawn where, and how they lie.
+    """How many logs were drawn where, and their orientation.
 
-    counts : by area, or by cell of the raster ``weights``, where there are no areas
+    counts : by area, or by cell of the raster ``weights`` if there are no areas
     """
     each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()} to {counts.max()}"
     where = counted(counts.size, "release area") if weights is None else f"the cells of {weights} with a weight"

@@ -1,7 +1,7 @@
 """Weights of the cells of a DEM, from a raster, and the draw of places in proportion to them.
 
-For `sample_releases`. Of a small DEM all weights are kept; of a large one those below an area are read, or, where
-there is no area, strips of the whole in turn, so that a country needs no more memory than a slope.
+For `sample_releases`. For a small DEM all weights are kept; for a large one those below an area are read or, without
+areas, strips of the whole in turn, so that a country needs no more memory than a slope.
 """
 
 from __future__ import annotations

@@ -181,7 +181,7 @@ def surface_over(structure: Structure, ground: Grid) -> Surface:
 def _end_at_ground(
     stands: NDArray[np.bool_], surface: Surface, structure: Structure, original: Grid, around: Callable[..., Grid]
 ) -> None:
-    """Take out the cells whose side meets the ground before it comes to them, looked at every cell of the way."""
+    """Remove the cells whose side meets the ground earlier, tested at every cell along the side."""
     cell, half = original.cell, structure.half_width
     rows, columns = np.nonzero(stands & (surface.distance > half + 1.5 * cell))
     if not rows.size:

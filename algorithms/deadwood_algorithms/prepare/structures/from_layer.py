@@ -22,12 +22,12 @@ from deadwood_algorithms.prepare.structures.earthworks import Structure, Work, s
 from deadwood_algorithms.scene.items import ids_of
 
 Array = NDArray[np.float64]
-STEEPEST_DEG = 89.99  # stands for a vertical side, whose fall is no number
+STEEPEST_DEG = 89.99  # represents a vertical side, whose gradient is not finite
 
 
 @dataclass(frozen=True, kw_only=True)
 class StructureDefaults:
-    """What holds for rows whose columns do not say it, by the names of the columns, and for all rows alike."""
+    """Values for rows without the corresponding columns, by column name, and for all rows alike."""
 
     kind: str
     height_m: float | None
@@ -42,7 +42,7 @@ class StructureDefaults:
 
 @dataclass
 class Plan:
-    """A row of the layer as it is to be built, how messages name it, and what building it moved."""
+    """A row of the layer as it will be built, its name in messages, and its volumes."""
 
     structure_id: Any
     kind: str
@@ -55,7 +55,7 @@ class Plan:
 def plans_of(
     frame: geopandas.GeoDataFrame, defaults: StructureDefaults, dem: DemWindows, feedback: Feedback
 ) -> list[Plan]:
-    """The structure of every row; one that tells too little, or lies wholly off the DEM, is refused."""
+    """The structure of every row; incomplete ones, and those completely off the DEM, are rejected."""
     ids = ids_of(frame, "structure_id", "name")
     kinds = _kinds(frame, defaults)
     heights, elevations, widths = (

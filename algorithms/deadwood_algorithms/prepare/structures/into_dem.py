@@ -27,7 +27,7 @@ COARSE_STEP_M = 0.1  # a DEM in steps above this shows no crest as it was meant
 
 
 def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], feedback: Feedback) -> None:
-    """Write the DEM with the structures in it, and note in each plan what it moved."""
+    """Write the DEM with the structures, and record the volumes in each plan."""
     source = dem.source
     dtype, scale = np.dtype(source.dtypes[0]), abs(float(source.scales[0]))
     if dtype.kind in "iu" and scale > COARSE_STEP_M:

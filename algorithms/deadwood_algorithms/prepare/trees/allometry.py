@@ -195,9 +195,10 @@ def outside_region(law: Law, longitude: float, latitude: float) -> str:
 
 
 def fit(dbh: np.ndarray, height: np.ndarray) -> FittedLaw:
-    """Least squares of the logarithms, each way, brought back by exp(s^2 / 2): else the mean would come out low.
+    """Least squares of the logarithms, in either direction, corrected by exp(s^2 / 2): otherwise the mean would be
+    biased low.
 
-    ``dbh`` [cm] and ``height`` [m] of at least ``FEWEST_TO_FIT`` trees that are not all of one height.
+    ``dbh`` [cm] and ``height`` [m] of at least ``FEWEST_TO_FIT`` trees that do not all have the same height.
     """
     x, y = np.log(height), np.log(dbh)
     slope, offset, spread = _line(x, y)

@@ -1,7 +1,7 @@
-"""The columns of single-tree tables, brought into the units of the trees layer.
+"""The columns of single-tree tables, converted to the units of the trees layer.
 
-For `import_trees`; the table's `sources.Layout` says which column holds what. What is missing is NaN here;
-what to do about it is that tool's business.
+For `import_trees`; the table's `sources.Layout` defines which column contains what. Missing values are NaN here;
+that tool decides what to do about them.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ UNREAD_SHOWN = 4
 
 
 def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> str | None:
-    """The column asked for, else the first of the usual names that is there, in any letter case."""
+    """The requested column, else the first of the usual names that exists, ignoring case."""
     return next(iter(candidates(source, asked, option, names)), None)
 
 
 def candidates(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> list[str]:
-    """The column asked for, else those of the usual names that are there, the most telling first."""
+    """The requested column, else those of the usual names that exist, the most specific first."""
     there = names_of(source)
     if asked and asked.lower() not in there:
         has = ", ".join(dict.fromkeys(there.values()))
@@ -143,9 +143,11 @@ def dbh_column(
     feedback: Feedback,
     words: Mapping[str, float] | None = None,
 ) -> np.ndarray:
-    """DBH in cm, NaN where missing; without ``unit`` the field's name tells it (``BHD [mm]``, ``dbh_in``), else cm.
+    """DBH in cm, NaN where missing; without ``unit`` the field's name determines it (``BHD [mm]``, ``dbh_in``), else
+    cm.
 
-    Where the table has no DBH but the girth at breast height, by its name, it is the girth divided by pi, with a note.
+    If the table has no DBH but the girth at breast height, according to its name, the DBH is the girth divided by pi,
+    with a note.
     """
     where = where_of(source)
     name = find(source, asked, "--dbh-field", layout.dbh)
@@ -171,10 +173,10 @@ def height_column(
     feedback: Feedback,
     words: Mapping[str, float] | None = None,
 ) -> np.ndarray:
-    """Height in m, NaN where missing: a column, else the Z of the points where that can be the height of a tree.
+    """Height in m, NaN where missing: a column, else the Z of the points if that can be the height of a tree.
 
-    Without ``unit`` the field's name tells it, else it is m. A field that is not asked for and whose median is above
-    what trees reach is the height of the ground above the sea: it is passed over, and said.
+    Without ``unit`` the field's name determines it, else it is m. A field that was not requested and whose median is
+    above the height of trees is the elevation of the ground: it is ignored, with a message.
     """
     where = where_of(source)
     names = candidates(source, asked, "--height-field", layout.height)
@@ -206,7 +208,7 @@ def height_column(
 
 
 def not_understood(source: pandas.DataFrame, layout: Layout, asked: Iterable[str | None]) -> list[str]:
-    """The fields of sizes that nothing is read from: one of them may hold what is about to be computed."""
+    """Fields of sizes from which nothing is read: one of them may contain what is about to be computed."""
     import pandas
 
     def of_sizes(name: str) -> bool:
@@ -229,9 +231,9 @@ def has_z(source: pandas.DataFrame) -> bool:
 def crown_column(
     source: geopandas.GeoDataFrame, layout: Layout, asked: str | None, measure: str | None, outlines: np.ndarray | None
 ) -> np.ndarray | None:
-    """Diameter of the crown [m], NaN where missing: from a column, else of the circle as large as the outline.
+    """Diameter of the crown [m], NaN where missing: from a column, else of the circle with the area of the outline.
 
-    ``measure`` says what a column asked for holds: diameter or radius [m], or area [m2]; else its usual meaning.
+    ``measure`` defines the content of a requested column: diameter or radius [m], or area [m2]; else its usual meaning.
     """
     name = find(source, asked, "--crown-field", layout.crown)
     if name is None:
@@ -250,7 +252,7 @@ def crown_column(
 def id_columns(
     source: pandas.DataFrame, layout: Layout, kept: np.ndarray, asked: str | None, feedback: Feedback
 ) -> dict[str, np.ndarray]:
-    """The ids as they are; where two trees share one, or one has none, new ones, and the old as ``source_id``."""
+    """The ids unchanged; if two trees share one, or one has none, new ids, and the old ones as ``source_id``."""
     name = find(source, asked, "--id-field", layout.id)
     running = np.arange(1, int(kept.sum()) + 1)
     if name is None:

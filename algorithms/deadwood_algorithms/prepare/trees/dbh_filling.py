@@ -34,7 +34,7 @@ DEFAULT = PUBLISHED["fint-ch"]
 
 @dataclass(frozen=True)
 class Filled:
-    """DBH [cm] and height [m] of each tree, which of them were computed, and what is to be reported about it."""
+    """DBH [cm] and height [m] of each tree, which of them were computed, and the report about it."""
 
     dbh: np.ndarray
     height: np.ndarray
@@ -125,7 +125,7 @@ def zoned(
 
 
 def warn_of_another_region(law: Law, places: np.ndarray, crs: pyproj.CRS | None, feedback: Feedback) -> None:
-    """Say where a published law is used far from the trees that it was made of."""
+    """Warn if a published law is used far from the trees from which it was derived."""
     import pyproj
 
     laws = law.laws if isinstance(law, LawsByTree) else (law,)

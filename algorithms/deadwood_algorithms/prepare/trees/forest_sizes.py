@@ -13,7 +13,7 @@ import shapely
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.drawn_sizes import draw_pair
 from deadwood_algorithms.prepare.trees.allometry import PowerLaw
@@ -22,7 +22,7 @@ from deadwood_algorithms.prepare.trees.stands import Stand
 from deadwood_algorithms.stats import draws
 
 LEAST_DBH_CM = 1.0
-LEAST_HEIGHT_M = 1.3  # below it there is no breast height
+LEAST_HEIGHT_M = 1.3  # there is no breast height below it
 STANDS_SHOWN = 10
 
 
@@ -75,12 +75,12 @@ class Kind:
 
 
 def basal_area(squares: float) -> float:
-    """[m2] of stems whose DBH [cm] squared come to this sum."""
+    """Basal area [m2] of stems, from the sum of their squared DBH [cm]."""
     return np.pi / 4.0 * squares / 1e4
 
 
 def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Feedback) -> Source:
-    """The trees of a layer that stand on these grounds; what is too small for a tree is left out."""
+    """The trees of a layer on these grounds, without those too small for a tree."""
     from deadwood_algorithms.files.vectors import read_vector
 
     frame = read_vector(
@@ -161,7 +161,7 @@ def draw_sizes(sizes: Sizes, items: np.ndarray, seed: int) -> tuple[np.ndarray, 
         items,
         draws.TREE_SIZE,
         f"DBH {sizes.dbh_mean:g} +- {sizes.dbh_sd:g} cm and height {sizes.height_mean:g} +- {sizes.height_sd:g} m "
-        "give hardly a tree; check the numbers and their units",
+        "hardly ever give a possible tree; check the numbers and their units",
     )
 
 
@@ -173,7 +173,7 @@ def size_lines(kind: Kind, dbh: np.ndarray, height: np.ndarray, planted: float) 
         f"DBH {whose} {sizes.dbh_mean:.1f} +- {sizes.dbh_sd:.1f} cm, planted {dbh.mean():.1f} +- {dbh.std():.1f} cm",
         f"height {whose} {sizes.height_mean:.1f} +- {sizes.height_sd:.1f} m, "
         f"planted {height.mean():.1f} +- {height.std():.1f} m, correlation {sizes.correlation:.2f}{correlation}",
-        f"basal area {whose} {kind.basal_area:.3g} m2/ha, planted {planted:.3g} m2/ha",
+        f"basal area {whose} {significant(kind.basal_area, 3)} m2/ha, planted {significant(planted, 3)} m2/ha",
     ]
 
 
@@ -181,7 +181,7 @@ def stand_lines(stands: list[Stand], kinds: list[Kind], counts: list[int]) -> li
     """A line for each of the first stands, and how many more there are."""
     rows = [
         f"stand of {stand.name}: {counted(count, 'tree')} on {stand.ground.area / 1e4:.2f} ha "
-        f"({kind.stems_per_ha:.4g} stems/ha), "
+        f"({significant(kind.stems_per_ha, 4)} stems/ha), "
         f"DBH {kind.sizes.dbh_mean:.1f} +- {kind.sizes.dbh_sd:.1f} cm, "
         f"height {kind.sizes.height_mean:.1f} +- {kind.sizes.height_sd:.1f} m"
         for stand, kind, count in zip(stands, kinds, counts, strict=True)

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Patches:
-    """Those of the part of a DEM that was looked at; elsewhere there is none.
+    """The patches of the examined part of a DEM; elsewhere there are none.
 
-    blocks : by row and column among the squares of ``squares.SIDE`` patches; packed along the rows, or True where all
-        are there. A square that is missing has none.
+    blocks : by row and column among the squares of ``squares.SIDE`` patches; packed along the rows, or True if all
+        exist. A missing square has none.
     """
 
     dem: Grid | DemBlocks
@@ -36,7 +36,7 @@ class Patches:
         return all(each is True for each in self.blocks.values())
 
     def has(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        """Which of these patches are there."""
+        """Which of these patches exist."""
         there, side = np.zeros(row.shape, bool), squares.SIDE
         for key, these in squares.by_block(row, column, side):
             block = self.blocks.get(key, False)

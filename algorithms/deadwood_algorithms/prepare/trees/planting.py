@@ -55,7 +55,7 @@ def ground_of(patches: Patches, stand: Any, exclude: Any) -> Ground:
 
 
 def _share_on(patches: Patches, shape: Any) -> float:
-    """Of the patches whose middle lies in a polygon, the share that is there; 1 where there is none such."""
+    """Of the patches whose middle is in a polygon, the share that exists; 1 if there is no such patch."""
     dem = patches.dem
     (left, low), (right, high) = (
         [max(int((each - first) / dem.cell), 0) for each, first in zip(corner, (dem.x0, dem.y0), strict=True)]
@@ -85,7 +85,7 @@ def plant(
     of_ground = np.repeat(np.arange(len(grounds)), counts)
     tree = numbers_of_trees(counts)
     place = np.empty((total, 2))
-    turn = np.zeros(total, np.int64)  # of the draw that each tree has come to
+    turn = np.zeros(total, np.int64)  # number of the draw reached by each tree
     left = np.arange(total)
     while left.size:
         for number in np.unique(of_ground[left]):

@@ -1,4 +1,4 @@
-"""Sizes of trees from a table: where they stand in it, the law of the DBH, and the result of both."""
+"""Sizes of trees from a table: their columns, the law of the DBH, and the result of both."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ GONE_WORDS += ("no longer qualifies", "lost, burned", "lost, herbivory", "lost, 
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """One form of table; of each role the columns that may hold it, the first that is there counts."""
+    """One format of table; for each role the columns that may contain it, of which the first that exists counts."""
 
     source: str
     what: str
@@ -39,7 +39,7 @@ class Layout:
     xy: tuple[str, str] | None = None
     id: tuple[str, ...] = ()
     dbh: tuple[str, ...] = ()
-    girth: tuple[str, ...] = ()  # circumference at breast height, where there is no dbh
+    girth: tuple[str, ...] = ()  # circumference at breast height, if there is no dbh
     height: tuple[str, ...] = ()
     height_in_z: bool = False  # of the points, where no column holds it
     species: tuple[str, ...] = ()
@@ -50,7 +50,7 @@ class Layout:
     missing_value: float | None = None
     dbh_modelled: bool = False  # the source computed it from the height
     repeated_by: str = ""  # rows of one tree (its id) at several dates in this column: the latest counts
-    form: str = ""  # column that tells trees from shrubs
+    form: str = ""  # column that distinguishes trees from shrubs
 
 
 USUAL_DBH = ("dbh_cm", "dbh_m", "dbh_mm", "dbh_in", "dbh", "bhd_cm", "bhd_m", "bhd", "dhp", "stem_diameter_cm")
@@ -247,7 +247,7 @@ SOURCES = ("auto", USUAL.source, *dict.fromkeys(each.source for each in LAYOUTS)
 
 
 def names_of(frame: pandas.DataFrame) -> dict[str, str]:
-    """The columns in lower case -> as they are written; one with a unit behind it, Höhe (m), also without that."""
+    """The columns in lower case -> original spelling; one with a unit, Höhe (m) or altezza_m, also without it."""
     names = {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
     for joined in (False, True):  # and height_ft, where nothing is called height
         for name in list(names.values()):
@@ -282,7 +282,7 @@ def layout_of(frame: pandas.DataFrame, path: str, source: str, *, mapped: bool) 
 
 
 def _completed(layout: Layout) -> Layout:
-    """The layout with the usual names of what it lacks, but for names that mean something else in this source."""
+    """The layout completed with the usual names, except names that mean something else in this source."""
     if layout is USUAL:
         return USUAL
     own = {role: tuple(getattr(layout, role)) for role in ROLES}
@@ -333,9 +333,8 @@ def _by_file(frame: pandas.DataFrame, path: str) -> Layout:
     may_be = sorted({each.source for each in LAYOUTS if count in each.columns})
     sources = f"--source {' or '.join(may_be)}, or " if may_be else ""
     raise UserError(
-        f"{path}: the table has no header and {counted(count, 'column')}; say what wrote it ({sources}--x-field "
-        "column_1 "
-        "--y-field column_2 --dbh-field column_3 or as they are)"
+        f"{path}: the table has no header and {counted(count, 'column')}; name the program that wrote it "
+        f"({sources}--x-field column_1 --y-field column_2 --dbh-field column_3 or as they are)"
     )
 
 

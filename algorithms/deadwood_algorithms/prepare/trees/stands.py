@@ -50,9 +50,9 @@ class Stand:
 
 
 def with_usual_names(frame: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
-    """The columns of numbers under our names and units, whatever letter case or format made of them.
+    """The numeric columns under the toolbox's names and units, whatever letter case or format they have.
 
-    Two columns for one number are refused: nobody can tell which of them counts.
+    Two columns for one number are rejected, because it is ambiguous which of them counts.
     """
     taken: dict[str, Any] = {}
     columns = {}
@@ -72,7 +72,7 @@ def with_usual_names(frame: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
 
 
 def _ours(name: str) -> tuple[str | None, float]:
-    """Which of our columns a field is, and by what its values are multiplied."""
+    """The toolbox's column to which a field corresponds, and the factor of its values."""
     short = name.strip().lower()
     if short in COLUMNS or short in OTHER_NAMES:
         return OTHER_NAMES.get(short, short), 1.0
@@ -100,9 +100,9 @@ def union_of(path: str | None, ground: Grid | DemBlocks, crs: str | None, feedba
 def read_stands(
     path: str | None, dem: Grid | DemBlocks, exclude: Any, crs: str | None, feedback: Feedback
 ) -> list[Stand]:
-    """The stands that reach onto the DEM: one of all polygons, or one a row where columns tell the rows apart.
+    """The stands that overlap the DEM: one of all polygons, or one per row if columns give separate values.
 
-    Where such rows overlap, the later one counts, as in the friction polygons.
+    If such rows overlap, the later one counts, as for friction polygons.
     """
     from deadwood_algorithms.files.vectors import read_vector
 

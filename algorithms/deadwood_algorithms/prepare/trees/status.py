@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 LIVE, DEAD, GONE = range(3)
 NAMES = ("living", "dead, standing", "no longer standing")
 WORDS_SHOWN = 8
-MOST_WORDS = 20  # of a field that could tell the status
-# What words for the status hold, in English, German, French and Italian, where no list has the very word. A tree that
-# lies, was thrown or felled, or is a stump stands no more, whether dead or not: so this is asked first.
+MOST_WORDS = 20  # in a field that may contain the status
+# Parts of words for the status, in English, German, French and Italian, for words that are in no list. A tree that
+# lies, was thrown or felled, or is a stump no longer stands, dead or not: this is therefore tested first.
 GONE_PATTERN = re.compile(
     r"\b(lying|fallen|down(ed)?|(wind)?thrown|windthrows?|blowdown|uprooted|stump|cut|felled|removed|harvested|gone"
     r"|blown down|on (the )?ground"
@@ -63,8 +63,8 @@ def status_of(
 ) -> np.ndarray:
     """LIVE, DEAD or GONE for each row; ``dead`` and ``gone`` are the user's lists of codes, which replace the layout's.
 
-    Words in none of the lists are known by what they hold (``liegend tot``, ``mort sur pied``, ``schiantato``). A word
-    that is not known either, and an empty cell, is a living tree; a note reports what was taken for what.
+    Words in none of the lists are recognised by their parts (``liegend tot``, ``mort sur pied``, ``schiantato``). An
+    unknown word, and an empty cell, counts as a living tree; a note reports the interpretation.
     """
     where = where_of(source)
     name = find(source, asked, "--status-field", layout.status)
@@ -94,8 +94,8 @@ def status_of(
     if unknown and not (dead or gone or layout.sign or layout.columns):
         shown = ", ".join(f"{word}: {count}" for word, count in unknown.most_common(WORDS_SHOWN))
         feedback.warn(
-            f"{where}, field '{name}': not known and taken as living are {shown}; --dead-values and --gone-values say "
-            f"which of them are dead standing trees and which were removed"
+            f"{where}, field '{name}': unknown values are taken as living trees ({shown}); name those of dead standing "
+            f"trees with --dead-values, those of removed ones with --gone-values"
         )
     if asked or (status != LIVE).any():
         seen = Counter(zip(status.tolist(), words, strict=True))
@@ -131,7 +131,7 @@ def flags_of(source: pandas.DataFrame) -> tuple[str, np.ndarray] | None:
 
 
 def passed_over(source: pandas.DataFrame) -> str | None:
-    """A field of few different words, of which all are known and some tell dead or gone trees."""
+    """A field with few different words, all known, some of which mean dead or removed trees."""
     import pandas
 
     for name in source.columns:

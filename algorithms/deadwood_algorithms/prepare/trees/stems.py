@@ -99,7 +99,7 @@ def thrown_stems(
                 f"{storm.windthrow_areas}: the areas have no field 'share', or gaps in it; fill it, or give --share or "
                 "--dbh-classes"
             )
-        # an area with a share of its own is one group, whatever the classes of its stems
+        # an area with its own share is one group, whatever the classes of its stems
         group = (area + 1) * 1000 + np.where(np.isfinite(own), 0, group)
     share = np.nan_to_num(share)
     named = _named(stems, storm.ids)
@@ -191,7 +191,7 @@ def lying_frame(
 def stems_frame(
     stems: Stems, thrown: NDArray[np.bool_], azimuth_deg: NDArray[np.float64], states: dict[str, NDArray[Any]]
 ) -> geopandas.GeoDataFrame:
-    """One row for each tree: what becomes of it in each scenario."""
+    """One row for each tree: its state in each scenario."""
     towards = np.full(thrown.size, np.nan)
     towards[thrown] = azimuth_deg
     columns = {"tree_id": stems.ids, "dbh_cm": stems.dbh_cm, "height_m": stems.height_m, "fall_deg": towards}

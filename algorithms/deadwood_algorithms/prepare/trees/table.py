@@ -93,9 +93,10 @@ def read_source(
 def rows_of_trees(
     frame: pandas.DataFrame, layout: Layout, xy: tuple[str, str] | None
 ) -> tuple[pandas.DataFrame, list[str]]:
-    """The rows that are trees with a place, each tree's latest; and what was left out, in words.
+    """The rows that are trees with a position, the latest of each tree; and a report of what was left out.
 
-    Only for layouts that say so: tables joined from field campaigns have a row a visit, shrubs, and unmapped stems.
+    Only for layouts that require it: tables joined from field campaigns have one row per visit, shrubs, and unmapped
+    stems.
     """
     said: list[str] = []
     keep = np.ones(len(frame), bool)

@@ -1,7 +1,7 @@
-"""Which stems a storm throws, how they fall and lie, and what is left of them: the work of `windthrow`, on arrays.
+"""Which stems a storm throws, how they fall and lie, and the remainders: the computations of `windthrow`, on arrays.
 
-What a tree draws depends on the seed and its own id, so a tree falls the same way whatever the others do, and a larger
-share throws all that a smaller one does.
+The draws of a tree depend on the seed and its id, so a tree falls in the same way whatever the others do, and a larger
+share throws all trees of a smaller one.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ def fall_directions(items: NDArray[np.uint64], towards_deg: float, scatter_deg: 
 class Lying:
     """Lying stems: base and tip in plan [m], shape (n, 2) each; diameters [cm].
 
-    azimuth_deg : towards which they lie; cut : they end at the terrain's edge; off : of these so near to their stumps
-        that nothing lies on the terrain
+    azimuth_deg : towards which they lie; cut : they end at the terrain's edge; off : cut so close to their stumps
+        that no part lies on the terrain
     """
 
     base: Array

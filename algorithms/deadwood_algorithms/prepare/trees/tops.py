@@ -64,10 +64,10 @@ def find_tops(
     block_rows: int | None = None,
     after_block: Callable[[int], None] | None = None,
 ) -> Tops:
-    """The tops of at least ``least`` [m] of a canopy model that ``read`` gives by rows, NaN where nothing is known.
+    """The tops of at least ``least`` [m] of a canopy model that ``read`` returns by rows, NaN where unknown.
 
-    Cells above ``highest`` [m] are no canopy: as if nothing were known there. A block of rows is searched with a margin
-    of the largest radius in it, so the result is the same whatever the block.
+    Cells above ``highest`` [m] are not canopy and count as unknown. A block of rows is searched with a margin
+    of the largest radius in it, so the result does not depend on the blocks.
     """
     ny, nx = shape
     block = block_rows or max(1, BLOCK_CELLS // nx)

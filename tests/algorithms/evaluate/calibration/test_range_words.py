@@ -17,9 +17,9 @@ from deadwood_algorithms.evaluate.calibration.score import Scores, range_of
         ([1.0, 0.001, 0.001, 0.001], False),  # the sweep ends there, which is said
     ],
 )
-def test_one_coefficient_alone_is_said(p, one):
+def test_one_coefficient_alone_is_reported(p, one):
     scores = Scores(np.array(p), np.array(p), np.array(p), np.array(p), np.array(p))
     found = range_of(np.array([0.2, 0.3, 0.4, 0.5]), scores)
     assert found is not None
     assert found.one == one
-    assert ("sweep finer around it" in sentence_of(found, fits=True, best=found.best)) == one
+    assert ("finer sweep around it" in sentence_of(found, fits=True, best=found.best)) == one

@@ -244,8 +244,8 @@ def test_a_coefficient_with_which_most_logs_leave_did_not_make_an_event_that_sta
     assert found.within.tolist() == [False, True]
 
 
-def test_a_log_out_of_sight_is_an_outcome_of_its_own():
-    """The shares of deposits and of logs out of sight come to 1, and made events hold both as often."""
+def test_a_log_that_left_the_terrain_is_a_separate_outcome():
+    """The shares of deposits and of logs that left add up to 1, and simulated events contain both as often."""
     rng = np.random.default_rng(9)
     x, y = with_losses(rng, 0.6)
     rows = np.arange(LOGS)
@@ -258,7 +258,7 @@ def test_a_log_out_of_sight_is_an_outcome_of_its_own():
 
 
 @pytest.mark.parametrize("lost_share", [0.6, 0.95])
-def test_of_deposits_found_here_the_share_that_leaves_says_nothing(lost_share):
+def test_of_deposits_found_here_the_share_that_leaves_reports_nothing(lost_share):
     """The same event: both coefficients scatter their deposits alike, so neither is better, and both stay."""
     rng = np.random.default_rng(8)
     x, y = with_losses(rng, lost_share)

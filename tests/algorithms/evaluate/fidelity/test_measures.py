@@ -81,7 +81,7 @@ def test_the_finest_is_the_judge_and_is_not_judged():
     assert all(math.isnan(row.ci_low) for row in found.values())
 
 
-def test_known_differences_are_told():
+def test_known_differences_are_reported():
     fine = slid("fine")
     reach = fine.reach.copy()
     reach[:40] = False  # 40 lost
@@ -135,7 +135,7 @@ def test_the_mean_of_the_largest_has_the_normal_interval_of_the_changes():
 
 
 @pytest.mark.parametrize("n", [LEAST_OF_A_RELEASE - 1, LEAST_OF_A_RELEASE])
-def test_the_spread_of_a_release_is_told_from_so_many_logs(n):
+def test_the_spread_of_a_release_is_reported_from_a_minimum_number_of_logs(n):
     groups = [Group("a", np.arange(n), (0.0, 0.0), np.full(n, 10.0))]
     found = [row for row in rows_of(slid("draft"), slid(), ["road"], groups, N, 0) if row.quantity == "spread_p05_p95"]
     assert len(found) == (n >= LEAST_OF_A_RELEASE)

@@ -127,10 +127,10 @@ def test_too_thin_to_recommend():
     assert thin.logs_needed == 4000
     assert thin.sentence.startswith("Too few logs to recommend a fidelity: 1000 logs do not decide whether standard")
     assert (
-        "Compare about 4000 logs (the layer has 1000: release more, and keep the yardstick with --planned-logs 1000)"
+        "Compare about 4000 logs (the layer has 1000: release more, and keep the reference with --planned-logs 1000)"
         in (thin.sentence)
     )
-    assert "until then fine is the safe one" in thin.sentence
+    assert "until then fine is the safe choice" in thin.sentence
     assert "release more" not in advice(*rows, available=20_000).sentence
     hopeless = advice(*(reach(name, 0.025, 0.04) for name in NAMES[:2]))  # no number of logs shows what is not so
     assert (hopeless.fidelity, hopeless.logs_needed) == (None, None)

@@ -32,5 +32,14 @@ def test_a_line_says_what_the_logs_that_left_may_do():
     row = {"line_id": "road", "at_least_kj": 0.0, **reach_record(12, 120), **bounds_if_lost(12, 120, 13)}
     years = {"return_period_years": 150.0, "return_ci_low_years": 88.0, "return_ci_high_years": 277.0}
     assert "; 13 others left the terrain model before it: 21 % if all of them reach it" in line_words(row)
+    years["return_ci_low_years_if_lost"] = 50.0
     assert "every 150 years (88 to 277); 13 others" in line_words(row | years)
     assert "others" not in line_words(row | years | {"n_lost": 0})
+
+
+def test_a_line_that_none_was_seen_to_reach_says_it_too():
+    """Before: "< 3.1 %, return period over 325 years" of a line that up to 18.6 % of the logs may reach."""
+    row = {"line_id": "road", "at_least_kj": 0.0, **reach_record(0, 120), **bounds_if_lost(0, 120, 14)}
+    told = line_words(row | {"return_ci_low_years": 325.0, "return_ci_low_years_if_lost": 53.8})
+    assert told.startswith("road: < 3.1 %, return period over 325 years; 14 others left the terrain model before it: ")
+    assert told.endswith("chance and these together: 0.0 to 18.6 %, over 53.8 years")

@@ -34,7 +34,7 @@ def grid_of(shape: tuple[int, int]) -> Grid:
     return Grid.empty(shape, 2.0, 0.0, 0.0, pyproj.CRS("EPSG:2056"))
 
 
-def test_a_process_area_has_the_cells_that_so_many_logs_pass():
+def test_a_process_area_has_the_cells_that_this_number_of_logs_pass():
     rng = np.random.default_rng(5)
     hits = rng.integers(0, 7, (12, 9)).astype(np.float32)
     row = process_area(hits, 0.1, 30, grid_of(hits.shape)).iloc[0]  # at least 3 of 30 logs

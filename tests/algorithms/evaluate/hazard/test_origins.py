@@ -66,7 +66,7 @@ def example(least: int) -> Origins:
     return Origins(grid, released, {"road": np.array([[2, 1, 2, 0]])}, least)
 
 
-def test_a_cell_with_just_enough_logs_is_told():
+def test_a_cell_with_just_enough_logs_is_reported():
     found = example(3)
     assert found.enough.tolist() == [[False, True, True, False]]
     assert found.share_with_enough == 7 / 9
@@ -94,7 +94,7 @@ def test_a_source_whose_share_is_the_bound_is_one():
 
 
 @pytest.mark.parametrize(("least", "cells"), [(0.1, 3), (0.1 + 1e-6, 2), (0.2, 2), (1.0, 1), (0.0, 4)])
-def test_ground_that_just_so_many_pass_is_affected(monkeypatch, least, cells):
+def test_ground_that_exactly_this_number_pass_is_affected(monkeypatch, least, cells):
     """0.1 of 30 logs are 3, which 0.1 * 30 is not in floating point; a cell that none passes never counts."""
     grid = Grid.empty((1, 5), 1.0, 0.5, 0.5, CRS)
     hits = np.array([[0, 1, 3, 6, 30]])

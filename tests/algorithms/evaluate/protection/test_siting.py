@@ -156,7 +156,7 @@ def test_what_chance_alone_does_is_not_built(kept, among, built):
     start = outcomes_of(np.ones((30, 1), bool), near)
     steps, why = choose(siting, start, [siting.trial(start, (), k) for k in range(among)], 1, Quiet())
     assert (len(steps) == 1, why == "") == (built, built)
-    assert built or not kept or f"the best of {counted(among, 'candidate')} left would keep {kept} more logs" in why
+    assert built or not kept or f"the best of the {counted(among, 'candidate')} left would keep {kept} more logs" in why
 
 
 def test_a_candidate_along_a_chosen_one_is_not_free():
@@ -279,7 +279,7 @@ def slope_angle(piece: shapely.LineString, bend: float) -> float:
 
 
 @pytest.mark.parametrize("length", [10.0, 20.0, 40.0])
-def test_a_piece_along_a_winding_contour_is_straight_and_as_long_as_asked(length):
+def test_a_piece_along_a_winding_contour_is_straight_and_as_long_as_requested(length):
     """From end to end; a piece of 20 m cut from this contour spans 10 to 12 m. On the contour with its ends, and never
     far off the contours under it, by the slope's formula (to a degree and a half: gradients over an eighth)."""
     contour = winding()
@@ -351,16 +351,16 @@ def test_the_places_where_most_pass_are_apart_and_none_is_passed_over(seed):
     assert places_where_most_pass(pieces, np.zeros((50, 30), bool), 20.0, 4) == []
 
 
-def test_a_candidate_that_brings_more_logs_is_said_to():
+def test_a_candidate_that_brings_more_logs_is_reported_to():
     """Before: "would keep -28 logs more away"."""
-    assert "the best of 7 candidates left would keep 3 more logs away" in why_none(trial(5, 2), 7)
-    assert "none of 7 candidates left" in why_none(trial(2, 2), 7)
+    assert "the best of the 7 candidates left would keep 3 more logs away" in why_none(trial(5, 2), 7)
+    assert "none of the 7 candidates left" in why_none(trial(2, 2), 7)
     worse = why_none(trial(2, 30), 7)
     assert "-28" not in worse
     assert "more logs would reach a line, with the best 28 more" in worse
 
 
-def test_the_chart_has_the_lengths_that_were_asked():
+def test_the_chart_has_the_lengths_that_were_requested():
     """Marks of two heights stand side by side on paper only; before, up to 4 % further right."""
     asked = [20.0, 40.0]
     rows = [

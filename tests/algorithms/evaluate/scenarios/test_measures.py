@@ -83,7 +83,8 @@ def test_the_bounds_for_lost_logs_are_those_of_trying_every_outcome(seed):
     tried = [paired(was, did) for was in outcomes(before) for did in outcomes(now)]
     assert row.difference_low_if_lost == min(each[0] for each in tried)
     assert row.difference_high_if_lost == max(each[0] for each in tried)
-    # Of the outcomes with the least difference one changes fewest logs: the one that is told changes no log needlessly.
+    # Of the outcomes with the least difference, one changes the fewest logs: the reported one changes no log
+    # unnecessarily.
     assert row.diff_ci_low_if_lost == paired(before.most, now.did)[1]
     assert row.diff_ci_high_if_lost == paired(before.did, now.most)[2]
     lost, gained = int((before.did & ~now.did).sum()), int((now.did & ~before.did).sum())
@@ -99,7 +100,7 @@ def test_a_log_that_did_it_before_it_left_is_not_lost():
     assert share.most.tolist() == [True, True, True, False]
 
 
-def test_a_share_alone_says_nothing_of_a_difference():
+def test_a_share_alone_reports_nothing_of_a_difference():
     row = share_row("a", "reach", "road", Share.of(np.array([True, False, False]), np.array([False, True, False])))
     assert (row.n_lost, row.value_low_if_lost, row.value_high_if_lost) == (1, 1 / 3, 2 / 3)
     assert np.isnan([row.difference, *difference_interval(row), row.difference_low_if_lost, row.p_mcnemar]).all()
@@ -218,7 +219,7 @@ def fan(n: int, wide_deg: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("n", [LEAST_OF_A_RELEASE - 1, LEAST_OF_A_RELEASE])
-def test_the_spread_of_a_release_and_from_how_many_logs_its_range_is_told(n):
+def test_the_spread_of_a_release_and_from_how_many_logs_its_range_is_reported(n):
     never = np.zeros((n, 0), bool)
     reasons = ["rest"] * (n - 2)
     other = scenario("a", never, [*reasons, "left_dem", "rest"], fan(n, 20.0))

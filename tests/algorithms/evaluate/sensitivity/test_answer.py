@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from matplotlib.colors import to_rgba
@@ -11,9 +12,10 @@ from matplotlib.figure import Figure
 from deadwood_algorithms.evaluate.sensitivity.answer import Measured, most_influential, order_of_strength
 from deadwood_algorithms.evaluate.sensitivity.factors import factors_of
 from deadwood_algorithms.evaluate.sensitivity.indices import Indices, weights_of
-from deadwood_algorithms.evaluate.sensitivity.tables import index_rows, lines_of, tornado_rows
+from deadwood_algorithms.evaluate.sensitivity.tables import index_rows, lines_of, order_of_factors, tornado_rows
 from deadwood_algorithms.evaluate.sensitivity.tornado import bars_of
 from deadwood_algorithms.evaluate.sensitivity.tornado_figure import TOTAL, bars, indices
+from deadwood_algorithms.files.pictures import show_ends
 from deadwood_algorithms.stats.statistics import wilson_interval
 
 FACTORS = factors_of("friction=0.2:0.3,rolling_friction,log_density_factor")
@@ -22,7 +24,7 @@ FACTS = {"runs": 7, "logs": LOGS, "logs_in_layer": 900, "fidelity": "draft", "se
 
 
 def measured(*highs: int, share: bool = True) -> Measured:
-    """100 of 200 logs reach with nothing varied and at low ends; at the high ends so many of these less."""
+    """100 of 200 logs reach with nothing varied and at low ends; at the high ends fewer by these numbers."""
     values = np.tile(np.arange(LOGS) < 100, (1 + 2 * len(FACTORS), 1)).astype(float)
     rng = np.random.default_rng(1)
     for k, less in enumerate(highs):
@@ -41,11 +43,13 @@ def test_one_factor():
     )
 
 
-def test_two_that_cannot_be_told_apart():
+def test_two_that_cannot_be_distinguished():
     told = most_influential(measured(30, 32, 0), LOGS)
     assert set(told.factors) == {"friction", "rolling_friction"}
     assert not told.decided
-    assert "which of them changes the reach of road more is not decided by this many logs (200)" in told.sentence
+    assert (
+        "the number of logs (200) is too small to decide which of them changes the reach of road more" in told.sentence
+    )
 
 
 def test_none():
@@ -53,7 +57,7 @@ def test_none():
     assert told.factors == []
     assert not told.decided
     assert told.sentence.startswith(
-        "Which input influences the reach of road most is not decided by this many logs (200)"
+        "The number of logs (200) is too small to decide which input influences the reach of road most"
     )
     assert "The largest change is that of rolling friction, -1.0 points" in told.sentence
 
@@ -65,7 +69,7 @@ def test_a_mean_in_metres():
     assert one.change(one.bars[2]) == "0 m (no log changes)"
 
 
-def test_so_many_factors_are_named_that_one_of_them_is_the_strongest():
+def test_enough_factors_are_named_that_one_of_them_is_the_strongest():
     draws = np.array([[3.0, 1.0, 0.0]] * 90 + [[1.0, 2.0, 0.0]] * 7 + [[0.0, 1.0, 2.0]] * 3)
     assert order_of_strength([0, 1, 2], draws) == [0, 1]
     assert order_of_strength([0, 1, 2], draws[:90]) == [0]
@@ -77,7 +81,8 @@ def indexed(total: list[float], low: list[float], high: list[float], scatter: fl
     """Indices by hand, whose resamples scatter so much."""
     ends, none = np.array([low, high]), np.full(3, np.nan)
     draws = np.array(total) + scatter * np.random.default_rng(2).standard_normal((400, 3))
-    return Indices(0.4, 0.01, 0.005, 0.02, none, np.full((2, 3), np.nan), np.array(total), ends, draws)
+    pair = np.full((2, 3), np.nan)
+    return Indices(0.4, 0.01, 0.005, 0.02, none, pair, np.array(total), ends, draws, np.zeros(3, bool))
 
 
 def test_the_indices_decide_where_there_are_some():
@@ -91,15 +96,16 @@ def test_the_indices_decide_where_there_are_some():
     near = Measured("reach_road", "road", bars, indexed([0.5, 0.6, 0.0], [0.1, 0.2, 0.0], [0.9, 1.0, 0.1], 0.2))
     told = most_influential(near, LOGS)
     assert told.factors == ["rolling_friction", "friction"]
-    assert "is not decided by this many logs (200) and rows" in told.sentence
+    assert "the number of logs and rows of the design (200) is too small" in told.sentence
     empty = Measured("reach_road", "road", bars, indexed([np.nan] * 3, [np.nan] * 3, [np.nan] * 3, 0.0))
     assert most_influential(empty, LOGS).by == "swing"
 
 
-def with_indices(first: list[float], total: list[float]) -> Measured:
+def with_indices(first: list[float], total: list[float], crossed: tuple[bool, ...] = (False,) * 3) -> Measured:
     """Friction moves most alone; the indices say otherwise."""
     one, ends, draws = measured(60, 5, 0), np.array([[0.1] * 3, [1.0] * 3]), np.tile(total, (10, 1))
-    return replace(one, indices=Indices(0.4, 0.01, 0.005, 0.02, np.array(first), ends, np.array(total), ends, draws))
+    known = np.array(first), ends, np.array(total), ends, draws, np.array(crossed)
+    return replace(one, indices=Indices(0.4, 0.01, 0.005, 0.02, *known))
 
 
 def test_every_table_has_the_factors_in_the_order_of_the_picture():
@@ -107,14 +113,37 @@ def test_every_table_has_the_factors_in_the_order_of_the_picture():
     one = with_indices([0.1, 0.3, 0.2], [0.2, 0.7, 0.4])
     names = ["rolling_friction", "log_density_factor", "friction"]
     assert [one.bars[k].factor.name for k in one.strongest_first] == names
-    assert [row["factor"] for row in tornado_rows([one])] == names
-    assert [row["factor"] for row in index_rows([one])] == names
-    assert [row["total"] for row in index_rows([one])] == [0.7, 0.4, 0.2]
-    plain = measured(5, 60, 0)
-    assert [row["factor"] for row in tornado_rows([plain])][:2] == ["rolling_friction", "friction"]
+    order = order_of_factors([one], [most_influential(one, LOGS)])
+    assert [row["factor"] for row in tornado_rows([one], order)] == names
+    assert [row["factor"] for row in index_rows([one], order)] == names
+    assert [row["total"] for row in index_rows([one], order)] == [0.7, 0.4, 0.2]
     shown = lines_of([one], [most_influential(one, LOGS)], FACTS)
     assert [next(k for k, line in enumerate(shown) if line.startswith(f"  {each}")) for each in (
         "rolling friction", "density", "friction")] == [2, 3, 4]  # fmt: skip
+
+
+def test_every_outcome_has_the_factors_in_one_order():
+    """That of the outcome whose sentence stands for all; before, each outcome had its own."""
+    weak, strong = measured(30, 2, 0, share=False), measured(5, 60, 0)
+    both, names = [weak, strong], ["rolling_friction", "friction", "log_density_factor"]
+    answers = [most_influential(each, LOGS) for each in both]
+    rows = tornado_rows(both, order_of_factors(both, answers))
+    assert [row["factor"] for row in rows] == 2 * names
+    assert weak.strongest_first != strong.strongest_first
+    shown = [line.split(" 0.")[0].strip() for line in lines_of(both, answers, FACTS) if line.startswith("  ")]
+    assert shown[:3] == shown[3:]
+    assert shown[0] == "rolling friction"
+
+
+def test_a_bar_never_hides_another():
+    """Both ends of a range may move the outcome the same way, even as far."""
+    axes = Figure().subplots()
+    show_ends(axes, 0.0, 10.0, 7.0, 7.0)
+    show_ends(axes, 1.0, 10.0, 7.0, 12.0)
+    boxes = [each.get_bbox() for each in axes.patches]
+    assert len(boxes) == 4
+    for one, other in combinations(boxes, 2):
+        assert min(one.x1, other.x1) <= max(one.x0, other.x0) or min(one.y1, other.y1) <= max(one.y0, other.y0) + 1e-12
 
 
 def test_the_picture_has_the_factors_in_the_same_order():
@@ -130,13 +159,13 @@ def test_the_picture_has_the_factors_in_the_same_order():
     assert left.get_ylim()[0] > left.get_ylim()[1]
 
 
-def test_a_first_order_index_above_its_total_is_said_to_be_chance():
+def test_indices_that_were_crossed_are_said_to_be_one_mean():
     """Before: 1.00 beside 0.86 without a word."""
-    one = with_indices([1.2, 0.301, 0.2], [0.86, 0.3, 0.4])
-    assert [row["crossed"] for row in index_rows([one])] == [True, False, False]
+    one = with_indices([0.93, 0.3, 0.2], [0.93, 0.3, 0.4], (True, False, False))
+    assert [row["crossed"] for row in index_rows([one], [0, 1, 2])] == [True, False, False]
     told = "\n".join(lines_of([one], [most_influential(one, LOGS)], FACTS))
-    assert "total-effect index 0.86 (0.10 to 1.00) (the first-order one, 1.00, is above it, which is chance" in told
-    assert told.count("is above it") == 1
+    assert "total-effect index 0.93 (0.10 to 1.00) (with the first-order one, estimated above it by chance" in told
+    assert told.count("above it") == 1
 
 
 def test_as_it_is_says_of_which_logs_and_at_which_fidelity():

@@ -7,7 +7,7 @@ import pytest
 
 from deadwood_algorithms.evaluate.sensitivity.design import cube, latin_hypercube, rows_of_design, sobol_sequence
 from deadwood_algorithms.evaluate.sensitivity.factors import Factor
-from deadwood_algorithms.evaluate.sensitivity.indices import indices_of, rows_drawn, weights_of
+from deadwood_algorithms.evaluate.sensitivity.indices import in_order, indices_of, rows_drawn, weights_of
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats.resampling import RESAMPLES, resamples
 
@@ -184,3 +184,22 @@ def test_the_rows_of_the_design_by_hand():
         ("A, dem_noise_m of B 1", pytest.approx(0.1), pytest.approx(6.0), 3),
         ("A, dem_noise_m of B 2", pytest.approx(0.3), pytest.approx(8.0), 4),
     ]  # fmt: skip
+
+
+def test_no_factor_accounts_for_more_alone_than_with_others():
+    """An additive function: both indices of a factor are one number, so that half of the estimates cross by chance.
+
+    Both become a mean of the two, between them; no resample crosses, and one that is not crossed is left as it was.
+    """
+    first, total = np.array([0.9, 0.2, 0.3]), np.array([0.7, 0.4, 0.3])
+    one, other = in_order(first, total, np.array([0.03, 1.0, 0.0]), np.array([0.01, 1.0, 0.0]))
+    assert one == pytest.approx([0.75, 0.2, 0.3])  # three parts of the more exact one
+    assert other == pytest.approx([0.75, 0.4, 0.3])
+    crossed = 0
+    for seed in range(20):
+        found = found_for(lambda u: u[..., 0] + u[..., 1], 2, "latin", 32, seed)
+        crossed += int(found.crossed.sum())
+        assert (found.first <= found.total + 1e-12).all()
+        assert (found.first_interval <= found.total_interval + 1e-12).all()
+        assert ((found.total_interval[0] <= found.total) | (found.total > 1.0)).all()
+    assert crossed >= 10

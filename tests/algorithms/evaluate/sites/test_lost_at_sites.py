@@ -17,7 +17,7 @@ def site(name: str, reached: int, logs: int, lost: int) -> SiteFound:
     )
 
 
-def test_lost_logs_are_said_at_each_site_and_together():
+def test_lost_logs_are_reported_at_each_site_and_together():
     found = [site("A", 17, 60, 10), site("B", 0, 60, 0)]
     first, second = words_of_sites(found)
     assert "road: 28 % (19 to 41 %), 10 others left the terrain model before it: 45 % if all of them reach it" in first

@@ -39,7 +39,7 @@ def test_sizes_are_drawn_from_their_distributions(sample, areas, outcome):
     assert f"DBH {frame['dbh_cm'].mean():.1f} ± {frame['dbh_cm'].std(ddof=0):.1f} cm" in outcome["last"].lines
 
 
-def test_a_draw_that_is_no_log_is_drawn_again_and_said(sample, areas, outcome):
+def test_a_draw_that_is_no_log_is_drawn_again_and_reported(sample, areas, outcome):
     frame = sample(areas(), count=20_000, dbh_cm=44.0, dbh_sd_cm=22.0)
     cut = stats.truncnorm((1.0 - 44) / 22, np.inf, 44, 22)
     assert frame["dbh_cm"].min() >= 1
@@ -87,7 +87,7 @@ def test_mapped_deadwood_gives_rows_as_they_are(sample, areas, tmp_path, outcome
     assert "sizes drawn from 3 mapped logs" in outcome["last"].lines
 
 
-def test_mapped_deadwood_goes_before_the_areas_and_may_be_a_layer_of_trees(sample, areas, tmp_path, said):
+def test_mapped_deadwood_overrides_the_areas_and_may_be_a_layer_of_trees(sample, areas, tmp_path, said):
     trees = gpd.GeoDataFrame({"dbh_cm": [33.0], "height_m": [17.0]}, geometry=[Point(0, 0)], crs=2056)
     trees.to_file(tmp_path / "snags.gpkg")
     frame = sample(areas(dbh_cm=[99.0], speed_ms=[2.0]), count=5, deadwood=str(tmp_path / "snags.gpkg"))
@@ -141,7 +141,7 @@ def test_random_lying_logs_have_any_azimuth_and_the_others_keep_theirs(sample, a
 
 
 def test_distributions_that_give_no_logs(sample, areas):
-    with pytest.raises(UserError, match="give hardly a log; check the numbers and their units"):
+    with pytest.raises(UserError, match="hardly ever give a possible log; check the numbers and their units"):
         sample(areas(), count=100, dbh_cm=0.6, dbh_sd_cm=0.05)
-    with pytest.raises(UserError, match="the distribution of the density gives hardly a log"):
+    with pytest.raises(UserError, match="the distribution of the density hardly ever gives a possible log"):
         sample(areas(), count=100, density_kg_m3=3.0, density_sd_kg_m3=0.05)

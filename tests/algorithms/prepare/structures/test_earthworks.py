@@ -110,7 +110,7 @@ def test_on_a_slope_a_side_ends_where_it_meets_the_ground(slope):
         assert raised[j] == pytest.approx(max(above, 0.0), abs=1e-9)
 
 
-def test_a_side_that_falls_no_steeper_than_the_ground_is_told_as_open():
+def test_a_side_that_falls_no_steeper_than_the_ground_is_reported_as_open():
     ground = grid_of(lambda x, y: 100.0 + 1.2 * y + 0.0 * x)
     line = shapely.LineString([(20.0, 30.0), (40.0, 30.0)])
     structure = made(line, ground, sign=1.0, rise=2.0, half=1.0, left=1.0, right=1.0)

@@ -130,7 +130,7 @@ def test_laws_by_tree():
         ("jucker-global", (174.5, -41.2), ""),
     ],
 )  # fmt: skip
-def test_a_law_used_far_from_its_trees_is_said(name, place, words):
+def test_a_law_used_far_from_its_trees_is_reported(name, place, words):
     assert words in outside_region(PUBLISHED[name], *place)
     assert bool(words) == bool(outside_region(PUBLISHED[name], *place))
 

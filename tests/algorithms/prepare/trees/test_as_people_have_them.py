@@ -28,12 +28,27 @@ def table(head: str, *rows: str) -> str:
     "field",
     ["Umfang", "circonférence", "Circonferenza (cm)", "omtrek", "omtrek_cm", "circ_m", "ST_UMFANG", "girth [mm]"],
 )
-def test_a_girth_is_divided_by_pi_and_said(imported, said, field):
+def test_a_girth_is_divided_by_pi_and_reported(imported, said, field):
     times = 10 if "mm" in field else 0.01 if field.endswith("_m") else 1
     rows = [f"{np.pi * dbh * times:.6f};{height}" for dbh, height in SIZES]
     trees = imported(table(f"x;y;{field};Baumhöhe", *rows))
     assert trees["dbh_cm"].tolist() == pytest.approx([dbh for dbh, _ in SIZES], abs=1e-3)
     assert "is read as the girth in" in " ".join(said.warnings)
+
+
+@pytest.mark.parametrize(
+    ("fields", "times"),
+    [
+        (("diametro_cm", "altezza_m"), (1, 1)),
+        (("Durchmesser_mm", "hoehe_m"), (10, 1)),
+        (("diam_m", "h_ft"), (0.01, 1 / 0.3048)),
+    ],
+)
+def test_a_unit_behind_a_usual_name_is_no_other_name(imported, fields, times):
+    rows = [f"{dbh * times[0]:.8f};{height * times[1]:.8f}" for dbh, height in SIZES]
+    trees = imported(table(f"x;y;{';'.join(fields)}", *rows))
+    assert trees["dbh_cm"].tolist() == pytest.approx([dbh for dbh, _ in SIZES], abs=1e-3)
+    assert trees["height_m"].tolist() == pytest.approx([height for _, height in SIZES], abs=1e-3)
 
 
 def test_a_girth_that_is_called_dbh_is_doubted(imported, said):
@@ -55,7 +70,7 @@ def test_the_tree_s_own_height_before_that_above_the_sea(imported, heads):
     assert trees["height_m"].tolist() == [27.1]
 
 
-def test_a_height_above_the_sea_alone_is_passed_over_and_said(imported, said):
+def test_a_height_above_the_sea_alone_is_passed_over_and_reported(imported, said):
     trees = imported(table("x;y;BHD;Höhe", "41.4;973.9", "52.8;949.6"))
     assert (trees["height_m"] < 60).all()
     assert "perhaps that of the ground above the sea" in " ".join(said.warnings)
@@ -89,7 +104,7 @@ def test_the_least_height_is_an_option(imported):
     assert len(imported(table("x;y;dbh;h", *rows), min_height_m=2.0)) == 1
 
 
-def test_trees_in_one_place_are_said(imported, said):
+def test_trees_in_one_place_are_reported(imported, said):
     rows = [f"{EAST};{NORTH};40;27", f"{EAST};{NORTH};41;27", f"{EAST + 5};{NORTH};41;27"]
     assert len(imported("\n".join(["x;y;dbh;h", *rows]))) == 3
     assert "1 tree has exactly the position of another one" in " ".join(said.warnings)
@@ -135,7 +150,8 @@ def test_places_in_a_third_system_are_not_called_exchanged():
         ("mort sur pied", DEAD), ("arbre sec", DEAD), ("morto in piedi", DEAD), ("secco", DEAD),
         ("Dead standing", DEAD), ("liegend tot", GONE), ("Totholz, liegend", GONE), ("Windwurf", GONE),
         ("gefällt", GONE), ("Stock", GONE), ("chablis", GONE), ("souche", GONE), ("mort couché", GONE),
-        ("abattu", GONE), ("schiantato", GONE), ("ceppaia", GONE), ("morto a terra", GONE), ("lying dead", GONE),
+        ("abattu", GONE), ("schiantato", GONE), ("schianto", GONE), ("ceppaia", GONE),
+        ("morto a terra", GONE), ("lying dead", GONE),
         ("stump", GONE), ("uprooted", GONE), ("lebend", LIVE), ("vivant", LIVE), ("vivo", LIVE), ("sano", LIVE),
         ("Live, insect damaged", LIVE), ("nicht tot", None), ("XB7", None), ("Stockausschlag", None),
         ("mortadella", None),
@@ -145,13 +161,13 @@ def test_what_a_status_means_in_four_languages(word, kind):
     assert meaning_of(code_of(word), None, None) == kind
 
 
-def test_a_status_that_is_not_known_is_said_where_it_decides(imported, said):
+def test_a_status_that_is_not_known_is_reported_where_it_decides(imported, said):
     trees = imported(table("x;y;dbh;h;Zustand", "40;27;lebend", "50;30;XB7", "45;28;liegend tot"))
     assert trees["dbh_cm"].tolist() == [40, 50]
     assert "not known and taken as living are xb7: 1" in " ".join(said.warnings)
 
 
-def test_a_field_of_status_words_under_another_name_is_said(imported, said):
+def test_a_field_of_status_words_under_another_name_is_reported(imported, said):
     head, rows = "x;y;dbh;h;Bemerkung", ("40;27;vivo", "50;30;morto in piedi", "45;28;ceppaia")
     assert len(imported(table(head, *rows))) == 3
     assert "--status-field Bemerkung reads it" in " ".join(said.warnings)

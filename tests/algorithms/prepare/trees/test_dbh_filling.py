@@ -76,12 +76,12 @@ def test_the_crown_of_a_polygon_serves_the_law(imported):
 @pytest.mark.parametrize(
     ("measure", "diameter"), [(None, 8.0), ("diameter", 8.0), ("radius", 16.0), ("area", 2 * np.sqrt(8 / np.pi))]
 )
-def test_what_the_crown_field_holds_can_be_said(imported, measure, diameter):
+def test_what_the_crown_field_holds_can_be_reported(imported, measure, diameter):
     frame = imported(trees(20.0, Krone=[8.0]), "t.gpkg", crown_field="Krone", crown_measure=measure)
     assert frame["crown_diameter_m"][0] == pytest.approx(diameter)
 
 
-def test_swiss_laws_in_new_zealand_are_said(imported, said):
+def test_swiss_laws_in_new_zealand_are_reported(imported, said):
     there = gpd.GeoDataFrame({"height_m": [20.0]}, geometry=[Point(1_749_000.0, 5_428_000.0)], crs=2193)
     imported(there, "nz.gpkg", crs=None)
     assert any("fint-ch was made of trees of Switzerland, and these stand at 41.3" in each for each in said.warnings)
@@ -178,7 +178,7 @@ def test_a_dbh_of_the_table_can_be_replaced(imported, outcome):
     assert "1 DBH of the table set aside (--replace-dbh)" in outcome["last"].lines
 
 
-def test_a_law_that_has_nothing_to_do_is_said(imported, said):
+def test_a_law_that_has_nothing_to_do_is_reported(imported, said):
     known = trees(20.0, dbh_cm=[33.0])
     imported(known, "t.gpkg")
     assert said.warnings == []

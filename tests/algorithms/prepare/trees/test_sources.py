@@ -294,6 +294,6 @@ def test_columns_that_the_source_does_not_write_are_found_by_their_usual_names(r
     assert trees["species"].tolist() == ["Fi"]
 
 
-def test_plain_names_only_when_asked_for(imported):
+def test_plain_names_only_when_requested(imported):
     rows = two(id=[5, 6], h=[20.0, 30.0], dom_radius=[2.1, 3.0], s=["spruce", "fir"])
     assert imported(rows, "apices.gpkg", source="table")["species"].tolist() == ["spruce", "fir"]

@@ -47,7 +47,7 @@ def test_the_usual_words_in_the_usual_fields_are_known(imported, tmp_path, outco
     assert str(outcome["last"].outputs["snags"]) == str(tmp_path / "snags.gpkg")
 
 
-def test_without_the_option_they_are_kept_apart_and_said(imported, outcome):
+def test_without_the_option_they_are_kept_apart_and_reported(imported, outcome):
     assert imported(MIXED)["dbh_cm"].tolist() == [40, 30]
     assert "2 dead standing trees kept apart; --snags writes them as a releases layer" in outcome["last"].lines
 
@@ -66,7 +66,7 @@ def test_codes_of_ones_own(imported, tmp_path):
     assert gpd.read_file(tmp_path / "s.gpkg")["dbh_cm"].tolist() == [50, 30]
 
 
-def test_what_the_user_says_goes_before_the_usual_words(imported, tmp_path):
+def test_what_the_user_says_overrides_the_usual_words(imported, tmp_path):
     text = table("40;25;lebend", "50;20;liegend")
     imported(text, dead_values="liegend", status_field="Zustand", snags=str(tmp_path / "s.gpkg"))
     assert gpd.read_file(tmp_path / "s.gpkg")["dbh_cm"].tolist() == [50]

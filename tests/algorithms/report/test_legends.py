@@ -1,0 +1,44 @@
+"""The legend of a map lies within the figure, beside a tall map or below, in every language."""
+
+from __future__ import annotations
+
+import itertools
+
+import matplotlib
+import pytest
+from matplotlib.patches import Patch
+
+from deadwood_algorithms.report.answer_figures import NARROW
+from deadwood_algorithms.report.figures import STYLE, WIDTH
+from deadwood_algorithms.report.languages import LANGUAGES
+from deadwood_algorithms.report.plan import has_room_beside, legend_of_map, map_frame
+from deadwood_algorithms.report.words import Words
+
+WIDE, TALL = (0.0, 0.0, 300.0, 200.0), (0.0, 0.0, 200.0, 320.0)
+EDGE_IN = 0.02
+BOUNDS = (None, 0.1, 1.0, 10.0, None)  # of classes of shares [%]
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("width", [NARROW, WIDTH])
+@pytest.mark.parametrize("extent", [WIDE, TALL])
+def test_all_entries_lie_within_the_figure(language, width, extent):
+    """Before, "10 % of the logs and more" was cut off in a narrow figure."""
+    words = Words(language)
+    classes = [{"unit": "%", "low": low, "high": high} for low, high in itertools.pairwise(BOUNDS)]
+    labels = [words.say("layer_lines"), *(words.of_class(each) for each in classes)]
+    labels += [words.say("layer_deposits", stop=words.stop(each)) for each in ("tree", "rest", "lying_log")]
+    with matplotlib.rc_context(STYLE):
+        figure, _ = map_frame(extent, words, width)
+        legend_of_map(figure, [Patch(label=each) for each in labels])
+        figure.draw_without_rendering()
+        box, (wide, tall) = figure.get_tightbbox(), figure.get_size_inches()
+    assert min(box.x0, box.y0) > -EDGE_IN
+    assert box.x1 < wide + EDGE_IN
+    assert box.y1 < tall + EDGE_IN
+
+
+def test_a_tall_map_has_its_legend_beside_it():
+    assert has_room_beside(TALL, WIDTH)
+    assert not has_room_beside(WIDE, WIDTH)
+    assert not has_room_beside(TALL, NARROW)
