@@ -56,7 +56,7 @@ class Took:
 
 
 class Clock:
-    """Since it was made, for what this process and its children did."""
+    """Time since it was created, for the work of this process and its children."""
 
     def __init__(self) -> None:
         self.wall, self.cpu, self.here = time.perf_counter(), self._cpu(), time.process_time()

@@ -28,7 +28,8 @@ CRAWL_SPACINGS, CRAWL_DENSE = (2.0, 1.0, 0.5, 0.25), 0.125  # [m]
 PLANE_SPACING = 4.0  # [m]
 SWITCH_LOGS = 2000  # where chance among few logs would hide whether a pair differs in reach
 SWITCH_REPEATS = 5
-BESIDE = 128  # cells of a window beside the slope, or the end of a log that leans out of it hangs over nothing
+# cells of a window beside the slope; otherwise the end of a log that extends beyond it would hang in the air
+BESIDE = 128
 MANY, MANY_REPEATS = 20_000, 3  # logs whose wall time is taken, and how often
 LARGE = 4000  # cells along a side of the DEM that a window is cut from
 
@@ -41,7 +42,7 @@ def _node_time(step: float) -> float:
 def _on_the_way(
     scene: Scene, row: Fidelity, moments: tuple[float, ...], speeds: tuple[float, float], blocks: int, threads: int
 ) -> Start:
-    """Logs as they are some time after their release, those of them that move so fast."""
+    """Logs in motion, some time after their release; those faster than a limit."""
     starts = []
     for block in range(blocks):
         start = place_logs(scene, scenes.logs_of_block(block, study.BLOCK))

@@ -72,7 +72,7 @@ def one(folder: Path, keep: str) -> dict[str, float]:
 
 
 def measure(logs: int, keep: str) -> dict[str, Any]:
-    """The same in a process of its own, on files that are made for it."""
+    """The same in a separate process, on files made for it."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "benchmarks.memory"]
         subprocess.run([*command, "make", folder, str(logs)], check=True)

@@ -206,7 +206,7 @@ def plane_table(results: Row) -> str:
 
 
 def switch_table(results: Row) -> str:
-    """What the engine saves where less is asked for."""
+    """The engine's savings where less is required."""
     rows = [
         [
             r["what"],
@@ -381,7 +381,7 @@ def snippet(results: Row) -> str:
 
 
 def with_snippet(text: str, results: Row) -> str:
-    """A page with the short table replaced; as it is, where no place is marked."""
+    """A page with the short table replaced; unchanged if no place is marked."""
     return MARKS.sub(lambda found: found[1] + snippet(results) + found[2], text)
 
 

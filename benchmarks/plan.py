@@ -73,10 +73,10 @@ SECTIONS: dict[str, tuple[Callable[..., dict[str, Any]], float]] = {
 
 
 def outlook(parts: Sequence[Part] = PLAN) -> list[tuple[Part, int, float]]:
-    """Each part with the logs that it has yet to slide, of all its scenes and settings, and the CPU seconds for them.
+    """Each part with the logs still to be slid, over all its scenes and settings, and the CPU seconds for them.
 
-    By the first blocks of the same, where there are some, else by what the results file says of an engine before, else
-    by the pilots.
+    From the first blocks of the same if there are any, else from the results file of an earlier engine, else
+    from the pilots.
     """
     found: list[tuple[Part, int, float]] = []
     there: dict[tuple[str, str], int] = {}
@@ -111,7 +111,7 @@ def do_sections(names: list[str], *, threads: int) -> None:
 
 
 def chosen(names: Sequence[str]) -> tuple[list[Part], list[str]]:
-    """Parts of the plan and small studies by name (the first words of a part's do); all where there are none."""
+    """Parts of the plan and small studies by name (the first words of a part); all if none is named."""
     if not names:
         return list(PLAN), list(SECTIONS)
     parts = [part for part in PLAN if any(part.what.startswith(name) for name in names)]

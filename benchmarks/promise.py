@@ -1,13 +1,13 @@
-"""Does `slide-logs --fidelity auto --error` keep its promise, and what does it save? many runs from one pool.
+"""Does `slide-logs --fidelity auto --error` keep its promise, and what does it save? Many runs from one pool.
 
-python -m benchmarks.promise                    from what is stored of draft, standard, fine and reference
-python -m benchmarks.promise --logs 4000        slides that many logs per scene and fidelity first, where missing
+python -m benchmarks.promise                    from the stored logs of draft, standard, fine and reference
+python -m benchmarks.promise --logs 4000        first slides this number of logs per scene and fidelity, if missing
 
-What each stored log did (``study``) is a pool. A run draws its logs from the pool with replacement, so the pool is the
-population and its share at `reference` the truth, known exactly; the decisions are the product's own (`keep_error`).
-How far `standard` is from `reference` in a pool is its own luck as well, so what is assumed of `standard` may fail in a
-pool that is too small though it holds on the slope: each pool's own distance stands beside what was assumed. Written
-are ``promise.json`` and ``promise.md``.
+The results of each stored log (``study``) form a pool. A run draws its logs from the pool with replacement, so the pool
+is the population and its share at `reference` the true value, known exactly; the decisions are the product's own
+(`keep_error`). The distance of `standard` from `reference` in a pool has a sampling error as well, so the assumption
+about `standard` may fail in a small pool although it holds on the slope: each pool's own distance is given beside the
+assumption. Writes ``promise.json`` and ``promise.md``.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ def _scene(name: str) -> Scene:
 
 
 def _arrays(value: Any, name: str) -> Iterator[tuple[str, Any]]:
-    """All arrays of a record, with what they are called; what it cost is none of it."""
+    """All arrays of a record, with their names; its costs are not included."""
     if isinstance(value, np.ndarray):
         yield name, value
     elif dataclasses.is_dataclass(value):

@@ -1,8 +1,9 @@
-"""The scenes of the study: synthetic, seeded, built here, so that nobody needs data to repeat it.
+"""The scenes of the study: synthetic, seeded, generated here, so that they can be reproduced without data.
 
 Local frame: x to the east (0 to WIDTH), y up the slope to the north (0 to LENGTH); slopes fall to the south. Every
-terrain is made at FINEST cells and averaged to coarser ones, as a laser scan is: so the same ground can be had with any
-cell size. Relief is a sum of random waves with the wavelengths that matter to a log of 30 m (``sample/slope.py``).
+terrain is generated with FINEST cells and averaged to coarser ones, as a laser scan is: the same ground is available
+with any cell size. Relief is a sum of random waves with the wavelengths that matter to a log of 30 m
+(``sample/slope.py``).
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ RELEASE, RELEASE_RADIUS, CLEARING = (120.0, 300.0), 5.0, 25.0  # [m]
 STEMS_PER_HA, DBH_MEAN, DBH_SD, DBH_LEAST = 200.0, 0.60, 0.19, 0.10  # the sizes of the paper's Klosters forest
 LINES_Y = tuple(float(y) for y in (*range(260, 40, -20), 50, 40, 30, 20, 10))  # [m] lines whose reach is counted
 FAR_BANK, RISE = 60.0, np.tan(np.radians(14.0))  # [m] y where the ground beyond the gully begins to rise, and how
-RING_LOG = (0.6, 25.0, 0.5)  # [m] base diameter and length of the logs that are made of rings, and the rings' distance
+RING_LOG = (0.6, 25.0, 0.5)  # [m] base diameter and length of the logs made of rings, and the distance of the rings
 POSTURES = ("upright", "lying", "random-lying")  # as the releases' orientation calls them; lying: down the slope
 LINE_MARGIN = 1.0  # [m] between the ends of the lines and the sides of the DEM
 

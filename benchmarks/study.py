@@ -156,7 +156,7 @@ def slide_logs(name: str, setting: Setting, logs: Logs, **more: Any) -> Result:
 
 
 def slide_block(name: str, setting: Setting, block: int, threads: int) -> None:
-    """Slide one block of logs and keep what became of them."""
+    """Slide one block of logs and store the results."""
     built = build_for(name, setting)
     rasters = fresh_rasters(built.scene, threads)
     logs = scenes.logs_of_block(block, BLOCK)

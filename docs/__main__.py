@@ -23,7 +23,7 @@ def build(folder: Path, *, notebooks: bool = True) -> int:
     sys.path[:0] = packages
     os.environ["PYTHONPATH"] = os.pathsep.join([*packages, os.environ.get("PYTHONPATH", "")])
     os.environ["DEADWOOD_DOCS_NOTEBOOKS"] = "cache" if notebooks else "off"
-    os.environ.pop("MPLBACKEND", None)  # the kernel draws into the notebook where nothing else is asked for
+    os.environ.pop("MPLBACKEND", None)  # the kernel draws into the notebook by default
     source, html = folder / "source", folder / "html"
     stage(source)
     shutil.rmtree(html, ignore_errors=True)

@@ -73,7 +73,7 @@ def _tool(tool: Tool) -> str:
 
 
 def marked(text: str) -> str:
-    """A text of the command line with options as code and pages as links, but for what is code already."""
+    """A text of the command line with options as code and pages as links, except where it is code already."""
     parts = CODE.split(text)  # every second one is code
     for k in range(0, len(parts), 2):
         parts[k] = FLAG.sub(r"`\g<0>`", parts[k])

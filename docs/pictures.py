@@ -68,7 +68,7 @@ class Page:
         time.sleep(2.0)
 
     def part(self, element: str, until: str = "null") -> Image.Image:
-        """The element that a JavaScript expression names, as it is on the screen, or from it to the next named one."""
+        """The element named by a JavaScript expression, as on the screen, or from it to the next named one."""
         box = self.browser.ask(
             f"(() => {{ const e = {element}; const after = {until}; e.scrollIntoView({{block: 'start'}});"
             " return new Promise((done) => requestAnimationFrame(() => setTimeout(() => {"

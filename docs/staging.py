@@ -1,7 +1,7 @@
-"""The sources of the site, put together: pages of this folder, pages that live beside the code, generated pages.
+"""The sources of the site, assembled: pages of this folder, pages kept beside the code, generated pages.
 
 A page stays where those who work on the code look for it, and links to others as files of the repository, so that it
-reads there too. Here every page gets its place on the site, and the links follow.
+can be read there too. Here every page gets its place on the site, and the links are adapted.
 """
 
 from __future__ import annotations

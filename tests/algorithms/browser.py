@@ -175,7 +175,7 @@ class Browser:
         return taken
 
     def hard_to_use(self) -> list[str]:
-        """What axe finds on the page that is serious or critical, whoever uses it in whatever way: rule and place."""
+        """What axe finds on the page that is serious or critical: rule and place."""
         if not self.ask("'axe' in window"):
             self.call("Runtime.evaluate", expression=axe())
         found = self.ask("axe.run(document, {resultTypes: ['violations']}).then((told) => told.violations)")

@@ -16,7 +16,7 @@ QUIET = {"DASK_LOGGING__DISTRIBUTED": "critical"}
 
 
 class Site:
-    """A scheduler; workers as they are asked for. `stop` ends all that it has started, whatever their state."""
+    """A scheduler, and workers on request. `stop` ends all that it has started, whatever their state."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -1,10 +1,10 @@
-"""Run by ``test_bounds``: scenes of every kind with every index checked, and defects planted to see that it is.
+"""Run by ``test_bounds``: scenes of every kind with every index checked, and planted defects to verify the check.
 
-Compiled code reads and writes beside its tables in silence. Two modes look: NUMBA_BOUNDSCHECK=1 compiles the check
-into every kernel (50 s for all that logs run; such kernels cannot be kept), and NUMBA_DISABLE_JIT=1 runs the kernels as
-Python (no compilation; NumPy checks). Logs have the first, for only there a number that is none becomes the integer
-that it becomes for users; clouds, whose kernels would take as long again, and sweeps of stored poses have the second.
-Prints one line of JSON: what ended how, and which planted defects were seen.
+Compiled code reads and writes beyond its tables silently. Two modes detect it: NUMBA_BOUNDSCHECK=1 compiles the check
+into every kernel (50 s for all that logs need; such kernels cannot be cached), and NUMBA_DISABLE_JIT=1 runs the kernels
+as Python (no compilation; NumPy checks). Logs use the first, because only there an invalid number becomes the same
+integer as for users; clouds, whose kernels would take as long again, and sweeps of stored poses use the second. Prints
+one line of JSON: which case ended how, and which planted defects were detected.
 """
 
 import json
@@ -44,7 +44,7 @@ FINE = FIDELITIES["standard"]
 
 
 def scene(*kinds: str) -> Scene:
-    """A rough slope of 24 x 24 m, a window of a larger DEM, with what is asked for in the logs' way."""
+    """A rough slope of 24 x 24 m, a window of a larger DEM, with the requested obstacles in the path of the logs."""
     rng = np.random.default_rng(4)
     cells = int(SIZE / 0.5)
     heights = 0.7 * 0.5 * np.arange(cells)[:, None] + 0.15 * rng.random((cells, cells))
@@ -114,7 +114,7 @@ def slid(
 
 
 def ends(*options) -> dict[str, int]:
-    """How many logs ended for what reason."""
+    """Number of logs by stop reason."""
     _, result = slid(*options)
     return {name: int((result.stop_reason == code).sum()) for code, name in enumerate(STOP_REASONS)}
 
@@ -134,7 +134,7 @@ def sweeps(start: Start, result: Result) -> int:
 
 
 def seen(table: str, rows: int, place: Scene, *rest) -> bool:
-    """Whether a table of a worker that is too short is noticed: a check that cannot fail is none."""
+    """Whether a worker's table that is too short is detected: a check that cannot fail is useless."""
     whole = Scratch.allocate
 
     def short(*sizes) -> Scratch:

@@ -85,7 +85,8 @@ def test_pierced_is_what_a_dense_search_finds():
 
 def test_deepest_point_of_a_face_below_the_top():
     """Of a dense disc's points below a level top, the one deepest against the plate; none of a face that hangs over it:
-    its middle is on its own side, and where it crosses the plate's plane it is above the top."""
+    its centre is on its own side, and it crosses the plate's plane above the top.
+    """
     told = {True: 0, False: 0}
     for seed in range(400):
         rng = np.random.default_rng(seed)

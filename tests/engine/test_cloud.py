@@ -101,7 +101,7 @@ def test_the_matrix_turns_as_the_quaternion():
 
 
 def test_it_is_put_on_the_ground_with_its_lowest_point():
-    """The least vertical gap of its points to rough ground is what was asked for, in every log's own frame."""
+    """The least vertical gap of its points to rough ground is the requested one, in every log's own frame."""
     rng = np.random.default_rng(4)
     terrain = Scene.prepare(rng.random((30, 30)), 1.0, 0.0, 0.0, friction=0.3).arrays.terrain
     shape, number = box(), 6

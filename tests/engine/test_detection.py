@@ -67,7 +67,7 @@ def told(scratch, count):
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", ["open", "far", "all"])
 def test_what_is_known_to_be_far_is_not_missed(plain, seed, kind):
-    """A log that remembers where it need not look, beside one that knows nothing at any pose: the same contacts."""
+    """A log that stores where no query is needed, beside one without that knowledge at any pose: the same contacts."""
     find = plain("detection").find_contacts
     scene, rows = scene_of(kind), 130
     knowing, fresh = (Scratch.allocate(STATIONS, rows, 1, None) for _ in range(2))

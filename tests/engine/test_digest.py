@@ -24,7 +24,7 @@ class C:
 
 @pytest.fixture
 def told(tmp_path, monkeypatch):
-    """The digest of a small engine in a folder of its own, made anew at every call."""
+    """The digest of a small engine in a separate folder, computed again at every call."""
     folder = tmp_path / "engine"
     folder.mkdir()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
@@ -91,7 +91,7 @@ def test_another_compiler_is_another_engine_and_what_is_no_source_is_none(told, 
 
 
 def test_what_is_remembered_is_believed_only_whole(told, tmp_path):
-    """It spares the parsing; a line that was cut or changed is none, and neither is what is not to be written."""
+    """It saves the parsing; a truncated or changed line is ignored, and so is an unwritable file."""
     before, file = told(), tmp_path / "cache" / "deadwood-toolbox" / digest.REMEMBERED
     whole = file.read_text()
     read, found, _ = whole.split()

@@ -1,4 +1,4 @@
-"""Aitken's extrapolation: exact on a geometric sequence, and it stops where a contact lets go and at the cones."""
+"""Aitken's extrapolation: exact on a geometric sequence, and it stops where a contact opens and at the cones."""
 
 import math
 
@@ -59,7 +59,7 @@ def test_of_a_line_it_stops_where_an_end_lets_go(random_contacts, seed):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_impulses_and_velocities_continue_together(random_contacts, seed):
-    """Each stays in its cone, and the velocities change by what the impulses that are left of it change."""
+    """Each stays in its cone, and the velocities change according to the remaining change of the impulses."""
     rng = np.random.default_rng(seed)
     table, times = random_contacts(rng, 5), rng.uniform(0.0, 50.0)
     for name in ("last_n", "last_t", "last_u"):

@@ -88,8 +88,9 @@ def check(table, state, before, left, *, tolerance):
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.8, 1.0])
 @pytest.mark.parametrize("seed", range(60))
 def test_no_contact_approaches_and_none_gives_energy(seed, restitution):
-    """Whatever Newton's law, contact by contact, asked for. A later contact of the last sweep moves an earlier one by
-    the couplings (below 10) times the tolerance, and there are up to six."""
+    """Whatever Newton's law, contact by contact, demanded. A later contact of the last sweep moves an earlier one by
+    the couplings (below 10) times the tolerance, and there are up to six.
+    """
     rng = np.random.default_rng(seed)
     table, state = problem(rng, int(rng.integers(1, 7)), restitution=restitution)
     before = kinetic(state)
@@ -111,8 +112,10 @@ def test_newton_s_law_gives_energy_in_some_of_these():
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 @pytest.mark.parametrize("seed", range(40))
 def test_a_wedge_that_no_motion_leaves_on_both_sides(seed, restitution):
-    """Newton's law asks for what cannot be, and sweeps find no end. No work is done however few sweeps are granted;
-    the log is held out as soon as they are enough."""
+    """Newton's law demands the impossible, and sweeps do not converge. No work is done however few sweeps are
+    permitted;
+    the log is kept out as soon as there are enough.
+    """
     for sweeps in (1, 5, 50, 20_000):
         rng = np.random.default_rng(seed)
         table, state = problem(rng, 2 * int(rng.integers(1, 4)), restitution=restitution, wedge=True)

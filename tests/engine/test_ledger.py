@@ -77,7 +77,7 @@ def test_a_pause_ends_a_hit_and_another_stem_is_another(scene):
 
 
 def test_what_begins_no_hit(scene):
-    """The ground, a contact without a push, and a push that is rounding; the last goes on where one has begun."""
+    """The ground, a contact without an impulse, and an impulse that is rounding; the last continues a hit."""
     hits = np.zeros((9, HIT_WIDTH))
     none = (-1, 5.0, -3.0, 0.0, 0.0), (1, 0.0, -3.0, 0.0, 0.0), (1, 1e-9, -3.0, 0.0, 0.0)
     assert pushes(scene, hits, 0, 1.0, *none) == 0

@@ -39,7 +39,7 @@ def test_against_quadrature_and_the_cylinder(taper):
     transverse = quad(
         lambda s: np.pi * (radius(s) ** 4 / 4 + radius(s) ** 2 * (s - centre) ** 2), 0, length, epsabs=0, epsrel=1e-13
     )[0]
-    # quadrature is asked for 1e-13; the parallel-axis shift of the closed form loses one digit
+    # quadrature to 1e-13; the parallel-axis shift of the closed form loses one digit
     assert row[MASS] == pytest.approx(volume, rel=1e-12)
     assert row[CENTRE] == pytest.approx(centre, rel=1e-12)
     assert row[AXIAL] == pytest.approx(axial, rel=1e-12)

@@ -1,4 +1,4 @@
-"""The one narrow phase against brute force: densely sampled cores, and a cone as it is defined."""
+"""The narrow phase against brute force: densely sampled cores, and a cone from its definition."""
 
 import numpy as np
 import pytest
@@ -179,7 +179,7 @@ def test_a_stump_is_touched_as_the_body_that_it_is():
 
 
 def test_a_log_across_a_stump_lies_on_all_of_its_flat_top():
-    """Level, 10 cm beside its middle: the chord below its axis, as long as it is there."""
+    """Horizontal, 10 cm beside its middle: the chord below its axis, over its full length."""
     body = solid(taper=1.0)
     cone = cone_of(body)
     start, t, long = top_chord(cone, (0.0, 0.1, 2.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.3, 0.1)

@@ -1,4 +1,4 @@
-"""How long a log may go on beside obstacles: nowhere has its axis left the room that the bound gives it."""
+"""How far a log may move beside obstacles: its axis nowhere leaves the room given by the bound."""
 
 import numpy as np
 import pytest

@@ -74,7 +74,9 @@ def test_upright_log_is_a_disc_in_plan():
 
 
 def test_touched_lines():
-    """A line is touched by the outline's edge, not only by the axis; a near miss is none; first pose is reported."""
+    """A line is touched by the outline's edge, not only by the axis; a near miss does not count; the first pose is
+    reported.
+    """
     lines = Lines(np.array([[0, 3.0], [10, 3.0], [0, 8.0], [10, 8.0], [20, 0], [20, 9.0]]), np.array([0, 2, 4, 6]))
     base = np.array([[2, 1, 0], [2, 2.0, 0], [2, 2.75, 0]], float)
     tip = base + np.array([4.0, 0, 0])
@@ -193,8 +195,9 @@ def test_rows_of_logs_that_there_are_not_are_refused():
 
 
 def test_outlines_far_apart_lose_no_cell_and_no_line():
-    """The same logs' ways with an outline in every step, and with those that are due: what the one hits, the other
-    does, but for what lies within a fifth of a cell and a step's way of the area's border; and it hits few more."""
+    """The same trajectories with an outline in every step, and with those that are due: both hit the same, except
+    within a fifth of a cell and a step's travel of the area's border; and the latter hits few more.
+    """
     rng = np.random.default_rng(5)
     heights = 0.7 * 0.5 * np.arange(240)[:, None] + 0.4 * rng.random((240, 160))
     roads = Lines(np.array([[x, y] for y in range(10, 100, 5) for x in (0.0, 80.0)]), 2 * np.arange(19))

@@ -1,4 +1,4 @@
-"""Asking for memory ahead changes nothing, wherever it is asked for; in plain Python it does nothing at all."""
+"""Prefetching memory changes nothing, wherever it is used; in plain Python it does nothing at all."""
 
 import numba
 import numpy as np

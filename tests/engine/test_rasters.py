@@ -41,7 +41,7 @@ def test_workers_are_put_together(scene):
         assert np.isnan(told[name]).any()
     danger = sum(worker.danger for worker in made.workers)
     assert np.array_equal(told["danger"], danger.reshape(3, *SHAPE))
-    # what is told is a copy: the run goes on
+    # the returned arrays are copies: the run continues
     told["hit_count"][...] = 99
     assert np.array_equal(made.totals()["hit_count"], hits)
 

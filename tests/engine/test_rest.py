@@ -1,4 +1,4 @@
-"""What holds a log at rest, and that logs come to it."""
+"""What holds a log at rest, and that logs come to rest."""
 
 import math
 

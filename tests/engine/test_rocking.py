@@ -74,7 +74,7 @@ def test_a_slower_creep_is_within_what_a_place_means():
 
 
 def test_a_fast_window_reports_nothing_about_where_a_log_stays():
-    """The watch starts anew: a wide swing that turns slowly is none about the place where it turns."""
+    """The observation starts again: the slow turning point of a wide oscillation does not count as a place."""
     place, energy = swing(1.0, 0.1)
     fast_until = 10.0
     found = decided(place, lambda t: 100.0 if t < fast_until else energy(t))

@@ -24,7 +24,7 @@ def test_every_candidate_and_every_obstacle_has_its_contact(stations, cores):
     assert min(map(len, (made.contacts, made.keys, made.old_keys, made.old_contacts))) >= most
     assert len(made.contacts) == len(made.keys) == len(made.old_keys) == len(made.old_contacts)
     assert made.rings.shape[1] == stations
-    # one more than there are, for a list that is asked for what comes behind its last
+    # one more than there are, for a list that is read one place beyond its last
     assert min(map(len, (made.listed, made.near_cores, made.hit_trees, made.hit_barriers))) >= cores
     assert min(len(made.left), len(made.right)) >= 30
 

@@ -1,4 +1,4 @@
-"""From a stage a log goes on without an obstacle as it would from its release, bit for bit."""
+"""From a stage a log continues without an obstacle as it would from its release, bit for bit."""
 
 import sys
 

@@ -1,6 +1,6 @@
-"""One step, phase by phase: how long it is, what it enters into the books, and where a slide ends.
+"""One step, phase by phase: its length, its entries in the balances, and where a slide ends.
 
-The kernels run as Python here; what a slide comes to is held by tests/physics and tests/extremes.
+The kernels run as Python here; the results of slides are tested in tests/physics and tests/extremes.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What a log knows of its surroundings, and that the next one knows nothing of it."""
+"""What a log knows of its surroundings, and that none of it passes to the next one."""
 
 import numpy as np
 import pytest

@@ -23,7 +23,7 @@ def test_a_stem_has_its_height_and_ends_in_half_a_sphere(diameter, height):
     top = start + core.long + core.wide + core.slope * core.long
     assert top == pytest.approx(height, abs=1e-9)
     assert core.wide + core.slope * core.long == pytest.approx(0.25 * diameter, abs=1e-12)  # half of the radius
-    assert start < 0.0  # it goes on below ground, for beside it the ground may be lower
+    assert start < 0.0  # it continues below ground, because beside it the ground may be lower
     assert abs(core.slope) <= 1.0  # or the sphere at one end would swallow that at the other
 
 

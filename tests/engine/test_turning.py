@@ -1,6 +1,6 @@
-"""Planes that turn under a sliding body: what weight and blow work, on a body whose contact is at its centre.
+"""Planes that turn under a sliding body: the work of weight and impact, on a body whose contact is at its centre.
 
-There levers are none and the Delassus block is 1, so that a solve is one line of the test's own.
+There are no lever arms and the Delassus block is 1, so that a solve is one line in the test.
 """
 
 import math
@@ -22,7 +22,7 @@ def normal(angle):
 
 
 def turned(angle, *, target=0.0, kick=G_DT, flat=1e-9, kind=TERRAIN, row=0):
-    """A body that slid along level ground comes to ground that rises by ``angle``: (contact, velocity at the node)."""
+    """A body that slid along level ground reaches ground that rises by ``angle``: (contact, velocity at the node)."""
     state = np.zeros(16)
     state[7], state[13] = SPEED, 1.0
     state[9] = -0.5 * kick

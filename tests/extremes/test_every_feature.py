@@ -172,7 +172,7 @@ def test_the_ruler_measures_what_is_known():
 
 @dataclass
 class Feature:
-    """What is scanned: the obstacles, and the box (x, y, z) in which a place of the log comes upon them."""
+    """What is scanned: the obstacles, and the box (x, y, z) in which a point of the log meets them."""
 
     box: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
     parts: dict = field(default_factory=dict)
@@ -301,7 +301,7 @@ def deepest_of(at, scene, begin, fidelity, *, time_limit, allowed=0.0, **options
 @pytest.mark.parametrize("fidelity", ["standard", "reference"])
 @pytest.mark.parametrize("name", FEATURES)
 def test_nothing_sinks_into_it(at, name, fidelity):
-    """3000 logs that come upon a feature with an end's rim or face or their side, slowly and fast, and slide on."""
+    """3000 logs that meet a feature with an end's rim or face or their side, slowly and fast, and slide on."""
     feature = FEATURES[name]
     scene = Scene.prepare(np.zeros((121, 121)), 1.0, -60, -60, friction=0.25, **feature.parts)
     begin = thrown(at, scene, feature, NUMBER, 7)

@@ -95,7 +95,7 @@ def test_palisade(at, fidelity, way, log, tree, spacing):
 @pytest.mark.parametrize("way", ["head", "base", "broadside", "anyhow"])
 @pytest.mark.parametrize("log", [(0.75, 30.0), (0.4, 8.0), (0.02, 4.0)])
 def test_long_plate(at, fidelity, way, log):
-    """A plate of no thickness, made of many pieces: every joint is as tight as the middle."""
+    """A plate of zero thickness, consisting of many pieces: every joint is as tight as the middle."""
     scene = at.flat(barriers=at.barrier((ROW, -50), (ROW, 50)), cell=0.5)
     begin = shots(at, scene, at.body(*log), 30, 2, way=way)
     result = never_behind(at, scene, begin, fidelity, 0.03)

@@ -117,7 +117,7 @@ def test_stems_of_every_thickness(at, diameter):
     result = slid(at, scene, begin, time_limit=4.0)
     assert result.tree_hits[0] == 1
     assert result.end_position[0, 0] < 30.0 - 0.5 * diameter
-    # plastic impact at the centre of mass: all but what the taper lets turn is gone
+    # plastic impact at the centre of mass: everything is lost except what the taper turns into rotation
     assert abs(result.last_state[0, 7]) < 0.2
 
 
@@ -165,14 +165,14 @@ def test_a_taller_log_leans_on_a_lower_tree(at):
 
 @pytest.mark.parametrize("fidelity", ["draft", "standard", "fine"])
 def test_certified_rest_is_rest(at, fidelity):
-    """Logs that the run calls held or at rest stay where they are in the same run without the certificate, for 60 s:
-    but for what its solver's tolerance lets them creep.
+    """Logs that the run reports as held or at rest stay where they are in the same run without the certificate, for 60
+    s, except for creep within the solver's tolerance.
 
-    With rolling friction: on rigid ground a log that turns about its axis by 1e-3 rad/s (0.2 mm/s, by what a look at
-    slow logs allows) is stopped by nothing and rolls on for a minute (one in sixty, at fine).
+    With rolling friction: on rigid ground nothing stops a log that turns about its axis by 1e-3 rad/s (0.2 mm/s, within
+    the limit of the test for rest), and it rolls on for a minute (one in sixty, at fine).
 
-    (Let go from their last pose alone one in sixty slips, in any row: friction among several contacts has many
-    solutions, and what held them is in the impulses.)
+    (Released from their last pose alone one in sixty slips, in any row: friction among several contacts is not unique,
+    and what held them is in the impulses.)
     """
     rng = np.random.default_rng(8)
     heights = 0.55 * np.arange(140)[:, None] + 0.4 * rng.random((140, 100))
@@ -315,8 +315,8 @@ def test_an_end_askew_over_a_top_edge_is_borne_by_its_rim(at, fidelity, beyond):
     assert result.overlap_max[0] < 0.01
 
 
-# Turning within a step is what the contact of the pose a step ahead leaves out, of second order in the step: twice
-# the deepest of 3000 logs at draft and standard, more at the two whose depth nobody would see
+# Rotation within a step is what the contact of the predicted pose neglects, of second order in the step: twice
+# the deepest of 3000 logs at draft and standard, more at the two whose depth is negligible
 SINKS = {"draft": 0.06, "standard": 0.02, "fine": 0.01, "reference": 0.001}
 
 

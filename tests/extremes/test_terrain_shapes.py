@@ -126,7 +126,7 @@ def test_saddle_bridges_a_gully_on_its_two_ends(at, fidelity):
     logs = Logs.alike([15.0], [40.0], orientation=1)
     begin, result = slid(at, scene, logs, fidelity=fidelity, time_limit=60.0)
     assert at.reasons(result) == ["rest"]
-    # the base rests on its radius, the tip on its own, as the taper lets it down
+    # the base rests on its radius, the tip on its own, as the taper lets it
     assert result.end_position[0, 2] == pytest.approx(0.375 - 0.1875 * begin.body[0, at.CENTRE] / 30.0, abs=0.02)
     assert at.sunk(scene, begin, result.base_end[0], result.tip_end[0]) < 0.01
 

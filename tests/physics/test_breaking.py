@@ -151,7 +151,7 @@ def test_on_a_slope_a_tree_takes_its_capacity_beside_the_ground(fidelity):
 
 
 def test_trees_that_cannot_break_and_trees_without_a_capacity_are_the_same_bits():
-    """An infinite capacity; and one that no hit comes to, though it is watched in every step."""
+    """An infinite capacity; and one that no hit reaches, although it is monitored in every step."""
     found = []
     for capacity in (None, np.inf, 1e12):
         scene = slope_in_a_stand(capacity)

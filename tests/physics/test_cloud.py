@@ -76,7 +76,7 @@ def tilted(degrees, axis=1):
 
 
 def wheel(corners, radius=0.3, speed=8.0):
-    """A wheel of so many corners that rolls over level ground without slip: (scene, start, shape)."""
+    """A wheel with a number of vertices that rolls over level ground without slip: (scene, start, shape)."""
     shape, scene = rings(corners, 2, 4.0, radius, radius), flat(friction=0.6)
     begin = start(scene, shape, (0, 0, radius), velocity=(speed, 0, 0), quaternion=tilted(-90.0, 0))
     begin.state[0, 10:13] = np.cross((0, 0, 1), (speed, 0, 0)) / radius

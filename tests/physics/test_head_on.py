@@ -1,8 +1,9 @@
-"""What stops logs in a forest: one stem, hit head on, beside its middle, across, and on its taper.
+"""What stops logs in a forest: one stem, hit head on, off its middle, broadside, and on its taper.
 
-A plane of 35 degrees, one stem, a log of a = 0.375 m at 10 m/s, mu 0.25. In plan an end disc square to the slope is an
-ellipse of half axes a and a sin 35; it meets the stem with a normal o / (R + a / sin 35) off its axis, o the offset of
-the two, and sticks up to atan mu. So a stem holds it up to o = (R + a / sin 35) sin(atan mu), and lets it go beyond.
+A plane of 35 degrees, one stem, a log of a = 0.375 m at 10 m/s, mu 0.25. In plan an end disc perpendicular to the slope
+is an ellipse with semi-axes a and a sin 35; it meets the stem with a normal o / (R + a / sin 35) off its axis, o the
+offset of the two, and sticks up to atan mu. A stem therefore holds it up to o = (R + a / sin 35) sin(atan mu), and not
+beyond.
 """
 
 import numpy as np

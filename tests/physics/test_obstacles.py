@@ -19,7 +19,9 @@ def barrier(*points, height=3.0):
 
 
 def crosses(poses, row, x, width):
-    """Whether the log's axis ever crosses the plane x within ``width`` of the middle (whoever gets behind it does)."""
+    """Whether the log's axis ever crosses the plane x within ``width`` of the middle (as any log that gets behind it
+    does).
+    """
     mine = poses.log_row == row
     base, tip = poses.base[mine], poses.tip[mine]
     before, after = base[:, 0] - x, tip[:, 0] - x
@@ -127,7 +129,7 @@ def test_barrier_cannot_be_passed(fidelity, thickness):
     begin.state[: number // 2, 12] = rng.uniform(-20, 20, number // 2)
     result = slide(scene, begin, FIDELITIES[fidelity], threads=2, keep_poses=np.ones(number, bool))
     assert (result.barrier_hits > 0).all()
-    # an end may poke through by what a step's contact leaves open, never by its own thickness or 5 cm
+    # an end may penetrate by what a step's contact leaves open, never by its own thickness or 5 cm
     assert not any(crosses(result.poses, row, 20.05, 39.0) for row in range(number))
     assert not result.barrier_crossed.any()
     assert result.barrier_reached.all()

@@ -15,10 +15,10 @@ def together(starts):
 @pytest.mark.parametrize("fidelity", list(FIDELITIES))
 @pytest.mark.parametrize("restitution", [0.3, 0.5, 0.8])
 def test_a_level_log_comes_up_again_to_e_squared_of_its_height(physics, fidelity, restitution):
-    """Dropped from about 0.5 and 1 m, without friction, while it goes on at 1 m/s, which no impact changes.
+    """Dropped from about 0.5 and 1 m, without friction, while it moves on at 1 m/s, which no impact changes.
 
-    Off by what a contact may be met early (``MET_AT_ONCE`` of a step at the speed of the fall) and by the top's place
-    between two nodes, g dt^2 / 8. While half a step of gravity was left out it came 3 to 19 % too high.
+    The deviation is what early contact permits (``MET_AT_ONCE`` of a step at the speed of the fall) and the position of
+    the top between two nodes, g dt^2 / 8. When half a step of gravity was neglected, it rebounded 3 to 19 % too high.
     """
     scene, solid, number = physics.plane(0.0, size=40.0, cell=0.5, friction=0.0), physics.body(taper=1.0), 8
     drop = np.random.default_rng(0).uniform(1.0, 1.2, number) * np.repeat([0.5, 1.0], number // 2)

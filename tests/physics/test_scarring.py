@@ -140,7 +140,7 @@ def test_rocks_thrown_anyhow_on_a_rough_slope_stay_above_the_plane_and_gain_noth
         assert {STOP_REASONS[k] for k in found.stop_reason} <= {"rest", "time_limit", "left_dem"}
         assert np.isfinite(found.last_state).all()
         assert found.energy_error.max() < 1e-3
-        stays = found.stop_reason != STOP_REASONS.index("left_dem")  # its border lets in what comes from beyond it
+        stays = found.stop_reason != STOP_REASONS.index("left_dem")  # its border admits what comes from beyond it
         assert stays.mean() > 0.7
         sunk[strength] = found.penetration_max[stays].max()
     assert max(sunk.values()) < 1.1 * sunk[None]  # in what is hard: as on hard ground

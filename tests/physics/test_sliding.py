@@ -141,7 +141,7 @@ def test_mass_does_not_matter(physics):
 def test_kink_takes_the_normal_velocity(physics, mu, kept, fidelity):
     """T22: at a concave kink a sliding body keeps cos(delta) - mu sin(delta) of its speed, at any step.
 
-    With an inertia that lets nothing rotate a log is a point mass; a kink's loss is the model's and not the step's.
+    With an inertia that permits no rotation a log is a point mass; the loss at a kink is the model's, not the step's.
     """
     y = np.arange(-400.0, 401.0, 10.0)
     heights = np.where(y > 0, 0.75 * y, 0.0)[:, None] * np.ones(81)[None, :]
@@ -206,9 +206,9 @@ def test_a_log_rides_over_crests(physics, azimuth, fidelity, spacing):
 
 
 def height_after_swings(x, nodes, heights, swings):
-    """Height [m] to which a bead without friction climbs that many swings later, on a chain of straight pieces.
+    """Height [m] to which a frictionless bead climbs after a number of swings, on a chain of straight pieces.
 
-    Energy from kink to kink, and the cosine of its angle times the speed at each: nothing of the engine's.
+    Energy from kink to kink, and the cosine of its angle times the speed at each: independent of the engine.
     """
     slope = np.diff(heights) / np.diff(nodes)
     piece = np.searchsorted(nodes, x) - 1

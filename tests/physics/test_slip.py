@@ -98,7 +98,7 @@ def test_the_block_stops_where_its_energy_is_spent():
     x, found = slid("standard", time_limit=60.0, **LAW)
     assert x == pytest.approx(low, abs=2e-3)
     assert found.stop_reason[0] == 0
-    x, found = slid("standard", time_limit=3.0)  # with mu_min alone it goes on
+    x, found = slid("standard", time_limit=3.0)  # with mu_min alone it continues
     assert x > 2.0 * low
 
 

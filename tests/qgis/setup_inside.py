@@ -29,7 +29,7 @@ outcomes: dict[str, Any] = {}
 
 
 def case(name: str, do: Any, *, cancel_at: str = "") -> None:
-    """One thing that the user starts, to its end; QGIS's own events go on meanwhile."""
+    """One action of the user, to its end; QGIS's own events continue meanwhile."""
     setup = Setup()
     ended: list[Any] = []
     seen: list[tuple[int, str]] = []
@@ -82,7 +82,7 @@ for each in (old, bare):
 refused("no_python", GOOD, python=str(old))
 refused("no_venv", GOOD, python=str(bare))
 with socket.create_server(("localhost", 0)) as taken:
-    closed = f"http://localhost:{taken.getsockname()[1]}"  # nobody listens there any more
+    closed = f"http://localhost:{taken.getsockname()[1]}"  # nothing listens there any more
 refused("no_network", "", PIP_INDEX_URL=closed, PIP_RETRIES="1", PIP_NO_INDEX="0")
 refused("not_in_the_index", "", PIP_NO_INDEX="1")
 case("cancelled_while_installing", lambda setup: setup.make("", GOOD), cancel_at="Installing")

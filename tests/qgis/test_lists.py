@@ -35,7 +35,7 @@ def told(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 def test_a_row_of_the_batch_table_is_filled_by_a_list(told):
     assert told["begins_with"] == ["/runs/one"]
-    assert told["batch"] == ["/runs/two,/runs/one", None]  # None: Autofill goes on there
+    assert told["batch"] == ["/runs/two,/runs/one", None]  # None: Autofill continues there
     assert told["filled_down"] == "/runs/two,/runs/one"
 
 

@@ -16,7 +16,7 @@ from deadwood_toolbox.shelf import TOOLS, find
 SAMPLE = Path(__file__).parents[2] / "sample_data"
 DEM = SAMPLE / "dem.tif"
 LAYERS = SAMPLE / "sample.gpkg"
-# In the order of the work: what the command line has made of one is the input of the next. {work} is its folder.
+# In the order of the workflow: the command line's output of one is the input of the next. {work} is its folder.
 CASES: dict[str, dict[str, object]] = {
     "sample-releases": {"areas": f"{LAYERS}|layername=release_area", "dem": DEM, "count": 24},
     "import-trees": {"trees": SAMPLE / "trees.csv", "dem": DEM, "id_field": "tree_id"},

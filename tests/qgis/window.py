@@ -1,4 +1,4 @@
-"""QGIS with its window on a screen that nobody sees (Xvfb), for the test of a first run and for the page's pictures.
+"""QGIS with its window on an invisible screen (Xvfb), for the test of a first run and for the page's pictures.
 
 ``python tests/qgis/window.py`` makes the pictures of the plugin's page again, from a real first run.
 """

@@ -187,7 +187,7 @@ def test_a_fault_of_ours_saves_its_traceback(toy, out):
 
 @pytest.mark.parametrize("width", [80, 100])
 def test_the_help_of_every_tool_fits_the_terminal(width):
-    """Commands in it go on behind a backslash, so that they can still be copied."""
+    """Commands in it continue after a backslash, so that they can still be copied."""
     top = build(shelf.TOOLS, shelf.TOOLS)
     for name, command in top.commands.items():
         context = click.Context(command, info_name=f"deadwood-tool {name}", terminal_width=width)

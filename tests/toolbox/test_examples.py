@@ -1,4 +1,4 @@
-"""The worked examples in the tools' descriptions: they stand in the help as they are typed, and they run."""
+"""The worked examples in the tools' descriptions: they are in the help as typed, and they run."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ def test_only_a_terminal_that_wants_them_gets_colours(monkeypatch):
 
 
 def test_the_work_continues_without_a_reader_of_the_progress():
-    """As with ``2>&1 | head``: a message that reaches nobody ends no run."""
+    """As with ``2>&1 | head``: a message that reaches no reader ends no run."""
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w") as closed:

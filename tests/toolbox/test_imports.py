@@ -63,7 +63,7 @@ def tool_breaches(source: str, tools: set[str]) -> list[str]:
 
 
 def place_of(module: str) -> tuple[str, str]:
-    """The room of a module of the algorithms, and its subject ("" for what lies in the room itself)."""
+    """The package of a module of the algorithms, and its subfolder ("" for what is in the package itself)."""
     parts = module.split(".")[1:]
     nested = len(parts) > 1 and (ALGORITHMS / parts[0] / parts[1]).is_dir()
     return parts[0] if parts else "", parts[1] if nested else ""

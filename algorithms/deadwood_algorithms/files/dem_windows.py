@@ -30,7 +30,6 @@ from deadwood_algorithms.files.heights import (
     MARGIN_CELLS,
     Found,
     lowest_inland,
-    nothing_words,
     warn_of_heights,
     without_ground,
 )
@@ -187,7 +186,7 @@ def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
     found.empty_mixed(values, dem.cell)
     found.say(dem.path, feedback)
     if not np.isfinite(values).any():
-        raise UserError(nothing_words(dem.path, *found.numbers))
+        found.refuse_nothing(dem.path, dem.cell)
     return Grid(values, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
 
 
@@ -251,7 +250,7 @@ def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
         found.empty_mixed(values, dem.cell, inner)
         feedback.progress(done + 1, strips, "looking through the DEM")
     if not heights:
-        raise UserError(nothing_words(dem.path, *found.numbers))
+        found.refuse_nothing(dem.path, dem.cell)
     collar = bool(zeros) and COLLAR_DROP_M < lowest < np.inf
     found.zero = zeros if collar else 0
     found.say(dem.path, feedback)

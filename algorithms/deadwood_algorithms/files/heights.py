@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files import remedies
 from deadwood_algorithms.params.counts import counted
-from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.params.tool import Feedback, UserError
 
 # Of ground on Earth. The shore of the Dead Sea lies at -440 m, the deepest open pit at -300 m. Beyond FARTHEST_M stand
 # undeclared nodata values such as -9999, -32768 or 3.4e38.
@@ -42,6 +42,7 @@ JUDGED_BY = 200  # pairs of cells; fewer do not decide
 UNEVEN_SHARE = 0.2  # of multiples of a step that are not a plane
 ROUNDED_TO_M = 0.002  # heights of some thousand metres in 32 bits
 BLOCK_CELLS = 2**22  # judged at once
+RISE_CELLS = 500  # of an array, by whose corner its unit is judged
 HOLE_CELLS = 2**22  # of an array or of its blocks, among which holes are looked for
 EVERYWHERE = slice(None), slice(None)
 
@@ -176,6 +177,7 @@ class Found:
         self.far, self.zero, self.mixed = 0, 0, 0
         self.shown, self.lowest, self.highest = 0.0, np.inf, -np.inf
         self.numbers = np.inf, -np.inf  # lowest and highest in the file, whatever they are
+        self.rise = np.nan  # a usual one from cell to cell, of numbers that are no heights
 
     def empty_far(self, values: NDArray[Any], inner: tuple[slice, slice] = EVERYWHERE) -> None:
         """Remove undeclared nodata values that are not heights on Earth."""
@@ -185,6 +187,9 @@ class Found:
             bad = np.abs(values) > FARTHEST_M
             self.far += int(bad[inner].sum())
             self.shown = float(values[bad][0])
+            if low > FARTHEST_M:  # all of them: in another unit, perhaps
+                rises = slopes_of(values[:RISE_CELLS, :RISE_CELLS], 1.0)
+                self.rise = float(np.median(rises)) if rises.size else np.nan
             values[bad] = np.nan
 
     def empty_zeros(self, values: NDArray[Any], inner: tuple[slice, slice] = EVERYWHERE) -> None:
@@ -214,6 +219,21 @@ class Found:
         self.mixed += heights.size
         self.lowest = float(np.min(heights, initial=self.lowest))
         self.highest = float(np.max(heights, initial=self.highest))
+
+    def refuse_nothing(self, path: str, cell: float) -> None:
+        """Refuse a DEM of no height at all: every cell is nodata, or its numbers are no heights in metres."""
+        low, high = self.numbers
+        if not low <= high:
+            raise UserError(
+                f"{path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
+            )
+        said = f"{path}: the DEM's numbers, {low:g} to {high:g}, are no heights in metres"
+        for unit, factor in SMALLER_UNITS.items():
+            slope_deg = np.degrees(np.arctan(self.rise * factor / cell))
+            if low > 0.0 and high * factor <= HIGHEST_M and not slope_deg > STEEPEST_DEG:
+                span = f"{low * factor:.0f} to {high * factor:.0f} m"
+                raise UserError(f"{said}; in {unit} they would be {span}, fix: {remedies.times(path, factor)}")
+        raise UserError(f"{said}; check the band, its sign and its unit")
 
     def say(self, path: str, feedback: Feedback) -> None:
         if self.far:
@@ -307,19 +327,6 @@ def steep_words(path: str, slope_deg: float, where: str) -> str:
 
 def _slope_with(slope_deg: float, factor: float) -> float:
     return float(np.degrees(np.arctan(np.tan(np.radians(slope_deg)) * factor)))
-
-
-def nothing_words(path: str, low: float, high: float) -> str:
-    """Why a DEM has no height at all: every cell is nodata (its lowest and highest number are infinite), or its numbers
-    are no heights in metres."""
-    if not low <= high:
-        return f"{path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
-    said = f"{path}: the DEM's numbers, {low:g} to {high:g}, are no heights in metres"
-    for unit, factor in SMALLER_UNITS.items():
-        if low > 0.0 and high * factor <= HIGHEST_M:
-            span = f"{low * factor:.0f} to {high * factor:.0f} m"
-            return f"{said}; in {unit} they would be {span}, fix: {remedies.times(path, factor)}"
-    return f"{said}; check the band, its sign and its unit"
 
 
 def slopes_of(heights: NDArray[Any], cell: float) -> NDArray[np.float64]:

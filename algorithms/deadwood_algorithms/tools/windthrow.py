@@ -183,7 +183,7 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tu
             layers += f" {flag} {shlex.quote(str(made[stem]))}" if stem in made else ""
         shown.append(
             f"  deadwood-tool slide-logs --dem {shlex.quote(dem)} --releases releases.gpkg{layers} --lines road.gpkg "
-            f"--friction 0.4 --trajectories all --output run_{name}"
+            f"--friction 0.25 --trajectories all --output run_{name}"
         )
     runs = ",".join(f"run_{name}" for name in facts)
     return *shown, f"  deadwood-tool compare-scenarios --runs {runs} --output windthrow_effect"
@@ -195,6 +195,4 @@ TOOL = Tool(
     "Make the forests of a storm: before, after, years later, cleared",
     Ask,
     run,
-    then="deadwood-tool slide-logs --dem {dem} --releases RELEASES --trees {output}/trees_before.gpkg"
-    " --friction 0.25 --output run_before",
 )

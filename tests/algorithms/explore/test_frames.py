@@ -1,4 +1,4 @@
-"""Frames come back as they went, and messages that are none are refused."""
+"""Frames are decoded as they were encoded, and invalid messages are rejected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page's server as a program: who is answered and who is not, what a lost engine does, and how all of it ends."""
+"""The page's server as a program: which requests are answered, what happens if the engine is lost, and how it ends."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def flags(layers: dict[str, str]) -> list[str]:
 
 @dataclass
 class Page:
-    """A running server, as one who has its address sees it."""
+    """A running server, as seen by a client with its address."""
 
     process: subprocess.Popen[Any]
     base: str

@@ -1,4 +1,4 @@
-"""A question slid in batches is one run; what a change does is what sliding all anew tells."""
+"""A request slid in batches is one run; the effect of a change is that of sliding everything again."""
 
 from __future__ import annotations
 
@@ -245,7 +245,7 @@ def test_the_first_batch_is_always_finished_and_no_other_begun_in_vain(asked: As
     assert [frame.facts["done"] for frame in asked.frames] == [30]
     asked.edit(stale=lambda: True, fell=[0])
     assert [frame.facts["op"] for frame in asked.frames] == ["difference"]
-    asked.edit(fell=[0])  # goes on where the question was left
+    asked.edit(fell=[0])  # continues where the request was left
     assert [(frame.facts["op"], frame.facts["done"]) for frame in asked.frames] == [
         ("difference", 30),
         ("hits", 100),
@@ -264,7 +264,7 @@ def released_again(asked: Asked) -> list:
 
 def test_a_batch_that_is_stopped_leaves_nothing_behind(asked: Asked):
     whole = asked.release(n=300)
-    calls = iter([False, False, True])  # the second batch is asked for, begun, and stopped while it slides
+    calls = iter([False, False, True])  # the second batch is requested, begun, and stopped while it slides
     asked.release(n=300, stale=lambda: next(calls, True))
     assert [frame.facts["done"] for frame in asked.frames] in ([30], [30, 100])
     asked.edit()

@@ -1,4 +1,4 @@
-"""The page of `explore` as it is handed out: whole, with every word that it says, and nothing from elsewhere."""
+"""The page of `explore` as served: complete, with all its texts, and nothing from elsewhere."""
 
 from __future__ import annotations
 

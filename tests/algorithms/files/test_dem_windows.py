@@ -74,7 +74,7 @@ def test_heights_along_a_line_are_those_of_the_whole(tmp_path, said, rough, monk
 
 
 def test_looking_through_a_dem_is_one_stage_of_progress(tmp_path, rough, monkeypatch):
-    """Where two stages took turns, each began anew with every strip, and none ever lasted long enough to be shown."""
+    """If two stages alternated, each would start again with every strip, and none would last long enough to show."""
 
     class Stages(Quiet):
         names: ClassVar[list[str]] = []

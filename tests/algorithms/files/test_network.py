@@ -1,4 +1,4 @@
-"""Inputs that are no files: pipes, devices, addresses of the network, and files that point to them; nothing hangs."""
+"""Inputs that are not files: pipes, devices, network addresses, and files that point to them; nothing hangs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ posix = pytest.mark.skipif(os.name != "posix", reason="pipes and devices of Unix
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory) -> Iterator[tuple[str, list[str]]]:
-    """A server of this machine with dem.tif and trees.geojson, and the list of what it was asked for."""
+    """A server of this machine with dem.tif and trees.geojson, and the list of the requests to it."""
     folder = tmp_path_factory.mktemp("served")
     write_dem(folder / "dem.tif")
     frame = geopandas.read_file(write_layer(folder / "t.gpkg", points((30, 80)), dbh_cm=[30.0], height_m=[20.0]))

@@ -1,4 +1,4 @@
-"""Pictures as pictures: what is drawn is counted in what is exported, and colours are told apart from their ground."""
+"""Pictures as pictures: the content of the exported file is counted, and colours contrast with their background."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sizes in cells of text: units, classes, words for gaps; what is none of these stays unread."""
+"""Sizes in cells of text: units, classes, words for gaps; anything else stays unread."""
 
 from __future__ import annotations
 

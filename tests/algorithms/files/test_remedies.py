@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import subprocess
@@ -18,9 +19,11 @@ from rasterio.transform import Affine, from_origin
 
 from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.files.rasters import read_raster_on
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.memory import threads_that_fit
+from deadwood_algorithms.tools import add_structures, assess_mobilisation
 
 E, N = 2_783_000.0, 1_190_000.0
 HEIGHTS = np.add.outer(np.arange(40.0), 0.5 * np.arange(50.0)).astype(np.float32) + 500.0
@@ -157,6 +160,89 @@ def test_scaled_numbers_become_heights(tmp_path):
     path = tif(tmp_path / "d.tif", values=(HEIGHTS - 100.0) * 2.0, dtype="int16", change=scaled)
     fixed = carry_out(remedies.unscaled(path, 0.5, 100.0), tmp_path)
     assert np.array_equal(read_dem(fixed).values, read_dem(path).values)
+
+
+def scaled_by(scale: float, offset: float) -> Any:
+    def change(made: Any) -> None:
+        made.scales, made.offsets = (scale,), (offset,)
+
+    return change
+
+
+def test_tiles_of_different_scales_become_one_dem(tmp_path):
+    folder, fixed = tmp_path / "tiles", tmp_path / "fixed"
+    folder.mkdir()
+    fixed.mkdir()
+    for name, east, scale, offset in (("west", E, 0.5, 100.0), ("east", E + 100.0, 0.25, 400.0)):
+        numbers = (HEIGHTS - offset) / scale
+        place = from_origin(east, N, 2, 2)
+        tif(folder / f"{name}.tif", place, values=numbers, dtype="int16", change=scaled_by(scale, offset))
+    with pytest.raises(UserError, match="fix, for each: ") as refused:
+        read_dem(folder)
+    named = next(each for each in ("west.tif", "east.tif") if f"{each}: the tile's heights" in str(refused.value))
+    carry_out(str(refused.value).split("for each: ")[1], fixed)
+    other = ({"west.tif", "east.tif"} - {named}).pop()
+    scale, offset = {"west.tif": (0.5, 100.0), "east.tif": (0.25, 400.0)}[other]
+    carry_out(remedies.unscaled(folder / other, scale, offset), fixed)
+    assert np.array_equal(read_dem(fixed).values[::-1], np.hstack([HEIGHTS, HEIGHTS]))
+
+
+@pytest.mark.parametrize("height", [2.0, 40_000.0])
+def test_a_dem_in_coarse_numbers_takes_the_structures_as_floats(tmp_path, said, height):
+    """The steps are warned of, a height beyond the type is refused; by either command the crest is as it was meant."""
+    path = tif(tmp_path / "d.tif", values=HEIGHTS * 2.0, dtype="int16", change=scaled_by(0.5, 0.0))
+    lines = tmp_path / "s.geojson"
+    crest = [[E + 20.0, N - 40.0], [E + 60.0, N - 40.0]]
+    shape = {"type": "LineString", "coordinates": crest}
+    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::2056"}}
+    feature = {"type": "Feature", "properties": {"structure_id": 1}, "geometry": shape}
+    lines.write_text(json.dumps({"type": "FeatureCollection", "crs": crs, "features": [feature]}))
+    asked = {"structures": str(lines), "height_m": height, "slope_deg": 90.0, "crest_width_m": 6.0}
+    told = ""
+    try:
+        add_structures.TOOL(feedback=said, dem=str(path), output=str(tmp_path / "with.tif"), **asked)
+        told = said.warnings[0].split("refine them: ")[1]
+    except UserError as refused:
+        told = str(refused).split("fix: ")[1]
+    fixed = carry_out(told, tmp_path)
+    said.warnings.clear()
+    made = tmp_path / "fixed_with.tif"
+    add_structures.TOOL(feedback=said, dem=str(fixed), output=str(made), **asked)
+    assert not said.warnings
+    with rasterio.open(made) as changed:
+        heights = changed.read(1)
+    under = HEIGHTS[19:21, 12:28].mean(axis=0)  # of the line, which runs between these rows
+    assert np.allclose(heights[19:21, 12:28], under + height, atol=1e-3 + 4e-3 * (height > 100.0))
+
+
+def test_cells_too_fine_for_the_windows_of_the_relief_are_made_coarser(tmp_path):
+    path = str(tif(tmp_path / "d.tif", from_origin(E, N, 0.01, 0.01)))
+    ask = assess_mobilisation.Ask(dem=path, output="s.tif")
+    with pytest.raises(UserError, match="fix: ") as refused:
+        assess_mobilisation.refuse_fine_cells(ask, 0.01)
+    assess_mobilisation.refuse_fine_cells(ask, read_dem(carry_out(str(refused.value).split("fix: ")[1], tmp_path)).cell)
+
+
+def test_a_raster_without_place_is_placed_with_its_own_numbers(tmp_path):
+    path = tif(tmp_path / "mu.tif", Affine.identity(), None, values=HEIGHTS / 1000.0)
+    grid = read_dem(tif(tmp_path / "d.tif"))
+    with pytest.raises(UserError, match="no georeference") as refused:
+        read_raster_on(path, grid, what="friction")
+    message = str(refused.value)
+    for word, number in (("CELL", "2"), ("WEST", str(E)), ("NORTH", str(N))):
+        message = message.replace(word, number)
+    placed = carry_out(message.split("numbers: ")[1], tmp_path)
+    assert np.array_equal(read_raster_on(placed, grid, what="friction")[::-1], HEIGHTS / np.float32(1000.0))
+
+
+def test_every_place_that_prints_a_command_is_tested_here():
+    """A new one needs a test of its own, which runs what is printed; then its file is counted here."""
+    tested = {"scene/memory.py": 1, "files/rasters.py": 2, "files/dem_header.py": 9, "files/heights.py": 2}
+    tested |= {"files/tiles.py": 1, "prepare/structures/into_dem.py": 2, "tools/assess_mobilisation.py": 1}
+    root = Path(remedies.__file__).parents[1]
+    found = {str(each.relative_to(root)): each.read_text().count("{remedies.") for each in root.rglob("*.py")}
+    found["files/dem_header.py"] += (root / "files/dem_header.py").read_text().count("= remedies.")
+    assert {name: count for name, count in found.items() if count} == tested
 
 
 def test_rio_is_named_as_it_is_found(monkeypatch, tmp_path):

@@ -48,7 +48,7 @@ sys.stdin.readline()
 
 
 def trees(path: Path, dbh: float) -> Path:
-    """A layer of so many pages that a small cache cannot hold them."""
+    """A layer with so many pages that a small cache cannot contain them."""
     points = [Point(2.7e6 + i, 1.2e6) for i in range(ROWS)]
     write_vector(path, {"trees": gpd.GeoDataFrame({"dbh_cm": np.full(ROWS, dbh)}, geometry=points, crs=2056)})
     return path

@@ -1,4 +1,4 @@
-"""Styles stored beside the data: complete for what the data hold, well-formed, and in the places QGIS looks into."""
+"""Styles stored beside the data: complete for their content, well-formed, and in the places where QGIS looks."""
 
 from __future__ import annotations
 

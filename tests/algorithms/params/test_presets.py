@@ -89,7 +89,7 @@ def test_the_default_is_the_papers_log_and_is_reported(case, tmp_path, said):
     assert "--preset klosters sets dbh_cm 75, length_m 30, density_kg_m3 300 (the paper, 4" in told(said)
     before = len(said.notes)
     sampled(case, tmp_path, said, dbh_cm=30.0, length_m=15.0, density_kg_m3=310.0)
-    assert not any("--preset" in each for each in said.notes[before:])  # it set nothing, and nobody named it
+    assert not any("--preset" in each for each in said.notes[before:])  # it set nothing, and was not named
 
 
 def test_what_is_given_overrides_and_both_are_reported(case, tmp_path, said):
@@ -270,7 +270,7 @@ def test_a_rule_multiplies_its_percentile_and_the_class_is_of_that(case, tmp_pat
     given = {"run": str(run), "barrier_classes": "swiss-2001", "percentiles": "50"}
     found = design_values.TOOL(output=str(tmp_path / "d.csv"), rule="onr-24810-cc3", **given)
     rows: Any = pd.read_csv(tmp_path / "d.csv", encoding="utf-8-sig", dtype={"barrier_class": str})
-    assert set(rows["percentile"]) == {50.0, 95.0, 99.0}  # its own percentiles beside those asked for
+    assert set(rows["percentile"]) == {50.0, 95.0, 99.0}  # its own percentiles in addition to the requested ones
     rule, classes = presets.RULES["onr-24810-cc3"], presets.BARRIERS["swiss-2001"]
     ruled = rows[rows["factor"].notna()]
     assert set(zip(ruled["quantity"], ruled["percentile"], strict=True)) == {("energy", 99.0), ("height", 95.0)}

@@ -32,7 +32,7 @@ def test_what_is_no_finite_number_is_refused(value):
 
 
 def test_numbers_that_are_the_size_of_nothing_are_refused():
-    """But whole numbers, which count or seed, may be as large as they are."""
+    """But whole numbers, which count or seed, may be of any size."""
     parameter = Parameter(kind="number", label="Length", name="length_m")
     for value in (10**300, -(10**300), 1e-320, 1.7e308):
         with pytest.raises(UserError, match="--length-m is .*, which is not a possible size"):

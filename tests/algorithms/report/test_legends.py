@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+import itertools
 
 import matplotlib
 import pytest
@@ -25,7 +25,7 @@ BOUNDS = (None, 0.1, 1.0, 10.0, None)  # of classes of shares [%]
 def test_all_entries_lie_within_the_figure(language, width, extent):
     """Before, "10 % of the logs and more" was cut off in a narrow figure."""
     words = Words(language)
-    classes = [{"unit": "%", "low": low, "high": high} for low, high in pairwise(BOUNDS)]
+    classes = [{"unit": "%", "low": low, "high": high} for low, high in itertools.pairwise(BOUNDS)]
     labels = [words.say("layer_lines"), *(words.of_class(each) for each in classes)]
     labels += [words.say("layer_deposits", stop=words.stop(each)) for each in ("tree", "rest", "lying_log")]
     with matplotlib.rc_context(STYLE):

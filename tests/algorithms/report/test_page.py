@@ -313,7 +313,7 @@ def test_the_scenario_box_says_what_was_slid(case, tmp_path):
 
 
 def test_a_run_of_an_older_version_is_reported_in_its_own_words(run, tmp_path):
-    """Its summary has sentences alone: they stand as they are, and in another language a line says so."""
+    """Its summary contains only sentences: they are shown unchanged, and in another language a line says so."""
     old = tmp_path / "old"
     shutil.copytree(run, old)
     told = summary(old)

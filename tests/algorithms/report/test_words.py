@@ -1,4 +1,4 @@
-"""The report's messages and their catalogues: complete, with the same gaps, none that nobody says."""
+"""The report's messages and their catalogues: complete, with the same placeholders, none of them unused."""
 
 from __future__ import annotations
 
@@ -78,8 +78,9 @@ def test_what_a_catalogue_lacks_is_reported_in_english(monkeypatch):
 
 
 def test_every_message_is_reported_somewhere():
-    """By its name; or by a name that is put together of a beginning and a word that stands in a source; or, of what a
-    QGIS project names, by the English name or the file or layer that it is made of."""
+    """By its name; or by a name composed of a prefix and a word in a source; or, for names in a QGIS project, by the
+    English name or the file or layer from which it is made.
+    """
     rooms = ROOT / "algorithms" / "deadwood_algorithms"
     tables = {rooms / "report" / name for name in ("phrases.py", "answer_phrases.py", "sheet_phrases.py")}
     source = "".join(each.read_text(encoding="utf-8") for each in rooms.rglob("*.py") if each not in tables)

@@ -94,9 +94,10 @@ def test_a_subset_has_its_own_quantiles(full, tmp_path):
 
 
 def test_the_largest_is_the_runs_own_maximum(full, tmp_path):
-    """The 100 % quantile at the run's cells, beside the rasters that watched every step: nowhere above them, and mostly
-    the same. Both count the pose that a swept area starts from. How fast the axis turns is told from poses some way
-    apart, so the energy may lie above by a quarter."""
+    """The 100 % quantile at the run's cells, compared with the rasters that watched every step: nowhere above them, and
+    mostly equal. Both count the pose from which a swept area starts. The rotation of the axis is derived from poses
+    some distance apart, so the energy may be higher by a quarter.
+    """
     ours = made(full, tmp_path, quantiles="100")
     for name, slack, more in (("speed", 1e-6, 1e-6), ("energy", 0.25, 0.1), ("jump", 1e-6, 1e-6)):
         runs = raster(full / f"{name}_max.tif")[::-1]

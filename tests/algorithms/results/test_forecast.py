@@ -40,7 +40,7 @@ sys.exit(status)
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Case:
-    """The slope with so many logs that a pilot is a small part of them."""
+    """The slope with enough logs that a pilot is a small part of them."""
     case = Case(tmp_path_factory.mktemp("case"))
     places = np.random.default_rng(8).random((LOGS, 2)) * (40.0, 20.0) + (10.0, 65.0)
     case.releases = write_layer(

@@ -75,7 +75,7 @@ def test_the_ledgers_agree_with_the_deposits(full):
     assert held == deposits.loc[deposits["stop_reason"] == "barrier", "stop_id"].to_dict()
     assert (trees["n_hits"] >= trees["n_logs"]).all()
     assert (trees["impulse_max_kns"] <= trees["impulse_sum_kns"] + 1e-6).all()
-    # nobody can lose more than the fall gave
+    # no log can lose more than the fall provided
     fall = deposits["fall_m"] * deposits["density_kg_m3"] * np.pi * 10.0 / 3.0 * 0.07 * G / 1000.0
     taken = trees["energy_taken_kj"].sum() + plates["energy_taken_kj"].sum()
     assert 0.0 < taken < fall.sum()
@@ -191,7 +191,7 @@ def test_a_hit_of_any_line_of_a_lying_log_is_the_logs():
 
 
 def test_sums_do_not_depend_on_how_hits_are_split():
-    """Impulses whose float sums differ with the order come to the same bits."""
+    """Impulses whose float sums depend on the order give the same bits."""
     rng = np.random.default_rng(0)
     n = 4000
     values = {name: rng.lognormal(3.0, 3.0, n) for name in Hits.__dataclass_fields__}

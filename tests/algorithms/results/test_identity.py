@@ -208,7 +208,7 @@ def tiles_in(folder: Path) -> list[str]:
     return [write_dem(folder / "a.tif"), write_dem(folder / "b.tif")]
 
 
-KINDS: dict[str, Callable[[Case], tuple[str, str]]] = {  # the input as it is named, and the file that will change
+KINDS: dict[str, Callable[[Case], tuple[str, str]]] = {  # the input as named, and the file that will change
     "file": lambda case: (case.dem, case.dem),
     "folder of tiles": lambda case: (str(Path(tiles_in(case.folder / "t")[1]).parent), str(case.folder / "t/b.tif")),
     "tiles": lambda case: (",".join(tiles_in(case.folder / "t")), str(case.folder / "t/b.tif")),
@@ -224,7 +224,7 @@ def test_an_input_is_all_that_its_path_stands_for(copied, kind):
     write_dem(Path(file), flat=True)
     assert compared(record) == (CHANGED, file)
     Path(file).unlink()
-    assert compared(record)[0] in (GONE, CHANGED)  # of a folder nobody knows what should be in it
+    assert compared(record)[0] in (GONE, CHANGED)  # the content that a folder should have is unknown
 
 
 def test_a_geopackage_is_known_by_its_rows_also_while_it_is_open(copied):

@@ -10,7 +10,10 @@ import pandas
 import pytest
 from slope_case import Case, cut_above_the_road, summary, write_layer
 
+from deadwood_algorithms.evaluate.sensitivity.design import Place
+from deadwood_algorithms.evaluate.sensitivity.factor_runs import SlidRuns, warn_of_runs
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, share_if_lost
+from deadwood_algorithms.schemas.results import STOP_REASONS
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import (
     break_trees,
@@ -94,7 +97,7 @@ def test_design_values(run, n_lost, tmp_path, said):
     done = design_values.TOOL(run=str(run), lines=near, output=str(tmp_path / "values.csv"), feedback=said)
     rows = {row["place_id"]: row for row in done.facts["rows"]}
     assert (rows["road"]["n_lost"], rows["road"]["n"]) == (n_lost, 0)
-    assert rows["near"]["n_lost"] == 0  # all that left had come to it
+    assert rows["near"]["n_lost"] == 0  # all that left had reached it
     assert "the percentiles of line road are of the 0 logs" in of_road(said)
     assert "line near" not in of_road(said)
 
@@ -131,10 +134,22 @@ def test_vary(cut, tmp_path, said):
         feedback=said,
     )
     told = of_road(said)
-    assert told.startswith("in the run 'friction low', which lost most: ")
-    assert "in the run 'as it is', where " in told
+    assert told.startswith("in the run 'as it is', which lost most: ")
     assert "mean run-outs, and what each factor does to them, are as far as the logs were seen" in told
     assert "the reach of line road may be anything" in told
+
+
+def test_vary_tells_of_the_run_that_lost_most_and_of_things_as_they_are(said):
+    """As it is 4 of 40 leave, which may be 0 to 10 % of the reach; with low friction half of them."""
+    left = np.arange(40) < np.array([[4], [20], [2]])
+    reasons = np.where(left, STOP_REASONS.index("left_dem"), STOP_REASONS.index("rest")).astype(np.int8)
+    slid = SlidRuns(np.zeros((3, 40, 1), bool), np.ones((3, 40)), reasons)
+    warn_of_runs([Place(each, {}) for each in ("as it is", "low", "high")], slid, ["road"], said)
+    (told,) = said.warnings
+    assert told.startswith("in the run 'low', which lost most: 20 of 40 logs (50 %) left the terrain model")
+    assert told.count("the reach of line road may be anything from ") == 2
+    assert "in the run 'as it is', where 4 left, the reach of line road may be anything from 0 to 2" in told
+    assert "mean run-outs" in told
 
 
 def line(y: float) -> Any:

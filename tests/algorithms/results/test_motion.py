@@ -24,7 +24,7 @@ def test_the_mass_is_that_of_a_truncated_cone(tmp_path):
 
 
 def test_the_mass_of_another_shape_is_that_of_its_body(tmp_path):
-    """A block of 1 x 2 x 3 m beside the run's folder; without its file nobody knows the mass."""
+    """A block of 1 x 2 x 3 m beside the run's folder; without its file the mass is unknown."""
     corners = np.array(list(product((0.0, 1.0), (0.0, 2.0), (0.0, 3.0))))
     np.savetxt(tmp_path / "block.pts", corners)
     parameters = {"shape": "elsewhere/block.pts"}

@@ -118,7 +118,7 @@ def test_a_friction_by_cell_is_reported_by_its_range_to_the_last_digit(case, tmp
 
 
 def test_logs_that_were_not_run_are_counted(case, tmp_path):
-    """A wide interval asked for: a draw of 1100 logs ends at the first look, after 1000."""
+    """With a wide requested interval, a draw of 1100 logs ends at the first check, after 1000."""
     rng = np.random.default_rng(3)
     places = points(*np.column_stack([rng.uniform(10, 50, 1100), rng.uniform(65, 90, 1100)]).tolist())
     releases = write_layer(tmp_path / "r.gpkg", places, log_id=range(1100))

@@ -33,7 +33,7 @@ def grid(case) -> Grid:
 
 
 def scene_layers(folder: Path) -> dict[str, str]:
-    """A row of boulders across the slope, with a tree and a lying log beside it that nobody meets."""
+    """A row of boulders across the slope, with a tree and a lying log beside it that no log meets."""
     import shapely
 
     return {

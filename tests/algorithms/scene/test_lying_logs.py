@@ -31,7 +31,7 @@ def grid(case) -> Grid:
 
 @pytest.fixture(scope="module")
 def held(case) -> Path:
-    """24 logs above one long lying log across the slope, and a standing tree that nobody meets."""
+    """24 logs above one long lying log across the slope, and a standing tree that no log meets."""
     tree = write_layer(case.folder / "tree.gpkg", points((2.0, 95.0)), tree_id=[77], dbh_cm=[30.0], height_m=[10.0])
     lying = write_layer(case.folder / "lying.gpkg", ACROSS, lying_id=["old spruce"], diameter_cm=[150.0])
     logs = {"orientation": "lying", "azimuth_deg": 90.0}

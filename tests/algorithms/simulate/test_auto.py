@@ -51,7 +51,7 @@ def promise(pool: Pool, error: float, assumed: dict[str, float]) -> tuple[Chosen
     return chosen, abs(float(pool.reach[chosen.option.fidelity][: chosen.logs].mean()) - pool.p)
 
 
-# p, r, error of calculation of draft and of standard, error asked for, what is assumed
+# p, r, error of calculation of draft and of standard, requested error, assumption
 CASES = (
     (0.3, 0.8, 0.02, 0.008, 0.03, ASSUMED),  # chaotic, and standard as far off as it may be
     (0.3, 0.8, 0.02, -0.008, 0.03, ASSUMED),

@@ -20,7 +20,7 @@ FUZZED = 12  # damaged folders that are resumed
 
 
 class StopAfter(Quiet):
-    """Asks to stop once so many logs are done."""
+    """Requests a stop once a number of logs is done."""
 
     def __init__(self, logs: int) -> None:
         self.logs, self.done = logs, 0.0
@@ -153,7 +153,7 @@ def test_a_run_is_resumed_only_by_the_engine_that_began_it(case, full, begun, mo
         resumed(case, begun, Quiet())
     assert "0123456789abcdef" in str(error.value)
     assert "\n" not in str(error.value)
-    assert begun.is_dir()  # the other engine can still go on with it
+    assert begun.is_dir()  # the other engine can still continue it
 
 
 def test_the_work_of_the_first_version_is_refused_not_dropped(case, begun):

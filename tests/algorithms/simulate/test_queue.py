@@ -122,7 +122,7 @@ def test_the_rule_looks_at_its_looks_only_and_at_the_widest_line():
     assert rule.goal == 1000
     assert rule.z == pytest.approx(2.4085, abs=1e-4)  # four looks
     assert not rule.enough(600, np.array([300, 0]))
-    assert rule.records == []  # 0.049 wide, but nobody looks
+    assert rule.records == []  # 0.049 wide, but there was no check
     assert rule.enough(400, np.array([200, 0]))
     assert rule.records == [{"n_logs": 1000, "half_width": half_width(500, 1000, rule.z), "line_id": "road"}]
     assert rule.record()["reached"] is True
@@ -197,7 +197,7 @@ def test_a_target_out_of_reach_runs_all_logs_as_a_plain_run_does(case, full, ear
 
 
 class StopAfter(Quiet):
-    """Asks to stop once so many logs are done."""
+    """Requests a stop once a number of logs is done."""
 
     def __init__(self, logs: int) -> None:
         self.logs, self.done = logs, 0.0

@@ -198,7 +198,7 @@ def test_value_trees_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
 
 
 def test_site_barriers(case, tmp_path, monkeypatch, names):
-    """What is begun ahead, or of a scene with another barrier, is never taken for what was asked."""
+    """Work begun ahead, or for a scene with another barrier, is never taken for the requested one."""
     monkeypatch.setattr(workers, "MOST_A_PIECE", 5)
     run = case.run(output=str(tmp_path / "run"), trees=case.trees, lines=case.lines, barriers=case.barriers)
     shapes = [shapely.LineString([(8.0 + x, 52.0), (24.0 + x, 51.0)]) for x in (0.0, 14.0, 28.0)]

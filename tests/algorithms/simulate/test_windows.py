@@ -98,7 +98,7 @@ def whole(case, tmp_path_factory):
 
 
 def assert_same_results(one: Path, other: Path) -> None:
-    """As `assert_same_run`, but for what is reported of the window, and what lies off the DEM or beyond the window."""
+    """As `assert_same_run`, except for what is reported of the window, and items off the DEM or beyond the window."""
     for name in ("deposits", "deposited_logs", "trajectories", "reach", "tree_hits", "barrier_hits", "block_hits"):
         a, b = layer(one, name), layer(other, name)
         assert a.geometry.to_wkb().equals(b.geometry.to_wkb())

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals 
 
 
 class Watcher:
-    """A feedback that remembers, and does something the first time that so many logs are done."""
+    """A feedback that records, and does something the first time that a number of logs is done."""
 
     def __init__(self, act: Callable[[], None] = lambda: None, after: int = 1, what: str = "sliding logs") -> None:
         self.act, self.after, self.acted, self.what = act, after, False, what

@@ -46,7 +46,7 @@ def write_lines(path: Path, shapes, crs: str | None = "EPSG:2056", **columns) ->
 
 
 class Built:
-    """What a run of the tool made of a DEM; heights with row 0 south."""
+    """The output of a run of the tool on a DEM; heights with row 0 south."""
 
     def __init__(self, folder: Path, said=None, **values) -> None:
         self.path, self.table = folder / "built.tif", folder / "earthworks.gpkg"

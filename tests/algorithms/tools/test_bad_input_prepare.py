@@ -1,7 +1,7 @@
-"""What users really hand over: every fault of an input ends in one line that says where it is and how to fix it.
+"""Inputs as users really provide them: every error ends in one line that says where it is and how to fix it.
 
-Each line goes through the tool itself, and names the file (or the option), and layer, field and row where there are
-such. Nothing may be left behind under the output's name. Faults in the readers proper are in test_layers_*.py.
+Each line goes through the tool itself, and names the file (or the option), and layer, field and row if there are
+any. Nothing may be left under the output's name. Errors in the readers themselves are in test_layers_*.py.
 """
 
 from __future__ import annotations
@@ -261,7 +261,7 @@ def test_a_folder_that_cannot_be_written_to_is_found_before_the_work(tmp_path, b
     if place.startswith("/proc") and not Path("/proc/self").exists():
         pytest.skip("no such folder here")
     (tmp_path / "a_file").write_text("x")
-    output = str(tmp_path / place)  # an absolute place stays as it is
+    output = str(tmp_path / place)  # an absolute place is unchanged
     line = bad(layer, "never_read.gpkg", output=output, dem="never_read.tif")
     assert line.startswith(f"{output}: the folder ")
     assert "cannot be written to" in line

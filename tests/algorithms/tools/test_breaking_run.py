@@ -81,7 +81,7 @@ def test_reach_lies_between_rigid_trees_and_trees_that_take_nothing(case, rigid,
     held, between = road(rigid), road(broken)
     assert paired_interval(len(held - between), len(between - held), 120)[0] > 0.0
     assert len(held) < len(between)
-    # each log's own answer of break-trees is not in its facts: the widest that so many differing logs can be
+    # each log's own result of break-trees is not in its facts: the widest interval with this many differing logs
     apart = abs(upper - len(between))
     assert len(between) <= upper or paired_interval(0, apart, 120)[0] <= 0.0
 

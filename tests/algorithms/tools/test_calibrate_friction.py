@@ -31,7 +31,7 @@ RELEASED = 100
 
 
 def stop_m(friction: float) -> float:
-    """Horizontal distance in which a log that slides down the plane comes to rest: v^2 / (2 g (mu cos - sin)) cos."""
+    """Horizontal distance after which a log that slides down the plane stops: v^2 / (2 g (mu cos - sin)) cos."""
     return SPEED**2 / (2.0 * 9.81 * (friction * np.cos(SLOPE) - np.sin(SLOPE))) * np.cos(SLOPE)
 
 
@@ -339,7 +339,7 @@ def test_logs_out_of_sight_are_no_deposits(plane, tmp_path, said):
 
 
 def test_a_share_has_bounds_where_logs_left_before_the_line(plane, tmp_path, said):
-    """The line lies beyond the end of the terrain model for most logs: whether they cross it, nobody has seen."""
+    """The line is beyond the end of the terrain model for most logs: whether they cross it is unknown."""
     cut = tmp_path / "cut.tif"
     with rasterio.open(plane.dem) as dem:
         heights, profile = dem.read(1), dem.profile

@@ -163,7 +163,9 @@ def lost_runs(tmp_path: Path) -> list[Path]:
 
 
 def test_logs_that_left_before_a_line_bound_its_reach_and_the_difference(tmp_path, said):
-    """The table said 25 % (14 to 40) and -12.5 (-24.9 to -1.9), and not a word of the 20 logs nobody knows of."""
+    """The table gave 25 % (14 to 40) and -12.5 (-24.9 to -1.9), and did not mention the 20 logs with an unknown
+    outcome.
+    """
     table, outcome = compare(lost_runs(tmp_path), tmp_path / "out", said)
     before, now = table.loc[("without", "reach", "road")], table.loc[("with", "reach", "road")]
     assert (before["n_lost"], now["n_lost"]) == (20, 20)

@@ -70,7 +70,7 @@ def test_above_the_line_as_many_as_reach_it_below_it_fewer(full):
     assert reached
     at_road = found[75]  # row of v 24 to 25, which the road bounds
     assert np.nanmax(at_road) == 1.0
-    assert not np.nanmax(found[86:], initial=0.0) > 0.0  # 10 m below: nobody reaches it after that
+    assert not np.nanmax(found[86:], initial=0.0) > 0.0  # 10 m below: no log reaches it after that
 
 
 def test_stored_trajectories_give_the_runs_own_raster_to_the_bit(full, tmp_path):

@@ -81,8 +81,10 @@ def test_a_spinning_log_has_its_energy_of_rotation_apart(tmp_path):
 
 
 def test_the_height_is_that_of_the_upper_edge_over_the_line(tmp_path):
-    """Level logs, 0.5 m above the ground with their axis: across the way 0.2 m thicker at the base, 0.1 m at the tip;
-    end first the tip comes to the line."""
+    """Horizontal logs, with their axis 0.5 m above the ground: across the path thicker by 0.2 m at the base, 0.1 m at
+    the tip;
+    end first the tip reaches the line.
+    """
     broadside = flat_run(tmp_path / "a", [Track((20.0, 70.0), (20.0, 30.0), broadside_deg=90.0)])
     head = flat_run(tmp_path / "b", [Track((20.0, 70.0), (20.0, 30.0))])
     assert table(broadside, tmp_path / "a.csv").loc[("line", "road", "height", 50.0), "value"] == pytest.approx(

@@ -240,7 +240,7 @@ def test_more_and_fewer_trees_than_the_source_are_dealt_from_it(tmp_path, forest
     assert rest > 0
     assert set(there) == set(here)
     assert all(least * there[each] <= times <= (least + 1) * there[each] for each, times in here.items())
-    # of 100 trees per hectare the mean, by what a sample without replacement scatters (four standard errors)
+    # of 100 trees per hectare the mean, within the scatter of a sample without replacement (four standard errors)
     scatter = source["dbh_cm"].std() / np.sqrt(len(few)) * np.sqrt(1.0 - len(few) / len(source))
     assert few["dbh_cm"].mean() == pytest.approx(source["dbh_cm"].mean(), abs=4 * scatter)
     other = forest(like=like, seed=1)

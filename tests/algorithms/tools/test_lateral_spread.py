@@ -190,7 +190,7 @@ def test_the_layers_are_those_of_the_schema(tmp_path, name):
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3])
 def test_no_line_says_nan(tmp_path, count):
-    """Few deposits, or none that counts: each is a line, and none has a number that is none."""
+    """Few deposits, or none that counts: each gives a line, without invalid numbers."""
     far = [100.0] * count + [1.0] * (3 - count)
     layer = deposits(tmp_path / "d.gpkg", [170.0, 180.0, 200.0], far)
     outcome = lateral_spread.TOOL(deposits=layer, output=str(tmp_path / "s.gpkg"))

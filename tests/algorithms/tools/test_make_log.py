@@ -119,7 +119,7 @@ def ring_heights(folder: Path) -> np.ndarray:
     ("asked", "spacing"),
     [
         ({}, 0.5),  # the convention
-        ({"length_m": 15.2}, 15.2 / 31),  # evenly, and no farther apart than asked for
+        ({"length_m": 15.2}, 15.2 / 31),  # evenly, and no farther apart than requested
         ({"length_m": 0.3, "dbh_cm": 10.0, "ring_spacing_m": 0.1}, 0.1),
         ({"ring_spacing_m": 40.0}, 30.0),  # the ends alone
         ({"rings": 31}, 1.0),
@@ -139,7 +139,8 @@ def test_a_spacing_that_makes_too_many_rings_is_refused(tmp_path):
 
 def test_a_ring_every_half_metre_keeps_a_log_on_rough_ground(tmp_path):
     """Point cloud and mesh come to rest; the ground between the vertices, measured against the surface of the mesh,
-    stands in the solid by decimetres with the end rings alone, and by centimetres with the rings of the convention."""
+    penetrates the solid by decimetres with the end rings alone, and by centimetres with the default rings.
+    """
     rng = np.random.default_rng(3)
     scene = Scene.prepare(rng.normal(0.0, 0.15, (81, 81)), 1.0, -40.0, -40.0, friction=0.5)
     places = np.linspace(-20.0, 20.0, 12)

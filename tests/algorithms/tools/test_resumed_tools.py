@@ -77,7 +77,7 @@ def output_of(name: str) -> str:
 
 
 def contents(output: Path) -> dict[str, Any]:
-    """All that a tool wrote, but for what it took, the words of its call and pictures of its speed."""
+    """Everything that a tool wrote, except its cost, its command line and figures of its speed."""
     files = [output] if output.is_file() else sorted(each for each in output.rglob("*") if each.is_file())
     found: dict[str, Any] = {}
     for file in files:
@@ -203,7 +203,7 @@ def test_stopped_it_says_how_far_it_was_and_leaves_nothing_that_looks_like_a_res
         SLIDING[name](feedback=user, **asked[name], output=str(output))
     assert not output.exists()
     assert all(each.name.startswith(".") for each in tmp_path.iterdir())
-    # before the first chunk there is nothing to go on with, and behind the last one the tool may be at its evaluation
+    # before the first chunk there is nothing to continue from, and after the last one the tool may be in its evaluation
     if list(tmp_path.rglob("logs_*.npz")) and "slid" in list(user.shares)[-1]:
         assert any("--resume continues from there" in each for each in user.notes)
     seen = [shares for what, shares in user.shares.items() if "slid" in what]

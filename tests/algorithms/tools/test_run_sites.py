@@ -221,7 +221,7 @@ def test_a_failure_is_reported_and_the_others_are_finished_and_kept(case, said, 
     facts = json.loads((run / "summary.json").read_text(encoding="utf-8"))
     assert facts["sites"] == {"asked": 3, "done": 1, "failed": 2}
     places = gpd.read_file(run / "overview.gpkg", layer="sites")
-    assert places["site"].tolist() == ["good", "odd"]  # of the other nobody knows where it is
+    assert places["site"].tolist() == ["good", "odd"]  # the place of the other is unknown
     slid = (run / "sites" / "good" / "run.gpkg").stat()
     table(tmp_path, text.replace(str(tmp_path / "none.gpkg"), case.releases).replace("steep", "0.3"))
     sites(case, "failing", sites=named, resume=True)

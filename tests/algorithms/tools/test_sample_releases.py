@@ -141,6 +141,19 @@ def test_areas_off_the_dem_are_refused_with_row_and_number(tmp_path, sample):
     assert not (tmp_path / "releases.gpkg").exists()
 
 
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ((MIDDLE.y, MIDDLE.x), "x and y are exchanged"),
+        ((MIDDLE.x - 2e6, MIDDLE.y - 1e6), "these are coordinates of EPSG:21781"),
+        ((0.0, 0.0), "check the area's CRS"),
+    ],
+)
+def test_areas_with_exchanged_axes_or_of_lv03_are_told_so(tmp_path, sample, place, words):
+    with pytest.raises(UserError, match=f"every release position lies off the DEM .*{words}"):
+        sample(areas(tmp_path, [Point(*place)]), count=10)
+
+
 def test_nodata_is_off_the_dem(tmp_path, slope, sample):
     with pytest.raises(UserError, match=r"row 1: .* off the DEM or on its nodata"):
         sample(areas(tmp_path, [Point(EAST + 100, NORTH + 150)]), dem=slope("holed.tif", nodata_rows=5), count=100)

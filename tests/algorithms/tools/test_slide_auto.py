@@ -1,4 +1,6 @@
-"""slide-logs --fidelity auto: the run is the plain one of the chosen fidelity and logs, says so, and goes on alike."""
+"""slide-logs --fidelity auto: the run equals the plain one with the chosen fidelity and logs, reports it, and resumes
+alike.
+"""
 
 from __future__ import annotations
 
@@ -94,7 +96,7 @@ def test_draft_is_taken_where_the_user_assumes_that_it_does(case, early, tmp_pat
 
 
 class StopAfter(Quiet):
-    """Asks to stop once so many logs are done."""
+    """Requests a stop once a number of logs is done."""
 
     def __init__(self, logs: int) -> None:
         self.logs, self.done = logs, 0.0

@@ -258,7 +258,7 @@ def test_the_manifest_works_as_a_config(case, full, tmp_path, capsys):
 
 
 class StopAfter(Quiet):
-    """Asks to stop once so many logs are done."""
+    """Requests a stop once a number of logs is done."""
 
     def __init__(self, logs: int) -> None:
         self.logs, self.done = logs, 0.0

@@ -176,7 +176,7 @@ def test_threads_change_no_byte(full, tmp_path):
 
 
 def both_ways(run: Path, folder: Path, monkeypatch, feedback: Any = None, **more: Any) -> float:
-    """The same bytes, whether logs go on from stages or from their release; returns the share that had a stage."""
+    """The same bytes, whether logs continue from stages or from their release; returns the share that had a stage."""
     stages_of, used = ChangedScenes.stages_of, []
 
     def from_release(self, scene, task):
@@ -244,9 +244,9 @@ def test_what_is_planted_holds_what_whole_runs_with_it_say(case, tmp_path, trees
 
 
 def test_no_log_that_would_list_a_candidate_is_left_out(case, monkeypatch, tmp_path, said):
-    """812 candidates all over the slope, against poses two centimetres apart: whoever's axis comes within the engine's
-    margin of one is slid again with it, at the run's fidelity. And asked with steps and outlines as short as those, no
-    log that keeps 20 cm farther away: what the margin has beside the engine's is for these alone.
+    """812 candidates all over the slope, against poses two centimetres apart: a log whose axis comes within the
+    engine's margin of one is slid again with it, at the run's fidelity. And with steps and outlines as short as those,
+    no log that stays 20 cm farther away: the margin beyond the engine's is for these alone.
     """
     run = case.run(output=str(tmp_path / "run"), lines=case.lines, trees=case.trees, trajectories="none")
     spots = [(3.0 + 2.0 * k, 8.0 + 3.1 * j) for k in range(28) for j in range(29)]

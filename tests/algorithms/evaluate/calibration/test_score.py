@@ -245,7 +245,7 @@ def test_a_coefficient_with_which_most_logs_leave_did_not_make_an_event_that_sta
 
 
 def test_a_log_that_left_the_terrain_is_a_separate_outcome():
-    """The shares of deposits and of logs out of sight come to 1, and made events hold both as often."""
+    """The shares of deposits and of logs that left add up to 1, and simulated events contain both as often."""
     rng = np.random.default_rng(9)
     x, y = with_losses(rng, 0.6)
     rows = np.arange(LOGS)

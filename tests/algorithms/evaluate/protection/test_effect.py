@@ -49,7 +49,7 @@ def test_the_logs_to_slide_again_are_those_to_which_it_mattered_before_they_were
 
 
 def wood(trees: int) -> Any:
-    """A scene of so many trees, as far as the rule of steps looks at it; one more stood there before, and is out."""
+    """A scene with a number of trees, as far as the rule of steps uses it; one more was there and was removed."""
     solid = np.full(trees, CORE_TREE, [("kind", np.int8)])
     cores = SimpleNamespace(solid=solid, index=SimpleNamespace(items=np.arange(trees)))
     return SimpleNamespace(scene=SimpleNamespace(arrays=SimpleNamespace(cores=cores)), dem=SimpleNamespace(cell=0.5))
@@ -78,7 +78,7 @@ def test_all_slide_again_without_the_last_obstacle_that_rules_steps(monkeypatch,
 
 
 def test_what_was_taken_and_held_by_number():
-    """Trees from 0, lying logs' rows behind them, barriers from -1 down; a boulder's stop is none of theirs."""
+    """Trees from 0, lying logs' rows after them, barriers from -1 down; a stop at a boulder belongs to none."""
     hits = SimpleNamespace(
         by_barrier=np.array([False, True, False, True, False]),
         item=np.array([2, 0, 2, 1, 4]),

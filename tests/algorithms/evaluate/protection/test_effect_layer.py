@@ -63,8 +63,9 @@ def test_a_gain_is_of_the_logs_that_the_obstacle_keeps_away(seed, sign):
 @pytest.mark.parametrize("fidelity", list(FIDELITIES))
 @pytest.mark.parametrize("cell", [0.25, 0.5, 2.0])
 def test_what_the_engine_lists_is_near_a_kept_pose(fidelity, cell):
-    """A point that walks at random in steps of the longest travel: poses are kept as soon as it is a trace step away
-    from the last one, and a thing is listed from any pose and from the one a step ahead."""
+    """A random walk in steps of the longest travel: poses are stored as soon as the point is a trace step away
+    from the last one, and an object is listed from any pose and from the predicted one.
+    """
     row, rng = FIDELITIES[fidelity], np.random.default_rng(4)
     step, apart, far = longest_travel(row, cell), trace_step(row, cell), farthest_listed(row, cell)
     turn = np.cumsum(rng.normal(0.0, 0.3, (200, 60)), axis=1)

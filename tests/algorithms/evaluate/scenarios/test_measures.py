@@ -83,7 +83,8 @@ def test_the_bounds_for_lost_logs_are_those_of_trying_every_outcome(seed):
     tried = [paired(was, did) for was in outcomes(before) for did in outcomes(now)]
     assert row.difference_low_if_lost == min(each[0] for each in tried)
     assert row.difference_high_if_lost == max(each[0] for each in tried)
-    # Of the outcomes with the least difference one changes fewest logs: the one that is told changes no log needlessly.
+    # Of the outcomes with the least difference, one changes the fewest logs: the reported one changes no log
+    # unnecessarily.
     assert row.diff_ci_low_if_lost == paired(before.most, now.did)[1]
     assert row.diff_ci_high_if_lost == paired(before.did, now.most)[2]
     lost, gained = int((before.did & ~now.did).sum()), int((now.did & ~before.did).sum())

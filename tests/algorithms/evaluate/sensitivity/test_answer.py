@@ -24,7 +24,7 @@ FACTS = {"runs": 7, "logs": LOGS, "logs_in_layer": 900, "fidelity": "draft", "se
 
 
 def measured(*highs: int, share: bool = True) -> Measured:
-    """100 of 200 logs reach with nothing varied and at low ends; at the high ends so many of these less."""
+    """100 of 200 logs reach with nothing varied and at low ends; at the high ends fewer by these numbers."""
     values = np.tile(np.arange(LOGS) < 100, (1 + 2 * len(FACTORS), 1)).astype(float)
     rng = np.random.default_rng(1)
     for k, less in enumerate(highs):
