@@ -32,7 +32,7 @@ GAP = re.compile(
     r"\W*|<na>|(?:[a-zà-ü]{1,2}\.\s*){2,3}[a-zà-ü]{0,2}"
     r"|(?:nicht|kein\w*|ohne|not|no|non|pas|sans|senza|nessun\w*)\s+[^\d]+"
 )
-NUMBER = r"\d+(?:[.,]\d*)?|[.,]\d+"
+NUMBER = r"(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?"
 BEFORE = r"(?:(?:circa|environ|approx|about|von|from|de|da|ca|env|klasse|classe|class|kl)\b\.?|[~≈±])?\s*"
 BETWEEN = r"(?:-|–|—|\.\.+|…|bis(?:\s+unter)?|to|à|a)"
 UNIT = r"([a-zäöüß\"']*)\.?"

@@ -99,8 +99,9 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     axes.set_aspect("equal")
     axes.set(xlim=(west, east), ylim=(south, north), xlabel=words.say("east"), ylabel=words.say("north"))
     axes.set_gid("frame")
-    for axis, many in ((axes.xaxis, 5), (axes.yaxis, 8)):
-        axis.set_major_locator(MaxNLocator(many, steps=[1, 2, 5, 10]))
+    # without the lowest of the upright numbers, which would run into those along the foot
+    for axis, many, prune in ((axes.xaxis, 5, None), (axes.yaxis, 8, "lower")):
+        axis.set_major_locator(MaxNLocator(many, steps=[1, 2, 5, 10], prune=prune))
         axis.set_major_formatter(lambda at, _: f"{at:,.0f}".replace(",", "\u2009"))
     axes.tick_params(axis="y", labelrotation=90)
     for label in axes.get_yticklabels():

@@ -43,6 +43,7 @@ def add_sparse(rasters: Rasters, piece: dict[str, NDArray]) -> None:
     row, column = np.divmod(cells, first.deposits.shape[1])
     first.hits[row, column, HITS] += piece["hits"]
     first.deposits[row, column] += piece["deposits"]
-    first.maxima[row, column] = np.maximum(first.maxima[row, column], piece["maxima"].T)
+    if len(first.maxima):
+        first.maxima[row, column] = np.maximum(first.maxima[row, column], piece["maxima"].T)
     if len(first.danger):
         first.danger[:, cells] += piece["danger"]

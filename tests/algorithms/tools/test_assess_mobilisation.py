@@ -409,7 +409,7 @@ def test_what_is_not_known_of_a_species_is_reported(tmp_path, said):
     assert found.logs("candidates")["decay"].tolist() == ["unknown"]
     assert len(found.logs("others")) == 4
     told = " ".join(said.notes)
-    assert "no species known here is Mammutbaum" in told
+    assert "Mammutbaum: unknown species; the years of spruce are used" in told
     assert "no rate of decay is known for sapin; that of spruce is used" in told
     assert "1 snag is not of spruce" in told
     assert "1 point not of spruce is rated by rates of decay of downed wood" in told

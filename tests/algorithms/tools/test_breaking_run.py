@@ -61,7 +61,7 @@ def test_the_run_tells_what_broke(broken):
     assert above["of_trees"]["all"]["n_above"] == (logs["tree_hits_above"] > 0).sum()
     assert (trees["n_above"] <= trees["n_logs"]).all()  # a log breaks a tree once
     assert told["scenario"]["breaking"] == {"capacity_kj": WEAK, "power": 2.0}
-    assert "one breaks that would take more in a hit than 2 kJ" in told["modelled"]["trees"]
+    assert "that would absorb more than 2 kJ" in told["modelled"]["trees"]
 
 
 def test_the_terminal_says_that_trees_break(case, tmp_path):

@@ -269,7 +269,8 @@ def plain_names_of(frame: pandas.DataFrame) -> dict[str, str]:
 
 
 def headerless(frame: pandas.DataFrame) -> bool:
-    return all(re.fullmatch(r"column_\d+", str(name)) for name in frame.columns if name != "geometry")
+    names = [str(name) for name in frame.columns if name != "geometry"]
+    return bool(names) and all(re.fullmatch(r"column_\d+", name) for name in names)
 
 
 def layout_of(frame: pandas.DataFrame, path: str, source: str, *, mapped: bool) -> Layout:

@@ -164,7 +164,7 @@ def test_what_a_status_means_in_four_languages(word, kind):
 def test_a_status_that_is_not_known_is_reported_where_it_decides(imported, said):
     trees = imported(table("x;y;dbh;h;Zustand", "40;27;lebend", "50;30;XB7", "45;28;liegend tot"))
     assert trees["dbh_cm"].tolist() == [40, 50]
-    assert "not known and taken as living are xb7: 1" in " ".join(said.warnings)
+    assert "living trees (xb7: 1)" in " ".join(said.warnings)
 
 
 def test_a_field_of_status_words_under_another_name_is_reported(imported, said):

@@ -152,7 +152,8 @@ def test_fint_treefile_in_fixed_width_has_heights_only(imported, tmp_path, colum
     assert trees["dbh_cm"].tolist() == pytest.approx([by_law(20.5), by_law(8)])
     # Rockyfor3D's tree file has the same shape and holds DBH: nothing is guessed.
     with pytest.raises(
-        UserError, match=r"treefile.txt: the table has no header and . columns; say what wrote it \(--source fint"
+        UserError,
+        match=r"treefile.txt: the table has no header and . columns; name the program that wrote it \(--source fint",
     ):
         imported(text, "treefile.txt")
 
