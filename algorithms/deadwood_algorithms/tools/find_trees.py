@@ -126,16 +126,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         middle = np.median(canopy.x0 + found.column * canopy.cell), np.median(canopy.y0 + found.row * canopy.cell)
         warn_implausible(height, schemas.TREES.column("height_m"), path, feedback)
         warn_implausible(dbh, column, f"{path}, computed DBH", feedback, fix="check the law (--dbh-law)")
-        warn_of_another_region(
-            law, np.array([shapely.Point([float(each) for each in middle])]), canopy.plan_crs, feedback
-        )
+        warn_of_another_region(law, np.array([shapely.Point(*map(float, middle))]), canopy.plan_crs, feedback)
         write_vector(temporary, {"trees": Stream("Point", lambda: trees_in_pieces(found, dbh, canopy))})
         hectares = canopy.shape[0] * canopy.shape[1] * canopy.cell**2 / 1e4
     dropped = int((~fit).sum())
     lines = [
         f"{counted(dbh.size, 'tree')} found on {significant(hectares, 4)} ha, window {window}, heights "
-        f"{height.min():.1f} to "
-        f"{height.max():.1f} m, median {np.median(height):.1f} m",
+        f"{height.min():.1f} to {height.max():.1f} m, median {np.median(height):.1f} m",
         f"DBH computed from the height: {law}; median {np.median(dbh):.1f} cm",
     ]
     if dropped:
