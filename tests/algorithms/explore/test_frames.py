@@ -57,7 +57,7 @@ def test_a_view_of_an_array_is_sent_as_it_looks():
         ("5", "not a JSON object"),
         ('{"a": -Infinity}', "-Infinity is not a number"),
         ('{"a": -1e400}', "-1e400 is not a number"),
-        ('{"a": "' + "x" * MOST_MESSAGE + '"}', "at most 1048576 are taken"),
+        ('{"a": "' + "x" * MOST_MESSAGE + '"}', "at most 1048576 are allowed"),
         ("[" * 50_000, "not JSON"),
         (b"\xff\xfe\xff", "not JSON"),
     ],
