@@ -36,7 +36,7 @@ def test_a_virtual_raster_that_cannot_be_looked_into_is_refused(tmp_path, before
 def test_the_folder_of_a_result_is_no_folder_of_tiles(tmp_path):
     (tmp_path / "manifest.json").write_text(json.dumps({"tool": "slide-logs", "parameters": {}}))
     (tmp_path / "hit_count.tif").write_bytes(b"x")
-    with pytest.raises(UserError, match="the folder of a result of slide-logs, no terrain model"):
+    with pytest.raises(UserError, match="the folder of a result of slide-logs, not a terrain model"):
         tiles_of(tmp_path)
 
 
