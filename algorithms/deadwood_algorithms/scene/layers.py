@@ -286,8 +286,7 @@ def read_barriers(
     frame = read_vector(path, geometry=("line",), target_crs=grid.crs, what="barriers", feedback=feedback)
     where, renamed = where_of(frame), height_field and named(height_field).plain in ALSO["height"]
     if height_field in frame:
-        frame = frame.assign(height_m=frame[height_field])
-        frame.attrs["where"] = where
+        frame["height_m"] = frame[height_field]
     elif "height_m" not in frame or (height_field and not renamed):
         fix = (
             f"there is no field '{height_field}' (--height-field)"
