@@ -89,9 +89,8 @@ def read_text_table(path: str | Path, what: str) -> pd.DataFrame:
 def sheet_table(frame: pd.DataFrame) -> pd.DataFrame:
     """A spreadsheet's cells as a table: named by its header, also below a title, and without sums at the end."""
     cells = frame.astype(object).where(frame.notna(), "").map(lambda cell: str(cell).strip())
-    if frame.columns.str.fullmatch(r"Field\d+").all():
-        cells = cells.loc[:, (cells != "").any()]  # a margin left empty
     if all(re.fullmatch(r"Field\d+", str(name)) for name in frame.columns):  # GDAL's, where it sees no header
+        cells = cells.loc[:, (cells != "").any()]  # a margin left empty
         rows = cells.to_numpy().tolist()
         at = header_row(rows[:SAMPLE_LINES])
         if any(_is_number(cell) for cell in rows[at]) or len(rows) <= at + 1:

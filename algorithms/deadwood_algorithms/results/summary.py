@@ -289,8 +289,7 @@ def promised_words(record: dict[str, Any]) -> str:
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"
     return (
         f"{counted(record['logs'], 'log')} at {record['chosen']}: reach of lines within "
-        f"±{significant(together, 2)} points "
-        f"at 95 %{asked} "
-        f"(line {record['line_id']}: sampling ±{significant(sampling, 2)}, calculation "
+        f"±{significant(together, 2)} points at 95 %{asked} (line {record['line_id']}: "
+        f"sampling ±{significant(sampling, 2)}, calculation "
         f"±{significant(calculation, 2)} {source}){missed}"
     )

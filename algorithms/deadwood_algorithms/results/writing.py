@@ -197,8 +197,7 @@ def write_results(
         write_json(folder / FAILED_STATES, {"logs": states})
         feedback.warn(
             f"{len(states)} of {len(releases)} logs failed, the others are not affected; {FAILED_STATES} has their "
-            f"last "
-            "states, from which the engine can continue (deadwood_engine.Start): please report them"
+            "last states, from which the engine can continue (deadwood_engine.Start): please report them"
         )
     by_log.close()
     write_json(folder / SUMMARY, summary)

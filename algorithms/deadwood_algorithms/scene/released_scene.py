@@ -130,8 +130,7 @@ class _LayersAndLaws:
         path_like=True,
         help="A .pts file (x y z on each line, metres, no header) slides the convex hull of its points instead of "
         "logs: rocks, or logs as rings of vertices. dbh_cm and length_m of the releases are then ignored, the density "
-        "is used; "
-        "its z axis replaces the axis of a log.",
+        "is used; its z axis replaces the axis of a log.",
     )
     friction_max: float | None = tool.number(
         "Friction coefficient after much slip, of a point cloud",

@@ -50,7 +50,6 @@ class Sinking:
         return (
             f"{self.deep} of {counted(self.slid, 'log')} that slid sank deeper than {TOO_DEEP:g} of their diameter "
             f"into the ground or an obstacle, the deepest {significant(metres, 2)} m ({significant(part, 2)} "
-            f"diameters), on cells of "
-            f"{cell:g} m: their paths are not reliable; take a finer fidelity, and look at the terrain model where "
-            "they went"
+            f"diameters), on cells of {cell:g} m: their paths are not reliable; take a finer fidelity, and look at the "
+            "terrain model where they went"
         )

@@ -91,10 +91,8 @@ def recommend(
             cost = {row.fidelity: row.value for row in rows if row.quantity == "cpu_per_log"}
             sentence = (
                 f"Recommended: {name}, the cheapest fidelity shown to have an error below the sampling noise of "
-                f"{planned} "
-                f"logs ({error_words(max(of[name], key=farthest))}); {significant(cost[name], 2)} ms of CPU "
-                f"time per log against "
-                f"{significant(cost[finest], 2)} ms at {finest}."
+                f"{planned} logs ({error_words(max(of[name], key=farthest))}); {significant(cost[name], 2)} ms of CPU "
+                f"time per log against {significant(cost[finest], 2)} ms at {finest}."
             )
             return Recommendation(name, sentence, judged_by, verdicts, silent)
     if UNDECIDED in verdicts.values():
@@ -103,8 +101,7 @@ def recommend(
     nearest = max(of[cheaper[-1]], key=farthest)
     sentence = (
         f"Recommended: {finest}, the finest compared: all others have an error larger than the sampling noise of "
-        f"{planned} logs "
-        f"({cheaper[-1]}: {error_words(nearest)})."
+        f"{planned} logs ({cheaper[-1]}: {error_words(nearest)})."
     )
     return Recommendation(finest, sentence, judged_by, verdicts, silent)
 

@@ -69,8 +69,8 @@ def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) 
             high = "no upper end can be given" if math.isnan(most) else f"up to {significant(most, 3)}"
             shown.append(
                 f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: "
-                f"{significant(row['design_value'], 3)} "
-                f"{row['unit']} ({high}), {row['percentile']:g} % times {row['factor']:.4g}"
+                f"{significant(row['design_value'], 3)} {row['unit']} ({high}), {row['percentile']:g} % times "
+                f"{row['factor']:.4g}"
             )
     return [*shown, rule.said]
 

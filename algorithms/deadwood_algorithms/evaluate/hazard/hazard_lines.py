@@ -53,7 +53,7 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
     shown += event_lines(facts)
     empty = (
         f"a cell that no log passed: passed by less than {significant(100 * facts['no_hit']['p_high'], 2)} % of "
-        f"the logs"
+        "the logs"
     )
     if "return_ci_low_years" in facts["no_hit"]:
         empty += f", return period over {years_words(facts['no_hit']['return_ci_low_years'])} years"

@@ -74,7 +74,6 @@ def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
     for row in facts["affected"] or []:
         shown.append(
             f"release {row['release_id']}: {significant(row['area_m2'] / 1e4, 2)} ha passed by at least "
-            f"{100 * row['least_p']:g} % "
-            f"of its {counted(row['n_logs'], 'log')}"
+            f"{100 * row['least_p']:g} % of its {counted(row['n_logs'], 'log')}"
         )
     return tuple(shown)

@@ -162,8 +162,8 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
             more = f" ({row['n_more']:.0f} more hits are needed for upper bounds)" if row["n_more"] else ""
             shown.append(
                 f"   95 % of its {counted(int(row['n_hit']), 'hit')}: up to "
-                f"{significant(row['energy_p95_kj'], 3)} kJ and "
-                f"{significant(row['height_p95_m'], 2)} m above the terrain{more}"
+                f"{significant(row['energy_p95_kj'], 3)} kJ and {significant(row['height_p95_m'], 2)} m above "
+                f"the terrain{more}"
             )
             if classes:
                 shown.append(f"   without a factor: {presets.BARRIERS[classes].words(row)}")
