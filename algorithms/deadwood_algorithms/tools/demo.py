@@ -179,5 +179,5 @@ TOOL = Tool(
     Ask,
     run,
     in_qgis=False,
-    then="deadwood-tool view {output}/run_mapped",
+    then="deadwood-tool explore --dem {output}/dem.tif --trees {output}/trees_mapped.gpkg --lines {output}/road.gpkg",
 )

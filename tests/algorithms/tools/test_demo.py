@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import runpy
+import shlex
 from pathlib import Path
 
 import geopandas as gpd
@@ -144,3 +145,12 @@ def test_it_ends_with_a_report_of_the_three_forests(made):
     assert str(folder / "run_mapped") in page
     assert ".partial-" not in page
     assert len(page.encode()) < 6_000_000
+
+
+def test_it_ends_by_naming_explore_on_its_own_layers(made):
+    """The command that it prints last, on layers that are there."""
+    folder, _ = made
+    program, name, *given = shlex.split(demo.TOOL.then.format(output=folder))
+    assert (program, name) == ("deadwood-tool", "explore")
+    assert given[::2] == ["--dem", "--trees", "--lines"]
+    assert all(Path(each).is_file() for each in given[1::2])
