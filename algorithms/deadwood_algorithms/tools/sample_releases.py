@@ -132,7 +132,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         temporary = outputs.file("output", ".gpkg")
         ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
         areas = read_release_areas(ask.areas, ask.weights, ask.radius_m, ask.crs, ground, feedback)
-        names = areas.release_ids(ask.release_id_field)
+        names = areas.release_ids(ask.release_id_field, feedback)
         taken = presets.Taken.of(presets.LOGS[ask.preset], "--preset", vars(ask))
         if taken.sets or ask.preset != DEFAULT_PRESET:  # of the default, only what it set
             feedback.note(taken.said)
@@ -146,6 +146,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             if path and rows is not None and ask.orientation == "upright":
                 warn_of_posture(lying_wood(path, rows, GONE_PATTERN), feedback)
         counts = areas.logs_by_area(ask.count, ask.logs_per_ha)
+        areas.say_unequal(counts, feedback)
         fix = "lower --count or --logs-per-ha, or sample the areas in parts"
         refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, fix=fix)
 
