@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, count_of
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.counts import none_of
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
 
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
-# Why a row of a layer has no part in a run
-OFF_DEM = "off_dem"  # it lies beyond the terrain model
-NO_TERRAIN = "no_terrain"  # on its last half cell or on nodata, where the surface has no height
 ROWS_NAMED = 5  # an error names this many rows, then counts the rest
 
 
@@ -116,6 +114,12 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     out = np.empty(len(unique), object)
     out[:] = merged
     return Items(unique, out, of_row[np.searchsorted(rows, paths.item)], paths.item, len(frame))
+
+
+def count_of_items(items: Items) -> dict[str, Any]:
+    """What became of the rows of a layer of lines: those that have a path are used, the others lie off the DEM."""
+    used = np.unique(items.row).size
+    return count_of(items.row_count, used, {OFF_DEM: items.row_count - used})
 
 
 def shared_words(

@@ -129,7 +129,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         areas, assessed = outputs.optional_file("release_areas", ".gpkg"), outputs.optional_file("assessed", ".gpkg")
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback))
         refuse_fine_cells(ask, dem.cell)
-        friction = stack.enter_context(open_friction(ask.friction, dem.crs, feedback))
+        friction = stack.enter_context(open_friction(ask.friction, dem, feedback))
         deadwood = read_deadwood(ask.deadwood, ask.crs, tool.taken(ask, DecayFields), dem, feedback)
 
         limits = tool.taken(ask, Limits)
