@@ -216,4 +216,6 @@ def factor_words(name: str, words: Words) -> str:
 
 def range_words(row: dict[str, Any], words: Words) -> str:
     ends = (row["low"], row["high"])
+    if row["factor"] == "orientation":
+        return " – ".join(words.say_or(f"posture_{each}", str(each)) for each in ends)
     return "–".join(words.signs(f"{each:g}") if isinstance(each, (int, float)) else str(each) for each in ends)

@@ -249,7 +249,7 @@ def influence_words(answer: Mapping[str, Any], words: Words) -> str:
     outcome = outcome_words(answer["outcome"], words).rpartition(" [")[0]
     outcome = outcome[:1].upper() + outcome[1:]
     if not answer["factors"]:
-        return words.say("no_influence", outcome=outcome)
+        return words.say("no_index" if answer["by"] == "total" else "no_influence", outcome=outcome)
     factors = ", ".join(factor_words(each, words) for each in answer["factors"])
     name = "most_influential" if answer["decided"] else "influence_undecided"
     return words.say(name, outcome=outcome, factors=factors)

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any, NamedTuple
 
+from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.report.markup import Markup, element, scrolled
-from deadwood_algorithms.report.rounded import decimal, in_signs, shown_number
+from deadwood_algorithms.report.rounded import DIGITS, decimal, in_signs, shown_number
 from deadwood_algorithms.report.sections import Parts
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
@@ -44,9 +45,10 @@ def span_words(values: Any, words: Words, unit: str = "") -> str:
         return decimal(values, words)
     if values["median"] is None:
         return "–"
-    middle, low, high = (in_signs(f"{values[name]:.4g}", words) for name in ("median", "low", "high"))
-    shown = f"{middle} {unit}".strip()
-    return shown if low == high else f"{shown} ({low} {words.say('to')} {high})"
+    if values["low"] == values["high"]:
+        return f"{decimal(values['median'], words)} {unit}".strip()
+    middle, low, high = (in_signs(significant(values[name], DIGITS), words) for name in ("median", "low", "high"))
+    return f"{f'{middle} {unit}'.strip()} ({low} {words.say('to')} {high})"
 
 
 def terrain_words(source: ReportedRun, words: Words) -> str:

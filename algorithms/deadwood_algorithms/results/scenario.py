@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import count_of
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.checked import read_summary
 from deadwood_algorithms.scene.counts import NOT_RUN, counts_of_scene, in_scene
@@ -154,8 +154,10 @@ def _span(values: dict[str, float | None], unit: str = "") -> str:
     """``45 cm``, or ``45 cm (32 to 61)`` where the values differ."""
     if values["median"] is None:
         return "unknown"
-    shown = f"{values['median']:.4g}" + (f" {unit}" if unit else "")
-    return shown if values["low"] == values["high"] else f"{shown} ({values['low']:.4g} to {values['high']:.4g})"
+    if values["low"] == values["high"]:
+        return f"{values['median']:g} {unit}".strip()
+    middle, low, high = (significant(values[name] or 0.0, 3) for name in ("median", "low", "high"))
+    return f"{f'{middle} {unit}'.strip()} ({low} to {high})"
 
 
 def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, count_of
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.params.counts import none_of
+from deadwood_algorithms.params.counts import none_of, rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
-ROWS_NAMED = 5  # an error names this many rows, then counts the rest
 
 
 @dataclass(frozen=True)
@@ -181,13 +180,6 @@ def say_left_out(frame: geopandas.GeoDataFrame, off: NDArray[np.bool_], what: st
     if rows.size:
         verb = "lies off the DEM and is" if rows.size == 1 else "lie off the DEM and are"
         say(f"{where_of(frame)}, {rows_named(rows)}: {rows.size} of {off.size} {what} {verb} left out")
-
-
-def rows_named(rows: NDArray[Any]) -> str:
-    """``row 7`` or ``rows 1, 2, 3, 4, 5 and 12 more``; the first row is row 1."""
-    shown = ", ".join(str(int(row) + 1) for row in rows[:ROWS_NAMED])
-    more = f" and {rows.size - ROWS_NAMED} more" if rows.size > ROWS_NAMED else ""
-    return f"row{'s' if rows.size > 1 else ''} {shown}{more}"
 
 
 def digest_of(*parts: Any) -> str:

@@ -157,6 +157,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             counts = {name: len(frame) for name, frame in judged.items()}
             facts |= counts
             lines.append(f"{counts['candidates']} of {sum(counts.values())} mapped logs could start to slide")
+        lines.append(limits.words(ask.friction))
         for each in (mask, beside):
             if each != factors:
                 each.unlink(missing_ok=True)

@@ -206,7 +206,7 @@ def contour_candidates(
         for length, mine, passing in zip(lengths, pieces, logs, strict=True):
             for k, (shape, _) in enumerate(places_where_most_pass(mine, passing, length, number), 1):
                 for height in heights:
-                    name = f"{level:g} m above, {length:g} m long, {height:g} m high, {k}"
+                    name = f"{level:g} m above, {length:g} m long, {height:g} m high, place {k}"
                     while name in taken:
                         name += " new"
                     found.append(Candidate(name, shape, height, level))

@@ -67,7 +67,7 @@ def trees_kept(
         on = ground.contains(x, y)
         if (kept & ~on).any():
             nowhere = extent_words(x, y, ground) if not on.any() else ""
-            said.append(f"{counted((kept & ~on).sum(), 'tree')} dropped: off the DEM{nowhere}")
+            said.append(f"{counted((kept & ~on).sum(), 'tree')} dropped: off the DEM or on its nodata{nowhere}")
             source.left_out[OFF_DEM] = int((kept & ~on).sum())
         kept &= on
     if merge_within_m and kept.any():

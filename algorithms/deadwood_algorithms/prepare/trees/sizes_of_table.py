@@ -180,6 +180,6 @@ def sizes(
         feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh applies it")
     if filled.from_height.any():
         fix = "check the law (--dbh-law, --dbh-a, --dbh-b)"
-        modelled = filled.dbh[filled.from_height]
+        modelled = np.where(filled.from_height, filled.dbh, np.nan)
         warn_implausible(modelled, schemas.TREES.column("dbh_cm"), f"{where}, computed DBH", feedback, fix=fix)
     return filled
