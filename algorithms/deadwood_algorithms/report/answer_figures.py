@@ -34,7 +34,7 @@ from deadwood_algorithms.report.plan import (
     roads,
     thinned_rows,
 )
-from deadwood_algorithms.report.rounded import with_interval
+from deadwood_algorithms.report.rounded import decimal, with_interval
 from deadwood_algorithms.report.sources import ReportedRun, thinned_raster
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.schemas.looks import BARRIER, BRINGS, CHOSEN, HIGH_END, KEEPS, LOW_END, PLAIN
@@ -215,5 +215,8 @@ def factor_words(name: str, words: Words) -> str:
 
 
 def range_words(row: dict[str, Any], words: Words) -> str:
+    """``0.2–0.3``, or the two that a choice is between: ``upright / lying, random direction``."""
     ends = (row["low"], row["high"])
-    return "–".join(words.signs(f"{each:g}") if isinstance(each, (int, float)) else str(each) for each in ends)
+    if all(isinstance(each, (int, float)) for each in ends):
+        return "–".join(decimal(each, words) for each in ends)
+    return " / ".join(words.say_or(f"posture_{each}", str(each)) for each in ends)

@@ -81,6 +81,8 @@ PHRASES = {
     "posture_upright": "upright",
     "posture_lying": "lying",
     "posture_tilted": "tilted",
+    "posture_random": "random direction",
+    "posture_random-lying": "lying, random direction",
     "scenario_dbh": "DBH",
     "scenario_length": "length",
     "scenario_height": "height",

@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 from html.parser import HTMLParser
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,12 @@ import pytest
 import shapely
 from slope_case import Case, edit_manifest, write_layer
 
+from deadwood_algorithms.evaluate.sensitivity.factors import CHOICES
 from deadwood_algorithms.params.presets import BARRIERS
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report import answer_figures
-from deadwood_algorithms.report.answer_figures import factor_words
+from deadwood_algorithms.report.answer_figures import factor_words, range_words
+from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tools import make_report, map_intensity, map_origins, site_barriers, value_trees, vary
 
@@ -201,6 +204,18 @@ def test_the_factors_have_one_order_in_the_file_the_table_and_the_figure(page, r
         assert list(table.loc[table["outcome"] == outcome, "factor"]) == order
         assert shown[k * len(words) : (k + 1) * len(words)] == words
         assert [each.get_text().partition(",")[0] for each in axes.get_yticklabels()] == words
+
+
+def test_a_range_is_in_the_readers_language():
+    """Numbers with its decimal sign, postures in its words; the names of fidelities are those of the option."""
+    assert range_words({"low": 0.8, "high": 1.2}, Words("it")) == "0,8–1,2"
+    assert range_words({"low": "draft", "high": "standard"}, Words("it")) == "draft / standard"
+    english = set(CHOICES["orientation"])
+    for language in LANGUAGES:
+        for low, high in combinations(CHOICES["orientation"], 2):
+            told = range_words({"low": low, "high": high}, Words(language))
+            assert language == "en" or not english & set(told.split(" / ")), told
+            assert "random-lying" not in told
 
 
 def test_in_german_no_english_class_is_left(case, run, results):
