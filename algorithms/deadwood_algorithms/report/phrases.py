@@ -131,6 +131,7 @@ PHRASES = {
     "input_barriers": "barriers",
     "input_lying_logs": "lying logs",
     "input_blocks": "boulders",
+    "input_releases": "releases",
     "map": "Map",
     "map_caption": ("Share of the logs that pass each cell, over the relief. Coordinates: {crs}, metres."),
     "map_moves": "Drag to move, wheel or buttons to zoom.",

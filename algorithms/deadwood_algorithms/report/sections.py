@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,7 @@ def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Pa
         if reasons.get(name, 0)
     ]
     for parameter, file in source.run.changed:
-        what = words.say_or(f"input_{parameter}", parameter.replace("_", " "))
+        what = input_words(parameter, words)
         found.append(words.say("input_changed", what=what, path=Path(file).name))
     before = f"{source.name}: " if named else ""
     return [element("p", before + each, class_="warning") for each in found]
@@ -80,7 +81,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
         for phrase, filled in source.lacks:
             filled = dict(filled)
             if "what" in filled:
-                filled["what"] = words.say_or(f"input_{filled['what']}", str(filled["what"]))
+                filled["what"] = input_words(str(filled["what"]), words)
                 filled["reason"] = filled["reason"] or words.say("gone")
                 filled["path"] = Path(filled["path"]).name or filled["path"]
             lacks.append(element("li", words.say(phrase, **filled)))
@@ -214,7 +215,7 @@ def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
     values = values[np.isfinite(values)]
     if not values.size:
         return (label, 0, *["–"] * (len(LEVELS) + 1))
-    shown = [shown_number(float(each), words, 2) for each in (*np.percentile(values, LEVELS), values.max())]
+    shown = [shown_number(float(each), words) for each in (*np.percentile(values, LEVELS), values.max())]
     return (label, values.size, *shown)
 
 
@@ -291,7 +292,7 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
         figure_of(drawings.get("runout")),
         figure_of(drawings.get("distributions")),
         table(head, rows),
-        table([words.say("stops"), words.say("n_logs"), "%"], ends),
+        table([words.say("stops"), words.say("n_logs"), words.say("layer_hits")], ends),
     ]
 
 
@@ -410,10 +411,21 @@ def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
     return command_line(str(manifest.get("tool", "slide-logs")), given)
 
 
+def unbroken(command: str) -> list[Any]:
+    """A command line whose flags are not torn at a hyphen at the end of a line."""
+    parts = re.split(r"(?<= )(--[\w-]+)", command)
+    return [element("span", each, class_="flag") if k % 2 else each for k, each in enumerate(parts)]
+
+
+def input_words(parameter: str, words: Words) -> str:
+    """What an input is called: of some the name of its layer."""
+    return words.say_or(f"input_{parameter}", words.say_or(f"model_{parameter}", parameter.replace("_", " ")))
+
+
 def provenance(source: ReportedRun, words: Words) -> Parts:
     manifest, cost = source.run.manifest, source.summary["cost"]
     digests = manifest.get("digests", {})
-    rows = [(name, file, element("code", digest)) for name, file, digest in source.inputs]
+    rows = [(input_words(name, words), file, element("code", digest)) for name, file, digest in source.inputs]
     rows += [
         (words.say(f"hash_{name}"), "", element("code", digests[name]))
         for name in ("scene", "releases")
@@ -440,7 +452,7 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
     )
     return [
         element("h4", words.say("command")),
-        element("pre", command_of(manifest, source.summary)),
+        element("pre", *unbroken(command_of(manifest, source.summary))),
         element("h4", words.say("hashes")),
         scrolled(table_of, words.say("hashes"), short=False),
         element("h4", words.say("versions")),
