@@ -137,7 +137,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     width, height = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text).groups()  # type: ignore[union-attr]
     text = text.replace(
         f'width="{width}pt" height="{height}pt"',
-        f'class="figure" style="max-width:{width}pt" role="img" aria-label="{escaped(title)}"',
+        f'class="figure" style="--own:{width}pt;max-width:{width}pt" role="img" aria-label="{escaped(title)}"',
         1,
     )
     return Markup(re.sub(r"\n\s*", "\n", text))

@@ -18,7 +18,7 @@ SELDOM = ("model_lying_logs", "model_blocks", "model_lines")  # no row in a box 
 def made_at(manifest: Mapping[str, Any]) -> str:
     """``2026-11-25 19:44``: when the run began."""
     made = manifest.get("made_utc")
-    return datetime.fromisoformat(made).strftime("%Y-%m-%d %H:%M") if made else "–"
+    return element("span", f"{datetime.fromisoformat(made):%Y-%m-%d %H:%M}", class_="whole") if made else "–"
 
 
 def cells_of(cells: list[str]) -> list[Markup]:

@@ -19,6 +19,7 @@ from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, scrolled, table
 from deadwood_algorithms.report.plan import MOST_DOTS, QUANTITIES, SHOWN_AT_FIRST, layers_drawn
 from deadwood_algorithms.report.rounded import (
+    NBSP,
     decimal,
     in_signs,
     percent_if_lost,
@@ -201,7 +202,7 @@ def arrivals(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words)
     if not len(source.arrivals):
         return [element("p", words.say("arrivals_none"))]
     parts: Parts = [element("p", words.say("arrivals_note"), class_="quiet"), figure_of(drawings.get("arrivals"))]
-    head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
+    head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
     for line_id, mine in source.arrivals.groupby("line_id", sort=False):
         rows = [
             quantile_row(words.say(phrase), mine[name].to_numpy(float), words)
@@ -224,7 +225,7 @@ def design(source: ReportedRun, words: Words) -> Parts:
     found = [each for each in source.passages if each.log_id.size]
     if not found:
         return []
-    head = [words.say("quantity"), *(f"{100 * level:g} %" for level in DESIGN_LEVELS)]
+    head = [words.say("quantity"), *(f"{100 * level:g}{NBSP}%" for level in DESIGN_LEVELS)]
     parts: Parts = [element("p", words.say("design_note"), class_="quiet")]
     for each in found:
         records = list(design_rows(each, DESIGN_LEVELS, 0.95))
@@ -271,7 +272,7 @@ def whole(value: Any) -> str:
 
 
 def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
+    head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
     names = {
         "runout_axis": "runout_m",
         "max_speed_axis": "speed_max_ms",
@@ -414,7 +415,7 @@ def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
 def unbroken(command: str) -> list[Any]:
     """A command line whose flags are not torn at a hyphen at the end of a line."""
     parts = re.split(r"(?<= )(--[\w-]+)", command)
-    return [element("span", each, class_="flag") if k % 2 else each for k, each in enumerate(parts)]
+    return [element("span", each, class_="whole") if k % 2 else each for k, each in enumerate(parts)]
 
 
 def input_words(parameter: str, words: Words) -> str:
