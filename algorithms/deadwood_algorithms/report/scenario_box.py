@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any, NamedTuple
 
-from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.report.markup import Markup, element, scrolled
-from deadwood_algorithms.report.rounded import DIGITS, decimal, in_signs, shown_number
+from deadwood_algorithms.report.rounded import alike, decimal, in_signs, shown_number
 from deadwood_algorithms.report.sections import Parts
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
@@ -19,7 +18,7 @@ SELDOM = ("model_lying_logs", "model_blocks", "model_lines")  # no row in a box 
 def made_at(manifest: Mapping[str, Any]) -> str:
     """``2026-11-25 19:44``: when the run began."""
     made = manifest.get("made_utc")
-    return datetime.fromisoformat(made).strftime("%Y-%m-%d %H:%M") if made else "–"
+    return element("span", f"{datetime.fromisoformat(made):%Y-%m-%d %H:%M}", class_="whole") if made else "–"
 
 
 def cells_of(cells: list[str]) -> list[Markup]:
@@ -45,10 +44,9 @@ def span_words(values: Any, words: Words, unit: str = "") -> str:
         return decimal(values, words)
     if values["median"] is None:
         return "–"
-    if values["low"] == values["high"]:
-        return f"{decimal(values['median'], words)} {unit}".strip()
-    middle, low, high = (in_signs(significant(values[name], DIGITS), words) for name in ("median", "low", "high"))
-    return f"{f'{middle} {unit}'.strip()} ({low} {words.say('to')} {high})"
+    middle, low, high = (in_signs(each, words) for each in alike([values[name] for name in ("median", "low", "high")]))
+    shown = f"{middle} {unit}".strip()
+    return shown if low == high else f"{shown} ({low} {words.say('to')} {high})"
 
 
 def terrain_words(source: ReportedRun, words: Words) -> str:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 
-
 @dataclass(frozen=True)
 class Paths:
     """Lines as the engine takes them; several paths (parts, rings) may belong to one item of the layer."""

@@ -39,6 +39,7 @@ import shapely
 
 from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.releases.areas import MOST_LOGS, read_release_areas
 from deadwood_algorithms.prepare.releases.logs import (
@@ -148,6 +149,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 warn_of_posture(lying_wood(path, rows, GONE_PATTERN), feedback)
         counts = areas.logs_by_area(ask.count, ask.logs_per_ha)
         account("areas", count_of(len(areas.frame), (counts > 0).sum(), {"no_log": (counts == 0).sum()}))
+        if not counts.all():
+            none = counted(int((counts == 0).sum()), "release area is", "release areas are")
+            feedback.note(f"{where_of(areas.frame)}: {none} too small for a log at --logs-per-ha {ask.logs_per_ha:g}")
         areas.say_unequal(counts, feedback)
         fix = "lower --count or --logs-per-ha, or sample the areas in parts"
         refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, fix=fix)
