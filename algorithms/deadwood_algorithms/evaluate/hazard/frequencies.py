@@ -18,7 +18,7 @@ FIELD = "events_per_year"
 
 
 def release_areas(source: Run, events: float | None, layer: str | None, field: str | None) -> list[ReleaseArea]:
-    """The release areas of a run with their events a year; none where no frequency is given."""
+    """The release areas of a run with their events a year; none if no frequency is given."""
     if events is None and layer is None and field is None:
         return []
     if events is not None and (layer is not None or field is not None):
@@ -61,6 +61,6 @@ def _layer_of_run(source: Run) -> str:
 
 
 def stored_areas(source: Run, areas: list[ReleaseArea]) -> list[ReleaseArea]:
-    """The same areas with the logs of them that have a stored trajectory."""
+    """The same areas, restricted to their logs with a stored trajectory."""
     kept = source.deposits["release_id"][np.isin(source.deposits["log_id"], source.stored_log_ids)]
     return [ReleaseArea(each.release_id, each.events_per_year, int((kept == each.release_id).sum())) for each in areas]

@@ -32,7 +32,7 @@ def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:
 
 
 def refuse_failed(found: Sequence[SiteFound], output: str) -> None:
-    """The error that ends a run of which sites failed, once the others are written."""
+    """Raise the error that ends a run with failed sites, once the others are written."""
     failed = [each for each in found if each.failed]
     if failed:
         names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
