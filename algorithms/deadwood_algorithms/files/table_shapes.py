@@ -24,7 +24,7 @@ RINGS_CLOSED = "rings that do not close were closed; check these polygons"
 
 
 def shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, str | None] | None) -> gpd.GeoDataFrame:
-    """Points from two columns of coordinates, else the shapes of a column of well-known text."""
+    """Points from two columns of coordinates, otherwise the shapes in a column of well-known text."""
     where = where_of(frame)
     names = {str(column).strip().lower(): column for column in frame.columns}
     axes = axes_of(frame.columns)
