@@ -1,4 +1,4 @@
-"""The paper's findings, statement by statement, judged on runs: an order, a direction, the size of a ratio.
+"""The paper's findings, statement by statement, assessed on runs: an order, a direction, the size of a ratio.
 
 Every rule is defined here and was written before the runs; ``finding`` defines how an interval decides. Intervals are
 over logs and do not cover another terrain or forest: for that there is the panel, the same finding with one chosen
@@ -28,7 +28,7 @@ from deadwood_algorithms.paper.finding import (
 from deadwood_algorithms.stats.endings import ended
 from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
-FEWEST_MOVING = 0.5  # share of the bodies beyond the minimum run-out, below which a spread is that of a chosen few
+FEWEST_MOVING = 0.5  # share of the bodies beyond the minimum run-out, below this, a spread is that of a selected few
 NOT_REACHED = 0.005  # share below which the paper's "is not reached" holds
 
 
@@ -50,7 +50,9 @@ def findings_of(of: Evidence, *, quick: bool = False) -> list[Finding]:
 
 
 def forest_findings(of: Evidence) -> list[Finding]:
-    """None over mapped over random where gullies are free; mapped about random where there are none."""
+    """Reach without forest above mapped above random if gullies are free of trees; mapped about random without
+    gullies.
+    """
     at, klosters = of.site, of.site == "klosters"
     als, found = of.reach("als"), []
     if "none" in of.logs:
@@ -104,7 +106,7 @@ def forest_findings(of: Evidence) -> list[Finding]:
 
 
 def spread_findings(of: Evidence) -> list[Finding]:
-    """Wider with forest than without; log over platy over cubic rock."""
+    """Lateral spread: wider with forest than without; log above platy above cubic rock."""
     at, klosters = of.site, of.site == "klosters"
     releases = [item for name, what, item in of.rows if (name, what) == ("none", "spread_p05_p95")]
     found = []
@@ -172,7 +174,7 @@ def _friction_of_rocks(facts: Mapping[str, Any]) -> str:
 
 
 def _share_counted(spread: Row) -> float:
-    """Of a release's bodies, those beyond the minimum run-out."""
+    """The share of a release's bodies beyond the minimum run-out."""
     return 1.0 - spread["n_left_out"] / spread["n"] if spread["n"] else 0.0
 
 
@@ -222,7 +224,7 @@ def protection_findings(of: Evidence) -> list[Finding]:
 
 
 def motion_findings(of: Evidence) -> list[Finding]:
-    """Speeds, jumps, and what trees hold near the release."""
+    """Speeds, jumps, and the share that trees hold near the release."""
     at = of.site
     logs = of.logs["als"]
     far = logs["runout_m"] > of.facts["length_m"]
@@ -289,7 +291,7 @@ def motion_findings(of: Evidence) -> list[Finding]:
 
 
 def friction_findings(of: Evidence) -> list[Finding]:
-    """The range that reproduces, the end of reach, and coarser cells."""
+    """The friction range that reproduces, the friction above which nothing is reached, and coarser cells."""
     at, road, beyond = of.site, of.facts["road"], of.facts.get("beyond")
     finest = min(of.sweeps)
     rows = sorted(of.sweeps[finest], key=lambda row: row["friction"])
@@ -355,7 +357,9 @@ def friction_findings(of: Evidence) -> list[Finding]:
 
 
 def friction_for(rows: Sequence[Row], key: str, target: float) -> tuple[float, float, float]:
-    """The coefficient at which a falling share meets the target, with an interval; NaN where the sweep does not."""
+    """The coefficient at which a falling share meets the target, with an interval; NaN if the sweep does not meet
+    it.
+    """
     rows = sorted(rows, key=lambda row: row["friction"])
     mu = np.array([row["friction"] for row in rows], float)
     ends = [wilson_interval(round(row[key] * row["n"]), row["n"]) for row in rows]

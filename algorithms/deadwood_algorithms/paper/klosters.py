@@ -1,6 +1,6 @@
 """The Klosters-like twin (paper, section 2.1): 35 degrees, gullies with fewer trees, four releases, a road.
 
-Fixed before anything slid on it; ``NUMBERS`` says which number is the paper's.
+Fixed before anything slid on it; ``NUMBERS`` marks the paper's own numbers.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def _terrain(k: Mapping[str, Any]) -> twin.Grid:
     rng = np.random.default_rng(k["seed"])
     gully = sum(np.exp(-(((u - bed) / k["gully_width_m"]) ** 2)) for bed in gully_beds(v))
     lower = K["road_v_m"] - 0.5 * K["road_width_m"]
-    fade = np.clip((v - K["road_v_m"] - 6.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
+    fade = np.clip((v - K["road_v_m"] - 6.0) / 25.0, 0.0, 1.0)  # the relief fades out towards the road
     bands = zip(k["cliff_v_m"], k["cliff_height_m"], strict=True)
     heights = _profile(v) + sum((_cliff(u, v, *band) for band in bands), np.zeros(FRAME.shape)) * (1.0 - gully)
     short, long = twin.relief(rng, FRAME, k)
@@ -121,13 +121,13 @@ def _terrain(k: Mapping[str, Any]) -> twin.Grid:
 
 
 def _cliff(u: NDArray[np.float64], v: NDArray[np.float64], foot: float, height: float) -> NDArray[np.float64]:
-    """What a cliff band adds to the smooth slope: a step over 5 m, eased off over 60 m above [m]."""
+    """Height that a cliff band adds to the smooth slope: a step over 5 m, fading out over 60 m above it [m]."""
     up = v - foot - 3.0 * np.sin(u / 23.0)
     return height * np.clip(up / 5.0, 0.0, 1.0) * np.clip(1.0 - (up - 5.0) / 60.0, 0.0, 1.0)
 
 
 def _free_of_trees(k: Mapping[str, Any]) -> Callable[[float, float], bool]:
-    """Whether a tree that is drawn falls away: in a bed always, beside one by chance."""
+    """Whether a drawn tree is dropped: always in a bed, by chance beside one."""
     rng = np.random.default_rng(k["seed"] + 2)
 
     def free(u: float, v: float) -> bool:
@@ -140,13 +140,13 @@ def _free_of_trees(k: Mapping[str, Any]) -> Callable[[float, float], bool]:
 
 
 def releases(k: Mapping[str, Any]) -> list[tuple[float, float]]:
-    """u and v of the middles of the four release circles [m]."""
+    """u and v of the centres of the four release circles [m]."""
     places = zip(k["release_gully"], k["release_off_gully_m"], k["release_v_m"], strict=True)
     return [(float(gully_beds(v)[gully - 1]) + off, v) for gully, off, v in places]
 
 
 def klosters(version: int = 2, **changes: Any) -> Twin:
-    """The twin, from its numbers; some of them changed to see what depends on them."""
+    """The twin, computed from its numbers, of which some may be changed to see what depends on them."""
     k = twin.changed(NUMBERS, VERSION_1, version, **changes)
     edge = K["road_v_m"] + 0.5 * K["road_width_m"]
     below = edge - K["road_width_m"] - K["beyond_m"]

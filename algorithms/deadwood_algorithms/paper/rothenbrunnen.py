@@ -1,6 +1,6 @@
 """The Rothenbrunnen-like twin (paper, section 2.2): no gullies, a row of barriers, a terrace above one, road and rail.
 
-Fixed before anything slid on it; ``NUMBERS`` says which number is the paper's.
+Fixed before anything slid on it; ``NUMBERS`` marks the paper's own numbers.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def _profile(v: ArrayLike) -> NDArray[np.float64]:
 
 
 def _terrace(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What the terrace adds to the smooth slope: a wedge, highest at its lower edge [m]."""
+    """Height that the terrace adds to the smooth slope: a wedge, highest at its lower edge [m]."""
     rise = K["terrace_deep_m"] * (SLOPE - np.tan(np.radians(K["terrace_deg"])))
     above = rise * (1.0 - (v - LIP_V) / K["terrace_deep_m"])
     below = rise - (LIP_V - v) * (1.0 - SLOPE)  # 45 degrees
@@ -97,13 +97,13 @@ def _terrace(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float
 
 
 def _along_terrace(u: NDArray[np.float64], ease: float = 10.0) -> NDArray[np.float64]:
-    """1 where the terrace is, eased off to 0 beside it [m]."""
+    """1 on the terrace, fading out to 0 beside it [m]."""
     first, last = K["terrace_u_m"]
     return np.clip((u - first) / ease + 1.0, 0.0, 1.0) * np.clip((last - u) / ease + 1.0, 0.0, 1.0)
 
 
 def _calm(u: NDArray[np.float64], v: NDArray[np.float64], along: float, down: float) -> NDArray[np.float64]:
-    """What is left of the relief around the terrace, which eases back over these lengths [m]."""
+    """The share of the relief that remains around the terrace; it returns over these lengths [m]."""
     beside = np.maximum(np.abs(v - LIP_V) - 8.0, 0.0) / down
     return 1.0 - K["terrace_calm"] * _along_terrace(u, along) * np.clip(1.0 - beside, 0.0, 1.0)
 
@@ -113,7 +113,7 @@ def _terrain(k: Mapping[str, Any]) -> twin.Grid:
     u, v = FRAME.axes()
     rng = np.random.default_rng(k["seed"])
     _, high = K["road_v_m"]
-    fade = np.clip((v - high - 2.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
+    fade = np.clip((v - high - 2.0) / 25.0, 0.0, 1.0)  # the relief fades out towards the road
     short, long = twin.relief(rng, FRAME, k)
     heights = _profile(v) + _terrace(u, v) + fade * _calm(u, v, 10.0, 12.0) * short
     heights = heights + fade * _calm(u, v, K["terrace_ease_m"], K["terrace_ease_m"]) * long
@@ -122,7 +122,7 @@ def _terrain(k: Mapping[str, Any]) -> twin.Grid:
 
 
 def rothenbrunnen(version: int = 2, **changes: Any) -> Twin:
-    """The twin, from its numbers; some of them changed to see what depends on them."""
+    """The twin, computed from its numbers, of which some may be changed to see what depends on them."""
     k = twin.changed(NUMBERS, VERSION_1, version, **changes)
     low, high = K["road_v_m"]
     ends = K["barrier_u_m"]

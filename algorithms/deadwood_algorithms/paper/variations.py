@@ -1,4 +1,4 @@
-"""The sensitivity panel: each chosen number of a twin moved through its range, one at a time.
+"""The sensitivity panel: each chosen number of a twin changed over its range, one at a time.
 
 Fixed, with the twins, before anything slid on them. It shows which findings depend on a choice.
 """
@@ -14,11 +14,11 @@ from deadwood_algorithms.paper import klosters, rothenbrunnen
 
 @dataclass(frozen=True)
 class Changed:
-    """A twin with one choice moved.
+    """A twin with one choice changed.
 
     changes : numbers of the twin, by name
     options : of `slide-logs`, by name
-    rocks : whether the rocks slide, too, where the site has them: a fifth of the panel's time
+    rocks : whether the rocks slide, too, if the site has them: a fifth of the panel's time
     """
 
     name: str
@@ -30,7 +30,7 @@ class Changed:
 
 
 def _rougher(times: float) -> dict[str, Any]:
-    """The waves of the roughness, times a factor; the long ones stay."""
+    """The roughness multiplied by a factor, except its long waves."""
     k = klosters.K
     pairs = zip(k["wavelength_m"], k["deviation_m"], strict=True)
     return {"deviation_m": tuple(each * times if wave <= k["short_m"] else each for wave, each in pairs)}

@@ -29,7 +29,7 @@ from deadwood_algorithms.prepare.trees.table import Source, measured_trees, refu
 
 @dataclass(frozen=True, kw_only=True)
 class TableOptions:
-    """Where in a table of trees what stands."""
+    """The columns of a table of trees."""
 
     trees: str = tool.table("Table or layer of single trees", geometry=("point", "polygon"))
     source: str = tool.choice(
@@ -124,8 +124,8 @@ def sizes(
 ) -> Filled:
     """DBH and height of each tree, read, checked, and filled by the law that was chosen.
 
-    living : shape (n,), the trees that a law may be fitted to
-    crown : diameter [m], shape (n,), NaN where it is not known; None without a field of it
+    living : shape (n,), the trees to which a law may be fitted
+    crown : diameter [m], shape (n,), NaN where unknown; None if there is no such field
     """
     frame, layout = source.frame, source.layout
     where = where_of(frame)

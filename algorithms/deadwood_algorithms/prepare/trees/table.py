@@ -1,4 +1,4 @@
-"""Single-tree tables read: the rows that are trees by their source's layout, their places, crowns, DBH and height.
+"""Reading of single-tree tables: the rows that are trees by their source's layout, with places, crowns, DBH and height.
 
 For `import_trees`.
 """
@@ -32,7 +32,7 @@ SHRUBS = ("shrub", "liana")
 
 @dataclass(frozen=True)
 class Source:
-    """The rows that are trees, in the output's CRS; ``outlines`` are their crowns where these are polygons."""
+    """The rows that are trees, in the output's CRS; ``outlines`` are their crowns if these are polygons."""
 
     frame: geopandas.GeoDataFrame
     layout: Layout
@@ -50,7 +50,7 @@ def read_source(
     crs: str | None,
     feedback: Feedback,
 ) -> Source:
-    """The table by its layout: which rows are trees, where they stand, and their crowns.
+    """Read a table by its layout: which rows are trees, where they stand, and their crowns.
 
     ``source`` is a name of `sources.SOURCES`, ``xy`` the user's own columns of the coordinates.
     """
@@ -165,7 +165,7 @@ def warn_of_idle_fields(
     asked: Iterable[str | None],
     feedback: Feedback,
 ) -> None:
-    """Warn where all of one size is about to be computed, while some field of numbers is not understood."""
+    """Warn if all values of a size are about to be computed although some numeric field was not recognised."""
     idle = tree_columns.not_understood(source, layout, asked)
     if idle:
         feedback.warn(
@@ -175,7 +175,7 @@ def warn_of_idle_fields(
 
 
 def refuse_not_metric(source: geopandas.GeoDataFrame) -> None:
-    """Without a DEM the layer keeps its own CRS, which a run could then not use unless it is in metres."""
+    """Without a DEM the layer keeps its own CRS; reject one that is not in metres, which a run could not use."""
     from deadwood_algorithms.files.crs import is_local
 
     own = source.crs
