@@ -26,14 +26,16 @@ if TYPE_CHECKING:
     from deadwood_algorithms.results.run_folder import Run
     from deadwood_algorithms.scene.released_scene import ReleasedScene
 
-# Why a row of a layer had no part in a run, beside those of `items`
+# Further reasons, in addition to those of `items`, why a row of a layer had no part in a run
 BEYOND_WINDOW = "beyond_window"  # beyond the part of the terrain model that logs can reach
-NOT_RUN = "not_run"  # a log that --until-ci or --error made needless
+NOT_RUN = "not_run"  # a log that was not needed because of --until-ci or --error
 WHYS = (OFF_DEM, NO_TERRAIN, BEYOND_WINDOW, NOT_RUN)
 
 
 def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
-    """Logs, laws of contact and scene; sizes over the logs that were slid and the trees and barriers of the scene."""
+    """Logs, contact laws and scene; sizes are those of the logs that were slid and of the trees and barriers of the
+    scene.
+    """
     logs, prepared = releases.logs, layers.scene
     trees = _used(len(layers.tree_ids), prepared.trees_outside)
     barriers = _used(len(layers.barriers.item), prepared.barriers_outside)
@@ -71,14 +73,14 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
 
 
 def slip_record(scene: ReleasedScene) -> dict[str, float | None] | None:
-    """The law by which friction grows with slip; None where it does not."""
+    """The law by which friction grows with slip; None if it does not."""
     if scene.friction_max is None:
         return None
     return {"friction_max": scene.friction_max, "kappa_per_m": scene.friction_kappa, "beta_per_s": scene.friction_beta}
 
 
 def soft_ground_record(scene: ReleasedScene) -> dict[str, float | None] | None:
-    """The ground that bodies scar; None where it is hard."""
+    """The properties of soft ground, in which bodies leave scars; None if it is hard."""
     if scene.soil_strength_mn_m2 is None:
         return None
     return {"strength_mn_m2": scene.soil_strength_mn_m2, "drag": scene.scar_drag}
@@ -91,7 +93,7 @@ def posture_shares(releases: Releases) -> dict[str, float]:
 
 
 def posture_words(logs: dict[str, Any]) -> str:
-    """``upright``, or of several postures the share of each."""
+    """``upright``, or the share of each posture."""
     postures = [name for name in ORIENTATIONS if logs["posture"][name]]
     if len(postures) == 1:
         return postures[0]
@@ -138,7 +140,7 @@ def lines_of_run(source: Run, name: str = "") -> tuple[str, ...]:
 
 
 def summary_if_there(folder: Path, manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """What a run's summary says; nothing where it has none, or a damaged one, of which the tool needs nothing."""
+    """The content of a run's summary; empty if it is missing or damaged, for tools that do not depend on it."""
     try:
         return read_summary(folder, manifest)
     except UserError:
@@ -183,7 +185,7 @@ def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str
 
 
 def range_of(values: NDArray[np.float64]) -> dict[str, float | None]:
-    """Median, smallest and largest of some values; null if there are none."""
+    """Median, smallest and largest of some values; None if there are none."""
     if not values.size:
         return {"median": None, "low": None, "high": None}
     return {"median": float(np.median(values)), "low": float(values.min()), "high": float(values.max())}
@@ -194,14 +196,16 @@ def _things(number: int, **sizes: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def _used(number: int, outside: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which of n things are not among those outside."""
+    """Which of n objects are not among those outside."""
     used = np.ones(number, bool)
     used[outside] = False
     return used
 
 
 def _left_out(layers: SceneLayers, shapes: NDArray[Any]) -> Counter[str]:
-    """Why things have no terrain below them: it has no height there, or they lie beyond the window that was read."""
+    """Why objects have no terrain below them: the DEM has no height there, or they are outside the window that was
+    read.
+    """
     here = shapely.intersects(shapes, shapely.box(*layers.dem.bounds))
     return Counter({NO_TERRAIN: int(here.sum()), BEYOND_WINDOW: int((~here).sum())})
 
@@ -211,7 +215,7 @@ def _points(on_dem: Sequence[Any], off: Counter[str], outside: Counter[str]) -> 
 
 
 def _count_rows(layers: SceneLayers, items: Items, paths: Any, outside: NDArray[np.int64]) -> dict[str, Any]:
-    """Of a layer of lines, whose rows may have several parts: a row is used if one of its parts is."""
+    """Count the rows of a layer of lines, which may have several parts: a row is used if one of its parts is."""
     used = set(items.row[_used(len(items.row), outside)].tolist())
     lost = [np.flatnonzero(items.row == row)[0] for row in sorted(set(items.row.tolist()) - used)]
     shapes = np.array([shapely.linestrings(paths.vertices[slice(*paths.starts[k : k + 2])]) for k in lost], object)

@@ -135,7 +135,7 @@ def _draw(
 
 
 def _groups(count: int, touching: list[NDArray[np.intp]]) -> list[list[int]]:
-    """Pieces that touch, directly or through others; each group is named by its first piece."""
+    """Pieces that touch, directly or through others; each group lists them in ascending order."""
     first = list(range(count))
 
     def root(k: int) -> int:

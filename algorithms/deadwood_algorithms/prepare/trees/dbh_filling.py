@@ -72,7 +72,7 @@ def chosen_law(name: str | None, a: float, b: float, sample: FittedLaw | None) -
 
 
 def refuse_two_laws(name: str | None, a: float, b: float) -> None:
-    """Reject two laws; but a and b may be given beside a law with the crown, for trees whose crown is unknown."""
+    """Reject a and b beside a named power law; beside a law with the crown they are for trees without a known crown."""
     if name and isinstance(PUBLISHED[name], PowerLaw) and PowerLaw(a, b) not in (DEFAULT, PUBLISHED[name]):
         raise UserError(f"--dbh-law {name} and --dbh-a {a:g}, --dbh-b {b:g} are two laws; give one of them")
 
@@ -104,8 +104,7 @@ def fitted_law(
 def zoned(
     law: Law, path: str, places: np.ndarray, crs: pyproj.CRS | None, given: str | None, feedback: Feedback
 ) -> tuple[Law, str]:
-    """The laws of zone polygons (``dbh_a`` and ``dbh_b``, or ``dbh_law``), elsewhere ``law``; with the number of trees
-    in each.
+    """The laws of zone polygons (``dbh_a`` and ``dbh_b``, or ``dbh_law``), elsewhere ``law``; and a line about them.
 
     Where zones overlap, the later row counts, as in the friction polygons.
     """
