@@ -1,4 +1,4 @@
-"""The layers that results have."""
+"""The layers of results."""
 
 from __future__ import annotations
 
@@ -678,7 +678,7 @@ SITES = Layer(
     columns=SITE_COLUMNS,
 )
 
-# By their names; layers that bear another's name (the reach of a run, the simulated deposits) are only in `written`.
+# By name; layers that share the name of another (the reach of a run, the simulated deposits) are only in `written`.
 RESULTS = (
     DEPOSITS,
     DEPOSITED_LOGS,
