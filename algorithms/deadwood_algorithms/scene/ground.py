@@ -35,9 +35,7 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
             "them from another terrain model, or by interpolation (in QGIS: Fill NoData)"
         )
     there = slope_at_deg(grid, x, y)
-    if (
-        there > STEEPEST_DEG and median_slope_deg(grid) <= STEEPEST_DEG
-    ):  # else reported when the DEM was opened
+    if there > STEEPEST_DEG and median_slope_deg(grid) <= STEEPEST_DEG:  # else reported when the DEM was opened
         feedback.warn(steep_words(grid.path, there, "where the logs start"))
 
 

@@ -227,9 +227,7 @@ def _prepared(
         lying_logs=lying,
         blocks=blocks,
         first=grid.first,
-        reference=0.0
-        if frame.part.cells > WHOLE_CELLS
-        else None,  # not searched for in a large DEM
+        reference=0.0 if frame.part.cells > WHOLE_CELLS else None,  # not searched for in a large DEM
     )
 
 

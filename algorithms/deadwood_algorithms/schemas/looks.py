@@ -4,7 +4,7 @@ A quantity has one ramp and one scale, so that two pictures can be compared side
 colour; a run has one by its place among the runs. Rasters name their look where they are declared (`RasterFile.look`).
 `files/styles.py` makes QGIS styles from it, `files/pictures.py` those of Matplotlib. Kinds have the colours of Okabe
 and Ito, ramps are those of magma, viridis and plasma: both are readable with colour blindness and in greyscale.
-Standard library only. Standard library only.
+Standard library only.
 """
 
 from __future__ import annotations

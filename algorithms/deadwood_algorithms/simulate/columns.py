@@ -28,9 +28,7 @@ class Columns(Mapping[str, NDArray]):
         self.by_row = by_row
         self._order = None if np.array_equal(order, np.arange(order.size)) else order
         self._rows, self._files = order.size, ExitStack()
-        self._stored: dict[
-            str, tuple[BinaryIO, NDArray]
-        ] = {}  # the file, and an empty array of its type and shape
+        self._stored: dict[str, tuple[BinaryIO, NDArray]] = {}  # the file, and an empty array of its type and shape
         others: dict[str, list[NDArray]] = {}
         for chunk in chunks:
             for name, values in chunk.items():

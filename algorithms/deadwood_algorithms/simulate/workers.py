@@ -155,9 +155,7 @@ class Workers:
             if the scheduler is lost, or no worker can be used
         """
         try:
-            self._drop_all_but(
-                sliding
-            )  # first: a dropped job, started ahead, may have pieces out
+            self._drop_all_but(sliding)  # first: a dropped job, started ahead, may have pieces out
             job = self._job(sliding, batch)
             self._jobs[job.digest] = job
             ahead = iter(later)

@@ -14,9 +14,7 @@ Array = NDArray[np.float64]
 
 SIDE = 0.025  # probability beyond either end
 SHAPE_LARGE = 1000.0  # from here on only the approximation is used, which is then accurate to 1e-5
-NODES = (
-    400  # of the table below it; interpolated, the quantile is accurate to 6e-4, from shape 2 on to 1e-4
-)
+NODES = 400  # of the table below it; interpolated, the quantile is accurate to 6e-4, from shape 2 on to 1e-4
 
 
 def gamma_bounds(total: ArrayLike, variance: ArrayLike, weight: float) -> tuple[Array, Array]:
