@@ -238,9 +238,7 @@ def decayed(wood: Wood, years: float) -> Preset:
     )
 
 
-DECAY_MIND = (
-    "that decay takes wood off from outside is an assumption, and how many logs are gone by then it does not say"
-)
+DECAY_MIND = "it assumes that decay removes wood from the outside, and does not give the number of logs gone by then"
 DECAYS = {
     wood.name: Preset(
         wood.name,

@@ -390,7 +390,7 @@ CANDIDATES = Layer(
     geometry=("Point",),
     meaning="Mapped deadwood that could start to slide",
     keeps_source=True,
-    columns=(a_text("decay", "What its decay says", choices=("critical", "possible", "outside", "unknown")), *_GROUND),
+    columns=(a_text("decay", "Rating of its decay", choices=("critical", "possible", "outside", "unknown")), *_GROUND),
 )
 
 OTHERS = Layer(

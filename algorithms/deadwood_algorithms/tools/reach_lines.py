@@ -94,7 +94,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def lines_of(facts: dict) -> tuple[str, ...]:
-    """A line a line; where several releases hit one, a line each for those that do."""
+    """One line of text for each line; if several releases reach it, one more for each of these."""
     shown = []
     for each in facts["reach"]:
         how = f", median {each['speed_median_ms']:.1f} m/s and {each['energy_median_kj']:.0f} kJ"

@@ -170,7 +170,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tuple[str, ...]:
-    """What each scenario has, and the commands that slide the same logs through all of them."""
+    """The content of each scenario, and the commands that slide the same logs through all of them."""
     shown = []
     for name, counts in facts.items():
         shown.append(f"{name}: {counted(counts['standing'], 'tree stands', 'trees stand')}, "

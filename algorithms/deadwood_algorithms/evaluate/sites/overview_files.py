@@ -38,7 +38,7 @@ def refuse_failed(found: Sequence[SiteFound], output: str) -> None:
         names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
         raise UserError(
             f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {output}, whose {TABLE} "
-            "says why; fix the causes, and run again with --resume: only what is not finished is slid"
+            "gives the reason; fix the causes and run again with --resume: only unfinished sites are slid"
         )
 
 

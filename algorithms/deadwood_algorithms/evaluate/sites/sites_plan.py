@@ -45,7 +45,7 @@ def plan_sites(
         except UserError as error:
             stage.warn(str(error))
     if not plans:
-        raise UserError("--plan: none of the sites can be slid; the lines above say why")
+        raise UserError("--plan: none of the sites can be slid; the lines above give the reasons")
     parts = [forecast_like(plans, k, layer) for k, layer in enumerate(releases)]
     found = together([each for each in parts if each is not None])
     refuse_too_large(found, output)

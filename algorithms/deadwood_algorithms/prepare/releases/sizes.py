@@ -60,7 +60,7 @@ def sizes_of(
     missing = [name for name in ("dbh_cm", "length_m") if name not in sizes and name not in areas]
     if missing and not mapped:
         raise UserError(
-            f"--preset {taken.preset.name} does not say {' and '.join(missing)}; give {presets.flag_of(missing[0])}"
+            f"--preset {taken.preset.name} does not set {' and '.join(missing)}; give {presets.flag_of(missing[0])}"
             + (" or --length-m, from which the other follows" if law else "")
         )
     return dict.fromkeys(missing, 1.0) | sizes  # each row of the mapped deadwood has its own value of the missing ones

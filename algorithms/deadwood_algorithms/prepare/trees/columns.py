@@ -108,7 +108,7 @@ def sizes(
     try:
         return number_column(source, name, minimum=0.0, exclusive=True, gaps=True, missing_value=missing_value)
     except UserError as error:
-        raise UserError(f"{error}, or say --missing-value if the number means missing") from error
+        raise UserError(f"{error}, or give --missing-value if this number means a missing value") from error
 
 
 def refuse_unread(source: pandas.DataFrame, name: str, unread: np.ndarray) -> None:
@@ -122,8 +122,8 @@ def refuse_unread(source: pandas.DataFrame, name: str, unread: np.ndarray) -> No
     more = f", and {len(words) - UNREAD_SHOWN} words more" if len(words) > UNREAD_SHOWN else ""
     raise UserError(
         f"{where_of(source)}, field '{name}', row {int(source.index[row]) + 1}{rows}: '{words[0]}' is neither a size "
-        f"nor a class with two ends; correct it, or say what such words stand for: --read-as {wanted}{more} (nothing "
-        "in place of NUMBER: a gap)"
+        f"nor a class with two ends; correct it, or define such words with --read-as {wanted}{more} (nothing "
+        "instead of NUMBER: a gap)"
     )
 
 

@@ -43,14 +43,17 @@ class TableOptions:
     id_field: str | None = tool.field_of("trees", "Field of the tree's id", default=None)
     dbh_field: str | None = tool.field_of("trees", "Field of the DBH", default=None)
     dbh_unit: str | None = tool.choice(
-        "Unit of the DBH", *tree_columns.DBH_UNITS, default=None, help="Without it: as the field's name says, else cm."
+        "Unit of the DBH",
+        *tree_columns.DBH_UNITS,
+        default=None,
+        help="Without it: the unit in the field's name, else cm.",
     )
     height_field: str | None = tool.field_of("trees", "Field of the height", default=None)
     height_unit: str | None = tool.choice(
         "Unit of the height",
         *tree_columns.HEIGHT_UNITS,
         default=None,
-        help="Without it: as the field's name says, else m.",
+        help="Without it: the unit in the field's name, else m.",
     )
     species_field: str | None = tool.field_of("trees", "Field of the species", default=None)
     crown_field: str | None = tool.field_of("trees", "Field of the crown diameter in m", default=None)
@@ -58,7 +61,7 @@ class TableOptions:
         "What the crown field holds, in m or m²",
         *tree_columns.CROWN_MEASURES,
         default=None,
-        help="Without it: as the source or the field's usual name says, else the diameter.",
+        help="Without it: from the source or the field's usual name, else the diameter.",
     )
     missing_value: float | None = tool.number(
         "Number that marks a missing value", default=None, help="For example -1 (FINT-CH) or 0."
