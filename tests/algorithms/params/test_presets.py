@@ -148,7 +148,7 @@ def test_a_forest_by_name_is_that_of_its_numbers(case, tmp_path, said):
     assert by_name.equals(gpd.read_file(tmp_path / "trees.gpkg", layer="trees"))
     generate_forest.TOOL(preset="klosters", stems_per_ha=100.0, **given)
     assert len(gpd.read_file(tmp_path / "trees.gpkg", layer="trees")) == round(len(by_name) / 3)
-    with pytest.raises(UserError, match="--preset and --like both say what the forest is like"):
+    with pytest.raises(UserError, match="--preset and --like both define the forest"):
         generate_forest.TOOL(preset="klosters", like=str(tmp_path / "trees.gpkg"), **given)
 
 
