@@ -5,9 +5,9 @@ python -m benchmarks.rare --minutes 0      the figures again from rare.json
 
 A population of logs slides. From those that reach the next line, the original number of logs is drawn again (children).
 Each starts from its parent's state there, perturbed by a tiny amount, and slides on. The product of the shares is the
-probability; its interval is that of independent repetitions. Costs are counted in the engine's steps, which do not depend
-on other work on the machine. Any moment after a line was first touched is suitable for a restart if it is determined by
-the log's past; these are whole half seconds, and logs that restart at the same one slide in one call.
+probability; its interval is that of independent repetitions. Costs are counted in the engine's steps, which do not
+depend on other work on the machine. Any moment after a line was first touched is suitable for a restart if it is
+determined by the log's past; these are whole half seconds, and logs that restart at the same one slide in one call.
 """
 
 from __future__ import annotations
