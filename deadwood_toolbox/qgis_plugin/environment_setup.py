@@ -222,7 +222,7 @@ class Setup(QObject):
         self.ended.emit(False, message)
 
     def _discard(self, place: Path, then: Callable[[], None] | None = None) -> None:
-        """Remove a folder of thousands of files in a background task of QGIS; renamed first, to make room for another."""
+        """Remove a folder of thousands of files in a background task of QGIS; first rename it, to make room."""
         gone = place.with_name(f"{place.name}.gone")
         if place.exists():
             own_python.remove(gone)
