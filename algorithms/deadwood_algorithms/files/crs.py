@@ -62,7 +62,7 @@ def parse_crs(name: str, where: str = "--crs") -> pyproj.CRS:
     try:
         return pyproj.CRS.from_user_input(name)
     except CRSError as error:
-        raise UserError(f"{where} is '{name}', which names no CRS; write it as EPSG:2056") from error
+        raise UserError(f"{where} is '{name}', which is not a known CRS; name it like EPSG:2056") from error
 
 
 def crs_name(crs: pyproj.CRS) -> str:

@@ -249,7 +249,7 @@ def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
         heights += int(np.isfinite(values[inner]).sum())
         lowest = min(lowest, lowest_inland(values, dem.cell, inner))
         found.empty_mixed(values, dem.cell, inner)
-        feedback.progress(done + 1, strips, "looking through the DEM")
+        feedback.progress(done + 1, strips, "scanning the DEM")
     if not heights:
         found.refuse_nothing(dem.path, dem.cell)
     collar = bool(zeros) and COLLAR_DROP_M < lowest < np.inf

@@ -227,7 +227,7 @@ class Found:
             raise UserError(
                 f"{path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
             )
-        said = f"{path}: the DEM's numbers, {low:g} to {high:g}, are no heights in metres"
+        said = f"{path}: the DEM's numbers, {low:g} to {high:g}, are not heights in metres"
         for unit, factor in SMALLER_UNITS.items():
             slope_deg = np.degrees(np.arctan(self.rise * factor / cell))
             if low > 0.0 and high * factor <= HIGHEST_M and not slope_deg > STEEPEST_DEG:

@@ -261,7 +261,9 @@ def _rows(lines: list[str], separator: str, path: str | Path) -> Iterator[list[s
             yield row
             number += 1
     except csv.Error as error:
-        raise UserError(f'{path}: row {number} cannot be cut into cells ({error}); look for a stray " in it') from error
+        raise UserError(
+            f'{path}: row {number} cannot be split into cells ({error}); look for a stray " in it'
+        ) from error
 
 
 def _numbers(cells: pd.Series) -> pd.Series:

@@ -154,7 +154,7 @@ def lines_of_folder(folder: Path, manifest: Mapping[str, Any], name: str = "") -
         return (scenario_line(scenario, name),) if scenario else ()
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(
-            f"{folder}: what summary.json tells of the scenario is not as slide-logs writes it; slide it again"
+            f"{folder}: the scenario in summary.json is not as written by slide-logs; run slide-logs again"
         ) from error
 
 

@@ -45,7 +45,7 @@ def threads_that_fit(
     most = max(MOST_THREADS, MOST_A_CORE * cores)
     if wanted > most:
         feedback.note(
-            f"--threads {wanted}: {counted(most, 'thread is', 'threads are')} used, because more gain nothing on "
+            f"--threads {wanted}: {counted(most, 'thread is', 'threads are')} used, because more have no benefit on "
             f"{counted(cores, 'core')}"
         )
         wanted = most
@@ -87,7 +87,7 @@ def refuse_too_many_workers(
     if free is None or here + number * each <= SHARE * free:
         return
     fitting = max(0, int((SHARE * free - here) // each))
-    fix = f"--workers {fitting} fit" if fitting else "leave out --scheduler: threads share what processes cannot"
+    fix = f"--workers {fitting} fit" if fitting else "leave out --scheduler: threads share memory that processes cannot"
     raise UserError(
         f"--scheduler local: {counted(number, 'worker')} on the {cells / 1e6:.3g} million cells of {what} need "
         f"{(here + number * each) / GIB:.1f} GB of memory, {free / GIB:.1f} GB are free; {fix}"

@@ -111,6 +111,6 @@ def warning(n_left: int, n: int, sides: list[str], more: Array, friction: float 
             "how much more is needed cannot be estimated, because the ground at the edge is too steep for them to stop"
         )
     return (
-        f"a look before the run: {n_left} of {n} logs ({how}) leave the terrain model to the {where}; {need_words}. "
-        "Reach and spread will be those of logs as far as they are seen: use a larger terrain model"
+        f"a pilot before the run: {n_left} of {n} logs ({how}) leave the terrain model to the {where}; {need_words}. "
+        "Reach and spread will not include what they do beyond it: use a larger terrain model"
     )

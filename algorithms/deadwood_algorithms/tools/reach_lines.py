@@ -69,7 +69,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             raise UserError(f"{ask.run}: no trajectory was stored; run slide-logs with --trajectories all")
         total = len(source.deposits)
         if source.stored_log_ids.size < total:
-            feedback.note(f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p is theirs")
+            feedback.note(f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p refers to these")
 
         edges = stack.enter_context(Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback))
         arrived = arrivals.find_arrivals(source, lines, items, edges, ask.edge_m, feedback)

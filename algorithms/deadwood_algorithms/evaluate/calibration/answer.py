@@ -30,7 +30,7 @@ def facts_of(span: Range | None, best: float, fits: bool, logs: int, event: dict
 def warn_of_cells(cell: float, feedback: Feedback) -> None:
     if not math.isclose(cell, FRICTION_CELL_M, rel_tol=0.02):
         roughness = (
-            "has lost roughness, which friction makes up for" if cell > FRICTION_CELL_M else "shows more roughness"
+            "lacks roughness, for which friction compensates" if cell > FRICTION_CELL_M else "shows more roughness"
         )
         feedback.warn(
             f"the terrain model's cells are {cell:g} m, not {FRICTION_CELL_M:g} m: the coefficient found holds for "
