@@ -83,8 +83,6 @@ PHRASES = {
     "posture_random": "any direction",
     "posture_random-lying": "lying, any azimuth",
     "posture_tilted": "tilted",
-    "posture_random": "random direction",
-    "posture_random-lying": "lying, random direction",
     "scenario_dbh": "DBH",
     "scenario_length": "length",
     "scenario_height": "height",
@@ -97,8 +95,8 @@ PHRASES = {
     "author": "author",
     "modelled": "What was modelled, and what was not",
     "modelled_note": (
-        "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not say "
-        "how likely a log starts to slide at all. Results are a basis for an expert's judgement, not a hazard map."
+        "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not give "
+        "the probability that a log starts to slide. Results are a basis for an expert's judgement, not a hazard map."
     ),
     "modelled_older": "Written by an older version, in English only.",
     "model_terrain": "terrain",

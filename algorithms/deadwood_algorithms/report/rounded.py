@@ -1,4 +1,4 @@
-"""Numbers for a reader: no more digits than their interval allows, in the language's own signs."""
+"""Numbers for a reader: no more digits than their interval justifies, in the notation of the language."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from deadwood_algorithms.stats.statistics import decimals_of, percent_with_inter
 from deadwood_algorithms.stats.statistics import percent as share_in_percent
 
 DIGITS = 3  # of a number without an interval
-LEAST = 1e-6  # in any unit of the report: what is below is rounding of the arithmetic, and shown as 0
+LEAST = 1e-6  # in any unit of the report: smaller values are due to rounding and shown as 0
 NBSP = "\u00a0"
 
 
@@ -37,7 +37,7 @@ def _zero_if_tiny(value: float) -> float:
 
 
 def _grouped(value: int) -> str:
-    """Thousands apart from five digits on."""
+    """Separate thousands in numbers of five or more digits."""
     return f"{value:,}".replace(",", "\u202f") if abs(value) >= 10_000 else str(value)
 
 
@@ -91,7 +91,7 @@ def alike(values: Sequence[float]) -> list[str]:
 
 
 def in_signs(text: str, words: Words) -> str:
-    """A number in the signs of the language: its decimal point, a minus that is one."""
+    """A number in the notation of the language: its decimal sign, and a true minus sign."""
     text = text.replace("-", "−") if text.startswith("-") else text
     return words.signs(text)
 

@@ -179,7 +179,7 @@ def refuse_contradictions(ask: Ask) -> None:
 
 
 def refuse_fine_cells(ask: Ask, cell: float) -> None:
-    """The work grows with the cells of a window: of 10 m on cells of 1 mm it would take days."""
+    """Reject windows with too many cells: 10 m on cells of 1 mm would take days."""
     from deadwood_algorithms.files import remedies
 
     window = max(ask.window_m, ask.gully_window_m)
