@@ -191,12 +191,12 @@ def test_later_some_are_gone_and_the_rest_is_thinner(place, tmp_path):
 
 def test_what_is_assumed_is_said(place, tmp_path):
     done = windthrow.TOOL(
-        trees=str(place / "trees.gpkg"), dem=str(place / "slope.tif"), fall_deg=90.0, share=0.5, thinner=0.1, stump_m=0.0,
-        output=str(tmp_path / "s"),
+        trees=str(place / "trees.gpkg"), dem=str(place / "slope.tif"), fall_deg=90.0, share=0.5, thinner=0.1,
+        stump_m=0.0, output=str(tmp_path / "s"),
     )  # fmt: skip
     assert any(each == (
-        "assumed: stems fall towards 90 degrees, with a standard deviation of 20; no stumps, the stems are uprooted; later "
-        "30 % of the lying logs have disappeared, and the others are 10 % thinner"
+        "assumed: stems fall towards 90 degrees, with a standard deviation of 20; no stumps, the stems are uprooted; "
+        "later 30 % of the lying logs have disappeared, and the others are 10 % thinner"
     ) for each in done.lines)  # fmt: skip
 
 
