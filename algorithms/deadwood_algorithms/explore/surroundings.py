@@ -61,8 +61,8 @@ def boxes_of(simulation: Simulation) -> dict[str, tuple[float, float, float, flo
 def around(box: tuple[float, float, float, float], dem: DemWindows) -> Part:
     """The cells of a box and of `AROUND_M` beyond it, as far as the terrain model has them."""
     west, south, east, north = box
-    column, row = (
-        math.floor((low - AROUND_M - first) / dem.cell) for low, first in ((west, dem.x0), (south, dem.y0))
+    column, row = (math.floor((low - AROUND_M - first) / dem.cell) for low, first in ((west, dem.x0), (south, dem.y0)))
+    columns, rows = (
+        math.ceil((high - low + 2.0 * AROUND_M) / dem.cell) + 1 for high, low in ((east, west), (north, south))
     )
-    columns, rows = (math.ceil((high - low + 2.0 * AROUND_M) / dem.cell) + 1 for high, low in ((east, west), (north, south)))
     return Part(column, row, columns, rows).cut_to(dem.shape)

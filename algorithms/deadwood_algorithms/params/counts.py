@@ -18,7 +18,7 @@ def counted(number: SupportsIndex, one: str, several: str = "") -> str:
 
 
 def none_of(number: int, one: str) -> str:
-    """``no tree``, of one, and ``none of the 3 trees``; a verb in the singular follows."""
+    """``no tree``, or ``none of the 3 trees`` if there are several; a verb in the singular follows."""
     return f"no {one}" if number == 1 else f"none of the {number} {one}s"
 
 
@@ -30,7 +30,9 @@ def rows_named(rows: Sequence[SupportsIndex]) -> str:
 
 
 def significant(value: float, digits: int, *, sign: bool = False) -> str:
-    """A number with so many digits, less zeros at its end, and never with an exponent: ``1230``, ``0.000025``."""
+    """A number with so many significant digits, without trailing zeros, and never with an exponent: ``1230``,
+    ``0.000025``.
+    """
     if value == 0.0 or not math.isfinite(value):
         return f"{value:g}"
     places = digits - 1 - math.floor(math.log10(abs(value)))

@@ -31,6 +31,7 @@ ANSWER_PHRASES = {
         " cost, an expert must judge."
     ),
     "siting_none": "None was chosen: no candidate has an effect beyond chance.",
+    "candidate_place": "{above} m above, no. {k}",
     "alone": "alone",
     "chosen": "chosen: {step}",
     "length_height": "length × height [m]",

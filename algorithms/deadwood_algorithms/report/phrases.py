@@ -95,8 +95,8 @@ PHRASES = {
     "author": "author",
     "modelled": "What was modelled, and what was not",
     "modelled_note": (
-        "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not say "
-        "how likely a log starts to slide at all. Results are a basis for an expert's judgement, not a hazard map."
+        "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not give "
+        "the probability that a log starts to slide. Results are a basis for an expert's judgement, not a hazard map."
     ),
     "modelled_older": "Written by an older version, in English only.",
     "model_terrain": "terrain",
@@ -131,6 +131,7 @@ PHRASES = {
     "input_barriers": "barriers",
     "input_lying_logs": "lying logs",
     "input_blocks": "boulders",
+    "input_releases": "releases",
     "map": "Map",
     "map_caption": ("Share of the logs that pass each cell, over the relief. Coordinates: {crs}, metres."),
     "map_moves": "Drag to move, wheel or buttons to zoom.",

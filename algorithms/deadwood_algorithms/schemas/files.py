@@ -153,7 +153,7 @@ DIFFERENCE = RasterFile(
 def _classes(name: str, what: str) -> RasterFile:
     return RasterFile(
         name=name,
-        meaning=f"{what}, from 1; 0 where no log passed; classes.json says what each is",
+        meaning=f"{what}, from 1; 0 where no log passed; classes.json has the meaning of each",
         bands=(Band(name=name, meaning=f"{what}; the colours of the classes are in the file", number="uint8"),),
     )
 
@@ -517,7 +517,10 @@ def _above_keys(name: str, what: str) -> Iterator[Key]:
 
 
 _ABOVE_KEYS = (
-    _key("above_capacity", "Hits above the capacity of trees or logs; null without --tree-, --log-capacity-kj"),
+    _key(
+        "above_capacity",
+        "Hits above the capacity of trees or logs; null without --tree-capacity-kj and --log-capacity-kj",
+    ),
     _key("above_capacity.tree_capacity_kj", "Energy that a tree of 40 cm DBH takes [kJ]"),
     _key("above_capacity.tree_capacity_power", "Exponent of DBH / 40 cm with which it grows"),
     _key("above_capacity.break_trees", "Whether trees break that would take more: hits above are then those that did"),
@@ -651,7 +654,7 @@ SITES_FACTS = JsonFile(
         _key("reach[].ci_low", "Lower end of its 95 % Wilson interval"),
         _key("reach[].ci_high", "Upper end"),
         *(_key(f"reach[].{each.name}", each.meaning) for each in IF_LOST),
-        _whole("failures", "The sites that failed, and the line that says why"),
+        _whole("failures", "The sites that failed, and the reason in one line"),
         _key("merged", "The merged rasters, one a terrain model that several sites share"),
         _key("merged[].folder", "Where, in merged/"),
         _key("merged[].sites", "Of which sites"),
@@ -671,7 +674,10 @@ MANIFEST = JsonFile(
         _whole("modified_utc", "When the file of each input was last written to, by the clock of its disk"),
         _whole("platform", "System, machine, cores and Python"),
         _whole("libraries", "Versions of the libraries that compute, with GDAL, PROJ and GEOS"),
-        _whole("inputs", "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS; of several files each"),
+        _whole(
+            "inputs",
+            "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS, use of the rows; of several files each",
+        ),
         _whole("files", "SHA-256 and bytes of every file of the folder, which seal the result"),
         _key("seal", "SHA-256 of the content of this file"),
         _key(

@@ -29,7 +29,7 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 
-TIMES = 3  # how often, about, each log slides
+TIMES = 3  # how often each log slides, approximately
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -41,7 +41,7 @@ UNBROKEN = -1
 
 @dataclass(frozen=True)
 class Way:
-    """What logs did in a changed scene. reach : (n, lines); tree : the next that each would break, or UNBROKEN"""
+    """Outcomes of logs in a changed scene. reach : (n, lines); tree : the next that each would break, or UNBROKEN"""
 
     reach: NDArray[np.bool_]
     tree: NDArray[np.int64]
@@ -49,7 +49,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Broken:
-    """The run with trees that break. reach : (n, lines); trees : of each log those that it broke, in their order"""
+    """The run with trees that break. reach : (n, lines); trees : for each log those that it broke, in order"""
 
     reach: NDArray[np.bool_]
     trees: list[list[int]]
@@ -66,7 +66,7 @@ def first_broken(
     above &= time <= done[row]
     order = np.flatnonzero(above)[np.argsort(time[above], kind="stable")][::-1]
     found = np.full(done.size, UNBROKEN)
-    found[row[order]] = tree[order]  # the earliest is written last
+    found[row[order]] = tree[order]  # the earliest one is written last and remains
     return found
 
 
@@ -133,7 +133,9 @@ def tasks_without(logs: Sequence[tuple[int, Sequence[int]]]) -> list[Task]:
 def frames_of(
     broken: Broken, baseline: Baseline, layers: SceneLayers, capacity: Capacity
 ) -> dict[str, geopandas.GeoDataFrame]:
-    """One row for each line: reach with rigid trees and with trees that break; and one a tree that any log breaks."""
+    """One row for each line: reach with rigid trees and with trees that break; and one for each tree that any log
+    breaks.
+    """
     total = len(broken.trees)
     rows = []
     for line, line_id in enumerate(layers.lines.ids):

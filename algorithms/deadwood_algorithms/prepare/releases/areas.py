@@ -1,4 +1,4 @@
-"""Release areas, how many logs each gets, and where: points with a circle, polygons, or the cells of a raster."""
+"""Release areas, the number of logs in each, and their places: points with a circle, polygons, or cells of a raster."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ SLIVER_M2 = 0.1  # less ground than a single stem stands on
 
 @dataclass(frozen=True)
 class ReleaseAreas:
-    """The areas' columns and shapes; without a layer one area, all cells that have a weight (shape None).
+    """Columns and shapes of the areas; without a layer there is one area: all cells with a weight (shape None).
 
-    radius_m : of the circle around a point; named : whether there is a layer, whose rows messages name
+    radius_m : radius of the circle around a point; named : whether there is a layer, so that messages name rows
     """
 
     frame: pandas.DataFrame
@@ -87,7 +87,7 @@ class ReleaseAreas:
     def place_logs(
         self, counts: np.ndarray, seed: int, ground: Grid | DemBlocks, feedback: Feedback
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers from 0 and places [m] of all logs, in order; area ``k`` of n has k, k + n, k + 2 n, ..."""
+        """Numbers, from 0, and places [m] of all logs, in order; area ``k`` of n has k, k + n, k + 2 n, ..."""
         ids, places = [], []
         for row, shape in enumerate(self.shapes):
             if feedback.cancelled():
@@ -114,7 +114,7 @@ def read_release_areas(
     ground: Grid | DemBlocks,
     feedback: Feedback,
 ) -> ReleaseAreas:
-    """The areas of a layer, the weights of a raster, or both."""
+    """Read the areas of a layer, the weights of a raster, or both."""
     import pandas
 
     from deadwood_algorithms.files.vectors import read_vector

@@ -176,8 +176,8 @@ def test_as_it_is_says_of_which_logs_and_at_which_fidelity():
 
 
 def test_a_change_beyond_chance_is_not_denied_where_no_index_is():
-    """Before: "no factor changes it beyond chance ... friction, -27 points (-40 to -14)"; and the factor with the
-    largest index was said to have the largest change.
+    """Before: "no factor changes it beyond chance ... friction, -27 points (-40 to -14)"; and the largest change was
+    said of the factor with the largest index.
     """
     one = with_indices([0.0, 0.1, 0.0], [0.1, 0.3, 0.0])
     assert one.indices is not None
