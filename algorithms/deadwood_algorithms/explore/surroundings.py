@@ -1,4 +1,4 @@
-"""Of a large terrain model the surroundings of the layers are explored: nobody can say yet where logs will be released."""
+"""Of a large terrain model the surroundings of the layers are explored: nobody knows yet where logs will start."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ def part_to_explore(simulation: Simulation, feedback: Feedback) -> Part | None:
     found = {name: around(box, dem) for name, box in boxes_of(simulation).items()}
     on_dem = sorted((name for name in found if found[name].cells), key=lambda name: found[name].cells)
     if not on_dem:
+        feedback.note(f"{dem.path} is read whole; with --trees or --lines only {AROUND_M:g} m around them are")
         return None
     part, left_out = found[on_dem[0]], []
     for name in on_dem[1:]:
@@ -32,9 +33,9 @@ def part_to_explore(simulation: Simulation, feedback: Feedback) -> Part | None:
         else:
             left_out.append(name)
     feedback.note(
-        f"of this large terrain model the {AROUND_M:g} m around the layers are explored: a log that leaves them counts as "
-        "one that left the terrain model"
-        + (f"; {' and '.join(left_out)} are farther apart, and are there as far as they lie in it" if left_out else "")
+        f"of this large terrain model the {AROUND_M:g} m around the layers are explored: a log that leaves them counts "
+        "as one that left the terrain model"
+        + (f"; {' and '.join(left_out)} lie farther apart, and are there as far as they lie in it" if left_out else "")
     )
     return part
 
@@ -61,8 +62,6 @@ def boxes_of(simulation: Simulation) -> dict[str, tuple[float, float, float, flo
 def around(box: tuple[float, float, float, float], dem: DemWindows) -> Part:
     """The cells of a box and of `AROUND_M` beyond it, as far as the terrain model has them."""
     west, south, east, north = box
-    column, row = (math.floor((low - AROUND_M - first) / dem.cell) for low, first in ((west, dem.x0), (south, dem.y0)))
-    columns, rows = (
-        math.ceil((high - low + 2.0 * AROUND_M) / dem.cell) + 1 for high, low in ((east, west), (north, south))
-    )
+    column, row = (math.floor((low - AROUND_M - at) / dem.cell) for low, at in ((west, dem.x0), (south, dem.y0)))
+    columns, rows = (math.ceil((size + 2.0 * AROUND_M) / dem.cell) + 1 for size in (east - west, north - south))
     return Part(column, row, columns, rows).cut_to(dem.shape)

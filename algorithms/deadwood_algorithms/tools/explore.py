@@ -9,8 +9,8 @@ same as what slide-logs gives for them, byte for byte.
 
 The page is served on this machine's loopback address only, to whoever has the token in the printed address. Ctrl-C ends
 it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a share is accurate to a few
-percentage points; its interval shows how many. Of a terrain model of more than 25 million cells the layers and the 500 m
-around them are read; a log that leaves these counts as one that left the terrain model.
+percentage points; its interval shows how many. Of a terrain model of more than 25 million cells the layers and the 500
+m around them are read; a log that leaves these counts as one that left the terrain model.
 """
 
 from __future__ import annotations
