@@ -12,8 +12,8 @@ the range from the 5 % to the 95 % quantile, which has a 95 % interval by bootst
         --friction 0.25 --output run
     deadwood-tool lateral-spread --deposits run --output spread.gpkg
 
-Logs that left the terrain model, or ended near its edge, would have moved on differently on a larger one: the tool
-warns of them. For a layer of deposits that belongs to no run it needs --dem.
+Logs that left the terrain model would have moved on: the tool warns of them, and of logs that ended near its edge,
+where heights are least certain. For a layer of deposits that belongs to no run it needs --dem.
 """
 
 from __future__ import annotations
