@@ -3441,7 +3441,9 @@ def explore(
 
     The page is served on this machine's loopback address only, to whoever has the token in the printed address.
     Ctrl-C ends it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a
-    share is accurate to a few percentage points; its interval shows how many.
+    share is accurate to a few percentage points; its interval shows how many. Of a terrain model of more than
+    25 million cells the layers and the 500 m around them are read; a log that leaves these counts as one that
+    left the terrain model.
 
     Parameters
     ----------

@@ -7,10 +7,11 @@ from datetime import datetime
 from typing import Any, NamedTuple
 
 from deadwood_algorithms.report.markup import Markup, element, scrolled
-from deadwood_algorithms.report.rounded import alike, decimal, in_signs, shown_number
+from deadwood_algorithms.report.rounded import decimal, in_signs, shown_number
 from deadwood_algorithms.report.sections import Parts
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.stats.statistics import alike
 
 SELDOM = ("model_lying_logs", "model_blocks", "model_lines")  # no row in the box if no run has any
 
@@ -44,9 +45,10 @@ def span_words(values: Any, words: Words, unit: str = "") -> str:
         return decimal(values, words)
     if values["median"] is None:
         return "–"
+    if values["low"] == values["high"]:
+        return f"{decimal(values['median'], words)} {unit}".strip()
     middle, low, high = (in_signs(each, words) for each in alike([values[name] for name in ("median", "low", "high")]))
-    shown = f"{middle} {unit}".strip()
-    return shown if low == high else f"{shown} ({low} {words.say('to')} {high})"
+    return f"{f'{middle} {unit}'.strip()} ({low} {words.say('to')} {high})"
 
 
 def terrain_words(source: ReportedRun, words: Words) -> str:

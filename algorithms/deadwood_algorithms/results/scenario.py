@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import count_of
-from deadwood_algorithms.params.counts import counted, significant
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.checked import read_summary
 from deadwood_algorithms.scene.counts import NOT_RUN, counts_of_scene, in_scene
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas import ORIENTATIONS
+from deadwood_algorithms.stats.statistics import alike
 
 if TYPE_CHECKING:
     from deadwood_algorithms.results.run_folder import Run
@@ -158,7 +159,7 @@ def _span(values: dict[str, float | None], unit: str = "") -> str:
         return "unknown"
     if values["low"] == values["high"]:
         return f"{values['median']:g} {unit}".strip()
-    middle, low, high = (significant(values[name] or 0.0, 3) for name in ("median", "low", "high"))
+    middle, low, high = alike([values["median"] or 0.0, values["low"] or 0.0, values["high"] or 0.0])
     return f"{f'{middle} {unit}'.strip()} ({low} to {high})"
 
 

@@ -7,7 +7,7 @@ Wilson's interval is used for every reach probability because it stays inside [0
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -149,6 +149,15 @@ def to_decimals(value: float, decimals: int, *, sign: bool = False) -> str:
     """``+1.20``, ``0.00``: with the given decimals; a value that rounds to zero has no sign."""
     text = f"{value:{'+' if sign else ''}.{decimals}f}"
     return text.lstrip("-+") if float(text) == 0.0 else text
+
+
+def alike(values: Sequence[float], digits: int = 3) -> list[str]:
+    """Numbers of one kind with as many decimals each: as the first one needs, less zeros that all end in."""
+    first = abs(values[0])
+    places = max(0, digits - 1 - math.floor(math.log10(first))) if first >= 1e-6 else digits
+    while places and all(f"{each:.{places}f}".endswith("0") for each in values):
+        places -= 1
+    return [to_decimals(each, places) for each in values]
 
 
 def percent_of(n_hit: int, n_total: int) -> str:

@@ -9,7 +9,8 @@ same as what slide-logs gives for them, byte for byte.
 
 The page is served on this machine's loopback address only, to whoever has the token in the printed address. Ctrl-C ends
 it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a share is accurate to a few
-percentage points; its interval shows how many.
+percentage points; its interval shows how many. Of a terrain model of more than 25 million cells the layers and the 500
+m around them are read; a log that leaves these counts as one that left the terrain model.
 """
 
 from __future__ import annotations
@@ -128,6 +129,7 @@ def answer(ask: Ask, out: Out, feedback: Feedback) -> None:
     from deadwood_algorithms.explore.relief import Relief
     from deadwood_algorithms.explore.session import Session
     from deadwood_algorithms.explore.stdio import Front
+    from deadwood_algorithms.explore.surroundings import part_to_explore
     from deadwood_algorithms.simulate.simulation import open_simulation
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.simulate.windows import scene_on
@@ -135,7 +137,7 @@ def answer(ask: Ask, out: Out, feedback: Feedback) -> None:
 
     where = Where(ask.threads, name=TOOL.name)
     with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, feedback) as simulation, accounting() as said:
-        layers = scene_on(simulation, None, feedback)
+        layers = scene_on(simulation, part_to_explore(simulation, feedback), feedback)
         load_kernels(layers.shape, feedback)
         session = Session(simulation, layers, defaults_of(ask, layers.friction))
         session.warm_up()
