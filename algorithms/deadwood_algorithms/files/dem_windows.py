@@ -23,7 +23,7 @@ from rasterio.windows import Window
 from deadwood_algorithms.files.crs import horizontal
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.embedded import tags_now
-from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out, libtiff_silent
+from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, is_laid_out, lay_out, libtiff_silent
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.heights import (
     COLLAR_DROP_M,
@@ -275,13 +275,20 @@ class WindowWriter:
     """A GeoTIFF written window by window and then read back, which is what finds a full disk (see `write_raster`)."""
 
     def __init__(
-        self, path: Path, *, with_statistics: bool = True, final: bool = True, of_region: bool = False, **profile: Any
+        self,
+        path: Path,
+        feedback: Feedback,
+        *,
+        with_statistics: bool = True,
+        final: bool = True,
+        of_region: bool = False,
+        **profile: Any,
     ) -> None:
         """``final`` is false for a raster that the tool reads again and deletes: without statistics and overviews.
 
         ``of_region`` is a raster of many runs, whose overviews may take their time (`geotiff.lay_out`).
         """
-        self.path, self.final, self.of_region = path, final, of_region
+        self.path, self.feedback, self.final, self.of_region = path, feedback, final, of_region
         self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
         self.target = rasterio.open(path, "w", **profile)
         if final:
@@ -313,12 +320,17 @@ class WindowWriter:
                     self.target.update_tags(number, **of_band.tags())
             self.target.close()
             if kind is None and self.final:
+                if is_laid_out(self.cells, sparse=self.sparse, of_region=self.of_region):
+                    self.feedback.progress(0, 1, "building overviews")
                 lay_out(self.path, self.cells, sparse=self.sparse, of_region=self.of_region)
         if kind is None:
             self._read_back()
 
     def _read_back(self) -> None:
         with rasterio.open(self.path) as made:
-            for window, checksum in self.written:
+            for done, (window, checksum) in enumerate(self.written, start=1):
+                if self.feedback.cancelled():
+                    raise Cancelled
                 if zlib.crc32(np.ascontiguousarray(made.read(window=window)).data) != checksum:
                     raise OSError(f"{self.path}: the written file cannot be read back")
+                self.feedback.progress(done, len(self.written), "reading the file back")
