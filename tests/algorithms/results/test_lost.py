@@ -131,8 +131,8 @@ def test_break_trees(run, n_lost, tmp_path, said):
     assert road["ci_low_if_lost"] == pytest.approx(paired_interval(round(least), 0, 24)[0])
     (words,) = [each for each in done.lines if each.startswith("road: ")]
     ends = [percent(wilson_interval(number, 24)[1], *wilson_interval(0, 24)) for number in (n_lost, gone)]
-    assert f"[0 to {ends[0]} %] with unbreakable trees" in words
-    assert f"[0 to {ends[1]} %] if those" in words
+    assert f"[0.0 to {ends[0]} %] with unbreakable trees" in words
+    assert f"[0.0 to {ends[1]} %] if those" in words
     assert IN_BRACKETS in done.lines
 
 

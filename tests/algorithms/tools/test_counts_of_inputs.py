@@ -229,7 +229,7 @@ def slid(told: Told, here: Inputs) -> None:
     with opened({"dem": here.dem, **here.scene()}, output=str(place), **logs) as asked:
         asked.release(shape={"circle": [30.0, 75.0, 5.0]}, n=10)
         asked.keep("kept", run_too=False)
-    told.take("explore", SCENE, place / "kept.gpkg")
+    told.take("explore", SCENE, place / "kept_layers.gpkg")
 
 
 def evaluated(told: Told, here: Inputs) -> None:
