@@ -513,18 +513,18 @@ def import_trees(
     dbh_field : optional
         Field of the DBH.
     dbh_unit : one of cm, m, mm, in, girth-cm
-        Unit of the DBH. Without it: as the field's name says, else cm.
+        Unit of the DBH. Without it: the unit in the field's name, else cm.
     height_field : optional
         Field of the height.
     height_unit : one of m, dm, cm, ft
-        Unit of the height. Without it: as the field's name says, else m.
+        Unit of the height. Without it: the unit in the field's name, else m.
     species_field : optional
         Field of the species.
     crown_field : optional
         Field of the crown diameter in m.
     crown_measure : one of diameter, radius, area
-        What the crown field holds, in m or m². Without it: as the source or the field's usual name says, else
-        the diameter.
+        What the crown field holds, in m or m². Without it: from the source or the field's usual name, else the
+        diameter.
     missing_value : optional
         Number that marks a missing value. For example -1 (FINT-CH) or 0.
     read_as : optional
@@ -931,13 +931,13 @@ def add_structures(
     """Build embankments and ditches into a terrain model, and compute their volumes of earth.
 
     The result is the DEM with the structures, on the same grid, with the same CRS and number type, nodata
-    unchanged, ready for ``slide-logs``. Each line is the axis of one structure; ``kind`` says of which. The
-    crest (of a ditch: the bottom) is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground
-    under the line, or at ``elevation_m`` where that is given. From its edges the sides fall (rise) at
-    ``slope_deg`` until they first meet the ground. The columns ``slope_left_deg`` and ``slope_right_deg``, seen
-    along the line, override it. At the ends of the line the sides are rounded. Columns of the lines override
-    the options of the same names; an empty cell takes the option. A height follows every bump of the ground;
-    for a crest of even grade give an elevation, or the Z of the line's vertices with ``elevation_from_z``.
+    unchanged, ready for ``slide-logs``. Each line is the axis of one structure; ``kind`` is its kind. The crest
+    (of a ditch: the bottom) is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground under
+    the line, or at ``elevation_m`` where that is given. From its edges the sides fall (rise) at ``slope_deg``
+    until they first meet the ground. The columns ``slope_left_deg`` and ``slope_right_deg``, seen along the
+    line, override it. At the ends of the line the sides are rounded. Columns of the lines override the options
+    of the same names; an empty cell takes the option. A height follows every bump of the ground; for a crest of
+    even grade give an elevation, or the Z of the line's vertices with ``elevation_from_z``.
 
     Structures are built in the order of their rows, with heights relative to the original ground: overlapping
     volume is counted once, with the first structure, and a ditch after an embankment cuts into it. Volumes are
@@ -1484,7 +1484,7 @@ def run_sites(
     that slide the same logs are scenarios and are not added up (use compare-scenarios). `report` adds a page of
     the first 12 sites.
 
-    If a site fails, one line says why, and the others are finished; the exit status is then 2. `resume`
+    If a site fails, one line gives the reason, and the others are finished; the exit status is then 2. `resume`
     continues an interrupted run, also in the middle of a site, and a run with failures once their causes are
     fixed: what is finished and unchanged is not slid again. Each site is the run that slide-logs would make of
     it, bit for bit. With scheduler all sites share its workers, which are started once.
@@ -2236,14 +2236,14 @@ class MapIntensityResult(Result):
     summary_file = "classes.json"
 
     intensity = RasterPart("intensity.tif")
-    """Class of the ENERGY, from 1; 0 where no log passed; classes.json says what each is"""
+    """Class of the ENERGY, from 1; 0 where no log passed; classes.json has the meaning of each"""
     passage = RasterPart("passage.tif")
-    """Class of the share of the logs that pass, from 1; 0 where no log passed; classes.json says what each
-    is"""
+    """Class of the share of the logs that pass, from 1; 0 where no log passed; classes.json has the meaning of
+    each"""
     return_class = RasterPart("return_class.tif")
-    """Class of the return period, from 1; 0 where no log passed; classes.json says what each is"""
+    """Class of the return period, from 1; 0 where no log passed; classes.json has the meaning of each"""
     matrix = RasterPart("matrix.tif")
-    """Class of both, from 1; 0 where no log passed; classes.json says what each is"""
+    """Class of both, from 1; 0 where no log passed; classes.json has the meaning of each"""
     return_period = RasterPart("return_period.tif")
     """Mean time between events that reach the cell; NaN where no log passed"""
     lines = TablePart("lines.csv")
@@ -2384,8 +2384,8 @@ def map_origins(
     Releases over all ground on which logs could start, with a density that follows the susceptibility:
 
     The shares are those of logs that have started. assess-mobilisation rates how favourable a place is for a
-    start; the product of the two is not computed. A place where no log was released is empty, which says
-    nothing about it.
+    start; the product of the two is not computed. A place where no log was released is empty: nothing is known
+    about it.
 
     Parameters
     ----------
@@ -2509,9 +2509,9 @@ def fit_flight(
     that of the terrain before the take-off, in the direction of the flight, because a sliding log leaves the
     ground along it; or it is given. The layer ``flights`` holds the path of the centre of mass with take-off
     speed, duration, apex, landing speed and angle, the largest height above the terrain, and a ``verdict``.
-    With barriers, the layer ``clearances`` says how far the underside of the log, with its axis parallel to the
-    velocity, passes above the top of each barrier that the flight crosses. ``plots`` draws a profile of each
-    flight.
+    With barriers, the layer ``clearances`` gives how far the underside of the log, with its axis parallel to
+    the velocity, passes above the top of each barrier that the flight crosses. ``plots`` draws a profile of
+    each flight.
 
     Verdicts: ``above_launch_line`` (the landing point is not below the line along which the log takes off: no
     speed reaches it), ``cuts_terrain`` (the ground in between protrudes into the flight by more than
@@ -2733,10 +2733,10 @@ def calibrate_friction(
     if everything else is right (the scores are defined in `calibration/score.py`). The observation is one of
 
     - observed: deposits, as points (with error_m, the error of the place and of what the model cannot
-      represent) or as   areas in which logs came to rest (the width of a road). A field release_id says which
-      release each came from. They   count as a sample of an unknown number of logs: each is compared with the
+      represent) or as   areas in which logs came to rest (the width of a road). A field release_id gives the
+      release of each. They   count as a sample of an unknown number of logs: each is compared with the
       simulated logs that came to rest on the   terrain model, and the number that leave it has no influence. If
-      all logs of the event were found, search_complete   says so; a coefficient with which logs leave must then
+      all logs of the event were found, set   search_complete; a coefficient with which logs leave must then
       explain why none did;
     - reached and not_reached: lines or areas that event_logs of the event's logs reached, or did not reach.
       Both   together define a stop line: with too little friction logs go beyond, with too much they do not get
@@ -2867,7 +2867,7 @@ def calibrate_friction(
         Continue an interrupted run.
     observed : point or polygon
         Observed deposits: points, or areas in which logs came to rest. The centres of the logs; a field
-        release_id says from which release each came.
+        release_id gives the release of each.
     error_m : m, > 0, default 10
         Error of the observed points and of what the model cannot represent. Standard deviation in each
         direction.
@@ -2978,8 +2978,8 @@ def compare_fidelity(
     The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of
     your number of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 %
     interval of such a run, for every line. Without lines, the deposit distance and the hit raster are compared
-    with the distance between two halves of the logs. If too few logs were compared to show it, the tool says
-    so, and about how many would: among trees up to twice the number of the run.
+    with the distance between two halves of the logs. If too few logs were compared to show it, the tool reports
+    this, and about how many would: among trees up to twice the number of the run.
 
     Errors beyond the finest fidelity compared, and errors of the inputs, are not included: friction and terrain
     model matter more.
@@ -3212,7 +3212,7 @@ def vary(
       logs. The design has (factors + 2) x samples runs.
 
     The folder holds `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row for each run) and
-    `summary.json` with a sentence that names the most influential input, or says that this many logs do not
+    `summary.json` with a sentence that names the most influential input, or states that this many logs do not
     decide it.
 
     You choose the ranges: a wide one makes its factor strong. The default ranges are suggestions (rolling
@@ -3349,7 +3349,7 @@ def vary(
         restitution 0:0.2, tree_friction 0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor
         0.9:1.1, log_density_factor 0.7:1.3, tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity
         draft:standard, orientation upright:random-lying (the logs' posture at the start; also random). Factors
-        multiply what the layers say.
+        multiply the values of the layers.
     design : one of ends, latin, sobol, default latin
         How to vary: the ends of each range alone, or also all together. latin: a Latin hypercube; sobol:
         Sobol's sequence, which needs SciPy. Both give the indices.
@@ -3441,7 +3441,7 @@ def explore(
 
     The page is served on this machine's loopback address only, to whoever has the token in the printed address.
     Ctrl-C ends it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a
-    share is accurate to a few percentage points; its interval says how many.
+    share is accurate to a few percentage points; its interval shows how many.
 
     Parameters
     ----------
@@ -3605,7 +3605,7 @@ def make_report(
 
     For several runs of the same releases the page also has the paired differences of `compare-scenarios`, with
     maps. If an input of a run (the terrain model, the trees) is no longer in its place, the page omits it and
-    says so. Its figures are rounded for reading: numbers for further work are in the run's own files.
+    states this. Its figures are rounded for reading: numbers for further work are in the run's own files.
 
     Parameters
     ----------
@@ -3822,8 +3822,8 @@ def warm_up(
 ) -> WarmUpResult:
     """Compile the engine for this machine before the first run: once after each installation or update.
 
-    The compiled code is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and serves every
-    tool and QGIS; an engine is compiled only once. `shapes` also compiles the kernels of point clouds
+    The compiled code is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and is used by
+    every tool and QGIS; an engine is compiled only once. `shapes` also compiles the kernels of point clouds
     (`slide-logs --shape`), which otherwise happens with the first of them.
 
     Parameters
@@ -3875,7 +3875,7 @@ def demo(
     m, a forest as if mapped that leaves a gully free, and a random forest of the same density. The same logs
     then slide through the mapped forest, through the random one and without forest, and `report.html` shows the
     three side by side. Every step is done by the tools themselves, and the folder holds their inputs and
-    outputs: the manifests say how to repeat each step.
+    outputs: its manifests are enough to repeat each step.
 
     The paper found for its own slope that by far the most logs reach the road without forest, that a random
     forest lets no more through than the mapped one, and that the deposits spread wider with a forest than

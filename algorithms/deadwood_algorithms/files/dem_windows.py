@@ -36,7 +36,7 @@ from deadwood_algorithms.files.heights import (
 from deadwood_algorithms.files.rasters import read_values
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserError
 
-SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, squares in each direction, of that side, show what ground it is
+SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, so many squares in each direction, with this side, are examined
 BLOCK_CELLS = 2**22  # read at once: 32 MiB of float64
 POINT_REACH_CELLS = 512  # positions within such a distance share one window
 
@@ -53,7 +53,7 @@ class DemWindows:
     cell, x0, y0 : float
         As of a `Grid` [m].
     zero_is_outside : bool
-        Whether cells of exactly 0 m are an undeclared empty collar (`COLLAR_DROP_M`).
+        Whether cells of exactly 0 m are an undeclared empty margin (`COLLAR_DROP_M`).
     """
 
     source: Any
@@ -68,7 +68,7 @@ class DemWindows:
 
     @property
     def plan_crs(self) -> pyproj.CRS:
-        """The CRS without its heights: that of the layers in the plan."""
+        """The horizontal part of the CRS, that of layers in plan."""
         return horizontal(self.crs)
 
     @property
@@ -79,7 +79,7 @@ class DemWindows:
 
     @property
     def transform(self) -> Affine:
-        """Of a north-up raster on these cells."""
+        """Transform of a north-up raster on these cells."""
         west, _, _, north = self.bounds
         return from_origin(west, north, self.cell, self.cell)
 
@@ -115,7 +115,7 @@ class DemWindows:
         return self.grid(rows, columns)
 
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Bilinear height [m] at positions, best in their order along a line; NaN outside."""
+        """Bilinear height [m] at positions, most efficient if they are in order along a line; NaN outside."""
         heights = np.full(x.shape, np.nan)
         start, reach = 0, POINT_REACH_CELLS * self.cell
         while start < x.size:
@@ -130,7 +130,7 @@ class DemWindows:
     def strips(self) -> list[slice]:
         """Rows of the whole raster in turn, from the south, at most `BLOCK_CELLS` cells at once.
 
-        They begin and end where the tiles of the file, or of one written like it, do.
+        They begin and end at the tiles of the file, or of one written like it.
         """
         ny, nx = self.shape
         step = max(1, BLOCK_CELLS // nx // TILE_CELLS) * TILE_CELLS
@@ -149,10 +149,10 @@ class DemWindows:
 def open_windows(
     path: str | Path, *, crs: str | None, feedback: Feedback, look_through: bool = True, as_ground: bool = True
 ) -> Iterator[DemWindows]:
-    """Open a DEM for reading in windows, or refuse it with the command that fixes it.
+    """Open a DEM for reading in windows, or reject it with the command that fixes it.
 
-    Without ``look_through`` it is not read once for an undeclared collar of 0 m: for tools that want a few spots of it;
-    `read_part` finds out by itself. Heights that are not ``as_ground``, of crowns and roofs, may have any steps.
+    Without ``look_through`` it is not searched for an undeclared margin of 0 m: for tools that need a few places only;
+    `read_part` then detects it itself. Heights that are not ``as_ground`` (crowns and roofs) may have any steps.
     """
     with open_dem(path, crs, feedback) as (source, dem_crs, transform):
         ny, nx = source.shape
@@ -167,9 +167,10 @@ def open_windows(
 
 
 def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | None = None) -> Grid:
-    """Read band 1 of a DEM as float32 heights, or refuse it with the command that fixes it.
+    """Read band 1 of a DEM as float32 heights, or reject it with the command that fixes it.
 
-    ``crs`` names the CRS of a file that holds none. A south-up file is read right, a rotated or non-square one refused.
+    ``crs`` names the CRS of a file that holds none. A south-up file is read correctly, a rotated or non-square one is
+    rejected.
     """
     feedback = feedback or Quiet()
     with open_windows(path, crs=crs, feedback=feedback, look_through=False) as dem:
@@ -191,7 +192,7 @@ def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
 
 
 def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
-    """A window as `read_whole` gives the whole: the same heights, the same cells outside."""
+    """Read a window with the same heights and the same cells outside as `read_whole`."""
     margin = MARGIN_CELLS
     wide = Part(part.column - margin, part.row - margin, part.columns + 2 * margin, part.rows + 2 * margin)
     wide = wide.cut_to(dem.shape)
@@ -207,7 +208,7 @@ def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
 
 
 def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.float32]:
-    """What the file holds of a window, strip by strip of the file's blocks."""
+    """The heights of a window as stored in the file, read in strips of the file's blocks."""
     values = np.empty((part.rows, part.columns), np.float32)
     block = max(1, dem.source.block_shapes[0][0])
     rows = max(1, BLOCK_CELLS // part.columns // block) * block
@@ -228,11 +229,11 @@ def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32], inner: tup
 
 
 def _wide_strips(dem: DemWindows) -> Iterator[tuple[NDArray[np.float32], tuple[slice, slice]]]:
-    """The whole DEM strip by strip, each with a margin by which its cells are judged, and where it lies within."""
+    """The whole DEM strip by strip, each with the margin needed to check its cells, and its position within that."""
     for rows in dem.strips():
         wide = Part(0, rows.start - MARGIN_CELLS, dem.shape[1], rows.stop - rows.start + 2 * MARGIN_CELLS)
         wide = wide.cut_to(dem.shape)
-        # one stage: two alternating ones would start again each time, and show nothing
+        # one stage of progress: two alternating ones would restart each time and show nothing
         yield _heights(dem, wide, Quiet()), (slice(rows.start - wide.row, rows.stop - wide.row), slice(None))
 
 
@@ -248,7 +249,7 @@ def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
         heights += int(np.isfinite(values[inner]).sum())
         lowest = min(lowest, lowest_inland(values, dem.cell, inner))
         found.empty_mixed(values, dem.cell, inner)
-        feedback.progress(done + 1, strips, "looking through the DEM")
+        feedback.progress(done + 1, strips, "scanning the DEM")
     if not heights:
         found.refuse_nothing(dem.path, dem.cell)
     collar = bool(zeros) and COLLAR_DROP_M < lowest < np.inf
@@ -272,7 +273,7 @@ def _samples(dem: DemWindows) -> list[NDArray[Any]]:
 
 
 class WindowWriter:
-    """A GeoTIFF written window by window and then read back, which is what finds a full disk (see `write_raster`)."""
+    """A GeoTIFF written window by window and then read back, to detect a full disk (see `write_raster`)."""
 
     def __init__(
         self,
@@ -286,7 +287,7 @@ class WindowWriter:
     ) -> None:
         """``final`` is false for a raster that the tool reads again and deletes: without statistics and overviews.
 
-        ``of_region`` is a raster of many runs, whose overviews may take their time (`geotiff.lay_out`).
+        ``of_region`` is a raster of many runs, whose overviews may take longer (`geotiff.lay_out`).
         """
         self.path, self.feedback, self.final, self.of_region = path, feedback, final, of_region
         self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
@@ -306,7 +307,7 @@ class WindowWriter:
             of_band.take(band)
 
     def leave_out(self, cells: int) -> None:
-        """Count cells that hold nothing and are not written: of a sparse file their tiles read as nodata, or as 0."""
+        """Count empty cells, which are not written: in a sparse file their tiles read as nodata, or as 0."""
         for of_band in self.statistics:
             of_band.cells += cells
 

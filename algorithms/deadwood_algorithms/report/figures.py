@@ -21,6 +21,7 @@ import matplotlib
 import numpy as np
 import shapely
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from numpy.typing import NDArray
 from PIL import Image
@@ -35,7 +36,7 @@ from deadwood_algorithms.stats.directions import spread_of_release
 
 INK = "#0a0b0c"  # stands for the page's text colour
 WIDTH = 7.2  # inches, of a figure as wide as the page
-TEXT = 9.5  # points; on paper a figure is printed at 0.7 of its size at least (`page.css`), which leaves 6.5
+TEXT = 9.5  # points; on paper a figure is printed at 0.7 of its size at least (`page.css`), which gives at least 6.5
 STYLE: Any = {
     "svg.fonttype": "none",
     "legend.fontsize": TEXT,
@@ -57,9 +58,9 @@ STYLE: Any = {
     "axes.axisbelow": True,
     "legend.frameon": False,
     "path.simplify": False,
-    "image.composite_image": False,  # else layers that lie on one another become one
+    "image.composite_image": False,  # otherwise overlapping layers are merged into one
 }
-PERCENTILES = (5, 50, 95)
+PERCENTILES = {"-": (50,), ":": (5, 95)}  # of a histogram, by the style of their lines
 LABEL = 40  # letters of an axis label beside which another figure stands
 PROFILE_IN = 3.6  # of the width that a profile takes
 
@@ -77,7 +78,7 @@ class _Ticks(ScalarFormatter):
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure by name; ``draw`` makes it again for each use."""
+    """A figure by name; ``draw`` redraws it for each use."""
 
     name: str
     title: str
@@ -121,7 +122,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     there: set[str] = set()
 
     def named(found: re.Match[str]) -> str:
-        """The requested ids, each once: Matplotlib defines identical content in two places twice."""
+        """The requested ids, each once: Matplotlib defines identical content twice if it occurs in two places."""
         if found[1] in there or not (found[1] in used or found[1].startswith("layer_")):
             return ""
         there.add(found[1])
@@ -130,13 +131,13 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     text = re.sub(r' id="([^"]+)"', named, text)
     text = re.sub(r'(url\(#|href="#)([^")]+)', lambda found: f"{found[1]}{name}-{found[2]}", text)
     text = re.sub(r'data:image/png;base64,([^"]+)', lambda found: _packed_picture(found[1]), text)
-    # Half a hundredth of a point is invisible; images keep their precision, otherwise they would not join.
+    # Half a hundredth of a point is invisible; images keep their precision, otherwise they would not fit together.
     text = re.sub(r'(?<= d=")[^"]+', lambda found: _shortened(found[0]), text)
     text = text.replace(INK, "currentColor")
     width, height = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text).groups()  # type: ignore[union-attr]
     text = text.replace(
         f'width="{width}pt" height="{height}pt"',
-        f'class="figure" style="max-width:{width}pt" role="img" aria-label="{escaped(title)}"',
+        f'class="figure" style="--own:{width}pt;max-width:{width}pt" role="img" aria-label="{escaped(title)}"',
         1,
     )
     return Markup(re.sub(r"\n\s*", "\n", text))
@@ -177,7 +178,7 @@ def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Prof
 
 
 def reach_figure(source: ReportedRun, words: Words) -> Figure:
-    """A bar a line with its 95 % interval."""
+    """One bar for each line with its 95 % interval."""
     records = source.summary["reach"][:12]
     figure, (axes,) = _panels(1, 0.8 + 0.29 * len(records))
     value = np.array([share_of(each) for each in records])
@@ -198,10 +199,11 @@ def reach_figure(source: ReportedRun, words: Words) -> Figure:
 def arrivals_figure(source: ReportedRun, words: Words) -> Figure:
     """Distribution of speed, energy, height and angle over the arrivals at all lines."""
     assert source.arrivals is not None
-    figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.5), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     for axes, (name, phrase) in zip(panels, ARRIVAL_COLUMNS.items(), strict=True):
         _histogram(axes, source.arrivals[name].to_numpy(np.float64), words.say(phrase), source.colour, words)
+    _legend_of_percentiles(figure)
     return figure
 
 
@@ -224,8 +226,17 @@ def _histogram(axes: Any, values: NDArray[np.float64], label: str, colour: str, 
     bins = max(5, min(24, round(2.0 * values.size ** (1 / 3))))
     low = 0.0 if values.min() >= 0.0 else float(values.min())
     axes.hist(values, bins=bins, range=(low, top if top > low else low + 1.0), color=colour, alpha=0.85)
-    for each, style in zip(PERCENTILES, (":", "-", ":"), strict=True):
-        axes.axvline(float(np.percentile(values, each)), color=INK, linewidth=1.2, linestyle=style)
+    for style, levels in PERCENTILES.items():
+        for each in np.percentile(values, levels):
+            axes.axvline(float(each), color=INK, linewidth=1.2, linestyle=style)
+
+
+def _legend_of_percentiles(figure: Figure) -> None:
+    handles = [
+        Line2D([], [], color=INK, linewidth=1.2, linestyle=style, label=", ".join(f"{each} %" for each in levels))
+        for style, levels in PERCENTILES.items()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
 def counted_azimuths(source: ReportedRun) -> dict[str, NDArray[np.float64]]:
@@ -247,7 +258,9 @@ def counted_azimuths(source: ReportedRun) -> dict[str, NDArray[np.float64]]:
 
 
 def rose_figure(source: ReportedRun, words: Words) -> Figure:
-    """A rose a release, of the six with the most deposits: 10 degrees a petal, its area the share of the deposits."""
+    """One rose for each of the six releases with the most deposits: petals of 10 degrees, their area is the share of
+    deposits.
+    """
     found = sorted(counted_azimuths(source).items(), key=lambda item: -item[1].size)[:6]
     columns = min(3, len(found))
     rows = -(-len(found) // columns)
@@ -292,17 +305,18 @@ def runout_figure(sources: list[ReportedRun], words: Words) -> Figure:
 
 def distributions_figure(source: ReportedRun, words: Words) -> Figure:
     """Largest speed and jump height of each log."""
-    figure, panels = _panels(2, 2.4)
+    figure, panels = _panels(2, 2.7)
     for axes, column, phrase in zip(
         panels, ("speed_max_ms", "jump_max_m"), ("max_speed_axis", "jump_axis"), strict=True
     ):
         _histogram(axes, source.column(column), words.say(phrase), source.colour, words)
+    _legend_of_percentiles(figure)
     return figure
 
 
 def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
-    """The terrain and the way of one log, one metre up as long as one along; beside them its speed and its clearance,
-    along the same way."""
+    """Profile of the terrain and the path of one log, without vertical exaggeration; beside it the speed and the
+    clearance, along the same path."""
     drop = float(np.ptp(profile.terrain[np.isfinite(profile.terrain)])) / float(profile.way[-1])
     tall = float(np.clip(PROFILE_IN * drop, 1.1, 2.4)) + 0.75
     figure = Figure(figsize=(WIDTH, tall + 0.3), layout="constrained")
@@ -326,6 +340,6 @@ def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
 
 
 def plain(text: Any) -> str:
-    """A name as matplotlib shows it letter by letter: no formula, no line breaks, not endless."""
+    """A name as plain text for matplotlib: no formula, no line breaks, limited in length."""
     shown = re.sub(r"\s+", " ", str(text)).replace("$", r"\$")
     return shown if len(shown) <= 40 else shown[:39] + "…"

@@ -1,9 +1,10 @@
-"""The sections of the report about one run, each a heading with what belongs under it."""
+"""The sections of the report about one run, each a heading with its content."""
 
 from __future__ import annotations
 
 import os
 import platform
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, scrolled, table
 from deadwood_algorithms.report.plan import MOST_DOTS, QUANTITIES, SHOWN_AT_FIRST, layers_drawn
 from deadwood_algorithms.report.rounded import (
+    NBSP,
     decimal,
     in_signs,
     percent_if_lost,
@@ -49,7 +51,7 @@ Parts = list[Any]
 
 
 def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Parts:
-    """Warnings that a reader must not overlook; with the run's name if there are several."""
+    """Important warnings for the reader; with the run's name if there are several."""
     reasons = source.summary["logs"]["by_stop_reason"]
     found = [
         words.say(f"{name}_warning", n=reasons.get(name, 0))
@@ -57,7 +59,7 @@ def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Pa
         if reasons.get(name, 0)
     ]
     for parameter, file in source.run.changed:
-        what = words.say_or(f"input_{parameter}", parameter.replace("_", " "))
+        what = input_words(parameter, words)
         found.append(words.say("input_changed", what=what, path=Path(file).name))
     before = f"{source.name}: " if named else ""
     return [element("p", before + each, class_="warning") for each in found]
@@ -80,7 +82,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
         for phrase, filled in source.lacks:
             filled = dict(filled)
             if "what" in filled:
-                filled["what"] = words.say_or(f"input_{filled['what']}", str(filled["what"]))
+                filled["what"] = input_words(str(filled["what"]), words)
                 filled["reason"] = filled["reason"] or words.say("gone")
                 filled["path"] = Path(filled["path"]).name or filled["path"]
             lacks.append(element("li", words.say(phrase, **filled)))
@@ -101,7 +103,7 @@ def map_section(source: ReportedRun, drawing: Drawing, frame: tuple[float, ...],
     for name in layers_drawn(source):
         reason = name.removeprefix("deposits_")
         label = words.say("layer_deposits", stop=words.stop(reason)) if reason != name else words.say(f"layer_{name}")
-        if name in QUANTITIES and name != "hits":  # whose scale is drawn
+        if name in QUANTITIES and name != "hits":  # with a scale beside the map
             look = LOOKS[QUANTITIES[name]]
             ends = [shown_number(look.factor * look.stops[k], words) for k in (0, -1)]
             label += f" ({ends[0]}–{ends[1]} {look.shown})"
@@ -164,7 +166,7 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
 
 
 def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any], words: Words) -> str:
-    """What is known of the error of calculation of a run's fidelity."""
+    """The known error of calculation of a run's fidelity."""
     fidelity = accuracy["fidelity"]
     if promise := accuracy.get("auto"):
         return words.say("calculation_bound", bound=shown_number(100.0 * promise["calculation"], words, 2))
@@ -179,17 +181,17 @@ def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any]
 
 
 def promise_words(promise: Mapping[str, Any], words: Words) -> str:
-    """What --fidelity auto promises: both errors of the line that is farthest off, apart and together."""
+    """The promise of --fidelity auto: both errors of the line with the largest error, separately and together."""
     points = {name: shown_number(100.0 * promise[name], words, 2) for name in ("sampling", "calculation", "together")}
     how = "calculation_none" if promise["chosen"] == "reference" else "promise_assumed"
-    against = promise.get("measured_against")  # by pairs of logs, up to version 0.2
+    against = promise.get("measured_against")  # from pairs of logs, up to version 0.2
     source = words.say("promise_measured" if against else how, against=against)
     chosen, n = promise["chosen"], promise["logs"]
     return words.say("promise", chosen=chosen, n=n, line=promise["line_id"], source=source, **points)
 
 
 def points_words(points: Points, words: Words) -> str:
-    """``−0.4 (−0.8 to +0.1)``, to a tenth of a point as the README has it."""
+    """``−0.4 (−0.8 to +0.1)``, to a tenth of a point, as in the README."""
     value, low, high = (in_signs(to_decimals(each, 1, sign=True), words) for each in points)
     return f"{value} ({low} {words.say('to')} {high})"
 
@@ -200,7 +202,7 @@ def arrivals(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words)
     if not len(source.arrivals):
         return [element("p", words.say("arrivals_none"))]
     parts: Parts = [element("p", words.say("arrivals_note"), class_="quiet"), figure_of(drawings.get("arrivals"))]
-    head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
+    head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
     for line_id, mine in source.arrivals.groupby("line_id", sort=False):
         rows = [
             quantile_row(words.say(phrase), mine[name].to_numpy(float), words)
@@ -214,7 +216,7 @@ def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
     values = values[np.isfinite(values)]
     if not values.size:
         return (label, 0, *["–"] * (len(LEVELS) + 1))
-    shown = [shown_number(float(each), words, 2) for each in (*np.percentile(values, LEVELS), values.max())]
+    shown = [shown_number(float(each), words) for each in (*np.percentile(values, LEVELS), values.max())]
     return (label, values.size, *shown)
 
 
@@ -223,7 +225,7 @@ def design(source: ReportedRun, words: Words) -> Parts:
     found = [each for each in source.passages if each.log_id.size]
     if not found:
         return []
-    head = [words.say("quantity"), *(f"{100 * level:g} %" for level in DESIGN_LEVELS)]
+    head = [words.say("quantity"), *(f"{100 * level:g}{NBSP}%" for level in DESIGN_LEVELS)]
     parts: Parts = [element("p", words.say("design_note"), class_="quiet")]
     for each in found:
         records = list(design_rows(each, DESIGN_LEVELS, 0.95))
@@ -240,7 +242,7 @@ def design(source: ReportedRun, words: Words) -> Parts:
 
 
 def design_cell(row: Mapping[str, Any], words: Words) -> str:
-    """``310 (250 to 420)``; where no upper bound can be given, how many more hits it takes."""
+    """``310 (250 to 420)``; if no upper bound can be given, the number of additional hits needed."""
     if not row["n_more"]:
         return with_interval(row["value"], row["ci_low"], row["ci_high"], words)
     return words.say("design_more", value=shown_number(row["value"], words), n=row["n_more"])
@@ -270,7 +272,7 @@ def whole(value: Any) -> str:
 
 
 def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
+    head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
     names = {
         "runout_axis": "runout_m",
         "max_speed_axis": "speed_max_ms",
@@ -291,12 +293,12 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
         figure_of(drawings.get("runout")),
         figure_of(drawings.get("distributions")),
         table(head, rows),
-        table([words.say("stops"), words.say("n_logs"), "%"], ends),
+        table([words.say("stops"), words.say("n_logs"), words.say("layer_hits")], ends),
     ]
 
 
 def profile_section(drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    """A figure a trajectory, so that a page of paper may end between two."""
+    """One figure for each trajectory, so that a printed page may end between two."""
     shown = [figure_of(each) for kind, each in drawings.items() if kind.startswith("profile_")]
     return (
         [element("div", *shown, class_="profiles"), element("p", words.say("profile_note"), class_="quiet")]
@@ -306,7 +308,7 @@ def profile_section(drawings: Mapping[str, Drawing], words: Words) -> Parts:
 
 
 def ledgers(source: ReportedRun, words: Words) -> Parts:
-    """What barriers, trees, lying logs and boulders did."""
+    """The balances of barriers, trees, lying logs and boulders."""
     parts: Parts = []
     barriers = source.summary["barriers"]
     if barriers:
@@ -361,7 +363,7 @@ ABOVE = {"of_trees": "above_of_trees", "of_logs": "above_of_logs"}
 
 
 def above_capacity(record: Mapping[str, Any] | None, words: Words) -> Parts:
-    """Which share of the logs that trees hold, and of those that reach a line, had a hit above what stems can take."""
+    """The shares of the logs held by trees, and of those that reach a line, with a hit above the capacity of stems."""
     if not record:
         return []
     asked = [name for name in ("of_trees", "of_logs") if record[name]]
@@ -410,10 +412,21 @@ def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
     return command_line(str(manifest.get("tool", "slide-logs")), given)
 
 
+def unbroken(command: str) -> list[Any]:
+    """A command line whose flags are not torn at a hyphen at the end of a line."""
+    parts = re.split(r"(?<= )(--[\w-]+)", command)
+    return [element("span", each, class_="whole") if k % 2 else each for k, each in enumerate(parts)]
+
+
+def input_words(parameter: str, words: Words) -> str:
+    """What an input is called: of some the name of its layer."""
+    return words.say_or(f"input_{parameter}", words.say_or(f"model_{parameter}", parameter.replace("_", " ")))
+
+
 def provenance(source: ReportedRun, words: Words) -> Parts:
     manifest, cost = source.run.manifest, source.summary["cost"]
     digests = manifest.get("digests", {})
-    rows = [(name, file, element("code", digest)) for name, file, digest in source.inputs]
+    rows = [(input_words(name, words), file, element("code", digest)) for name, file, digest in source.inputs]
     rows += [
         (words.say(f"hash_{name}"), "", element("code", digests[name]))
         for name in ("scene", "releases")
@@ -440,7 +453,7 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
     )
     return [
         element("h4", words.say("command")),
-        element("pre", command_of(manifest, source.summary)),
+        element("pre", *unbroken(command_of(manifest, source.summary))),
         element("h4", words.say("hashes")),
         scrolled(table_of, words.say("hashes"), short=False),
         element("h4", words.say("versions")),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import count_of
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.checked import read_summary
 from deadwood_algorithms.scene.counts import NOT_RUN, counts_of_scene, in_scene
@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 
 
 def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
-    """Logs, laws of contact and scene; sizes over the logs that were slid and the trees and barriers of the scene."""
+    """Logs, contact laws and scene; sizes are those of the logs that were slid and of the trees and barriers of the
+    scene.
+    """
     logs, prepared = releases.logs, layers.scene
     trees = in_scene(len(layers.tree_ids), prepared.trees_outside)
     barriers = in_scene(len(layers.barriers.item), prepared.barriers_outside)
@@ -65,14 +67,14 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
 
 
 def slip_record(scene: ReleasedScene) -> dict[str, float | None] | None:
-    """The law by which friction grows with slip; None where it does not."""
+    """The law by which friction grows with slip; None if it does not."""
     if scene.friction_max is None:
         return None
     return {"friction_max": scene.friction_max, "kappa_per_m": scene.friction_kappa, "beta_per_s": scene.friction_beta}
 
 
 def soft_ground_record(scene: ReleasedScene) -> dict[str, float | None] | None:
-    """The ground that bodies scar; None where it is hard."""
+    """The properties of soft ground, in which bodies leave scars; None if it is hard."""
     if scene.soil_strength_mn_m2 is None:
         return None
     return {"strength_mn_m2": scene.soil_strength_mn_m2, "drag": scene.scar_drag}
@@ -85,7 +87,7 @@ def posture_shares(releases: Releases) -> dict[str, float]:
 
 
 def posture_words(logs: dict[str, Any]) -> str:
-    """``upright``, or of several postures the share of each."""
+    """``upright``, or the share of each posture."""
     postures = [name for name in ORIENTATIONS if logs["posture"][name]]
     if len(postures) == 1:
         return postures[0]
@@ -132,7 +134,7 @@ def lines_of_run(source: Run, name: str = "") -> tuple[str, ...]:
 
 
 def summary_if_there(folder: Path, manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """What a run's summary says; nothing where it has none, or a damaged one, of which the tool needs nothing."""
+    """The content of a run's summary; empty if it is missing or damaged, for tools that do not depend on it."""
     try:
         return read_summary(folder, manifest)
     except UserError:
@@ -146,7 +148,7 @@ def lines_of_folder(folder: Path, manifest: Mapping[str, Any], name: str = "") -
         return (scenario_line(scenario, name),) if scenario else ()
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(
-            f"{folder}: what summary.json tells of the scenario is not as slide-logs writes it; slide it again"
+            f"{folder}: the scenario in summary.json is not as written by slide-logs; run slide-logs again"
         ) from error
 
 
@@ -154,8 +156,10 @@ def _span(values: dict[str, float | None], unit: str = "") -> str:
     """``45 cm``, or ``45 cm (32 to 61)`` where the values differ."""
     if values["median"] is None:
         return "unknown"
-    shown = f"{values['median']:.4g}" + (f" {unit}" if unit else "")
-    return shown if values["low"] == values["high"] else f"{shown} ({values['low']:.4g} to {values['high']:.4g})"
+    if values["low"] == values["high"]:
+        return f"{values['median']:g} {unit}".strip()
+    middle, low, high = (significant(values[name] or 0.0, 3) for name in ("median", "low", "high"))
+    return f"{f'{middle} {unit}'.strip()} ({low} to {high})"
 
 
 def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str, Any]:
@@ -165,7 +169,7 @@ def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str
 
 
 def range_of(values: NDArray[np.float64]) -> dict[str, float | None]:
-    """Median, smallest and largest of some values; null if there are none."""
+    """Median, smallest and largest of some values; None if there are none."""
     if not values.size:
         return {"median": None, "low": None, "high": None}
     return {"median": float(np.median(values)), "low": float(values.min()), "high": float(values.max())}

@@ -1,7 +1,7 @@
 """Friction as one value, a raster, or polygons with a column: Coulomb's coefficient for every cell of the DEM.
 
-A cell takes the value at its centre: of the raster's cell that holds it, or of the polygon over it. Where polygons
-overlap, the later row counts. Cells that neither covers are refused, unless a value for elsewhere is given.
+A cell takes the value at its centre: that of the raster's cell or of the polygon that contains it. Where polygons
+overlap, the later row counts. Cells without a value are rejected, unless a value for them is given.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from deadwood_algorithms.scene.items import say_left_out
 if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_windows import DemWindows
 
-COLUMNS = ("friction", "mu")  # looked for in this order, in any letter case
-# Wood on soil, rock, snow or litter slides with 0.1 to 1; a median beyond this is a slip of the unit.
+COLUMNS = ("friction", "mu")  # searched for in this order, in any letter case
+# Wood on soil, rock, snow or litter slides with 0.1 to 1; a larger median is an error of the unit.
 IMPLAUSIBLE = 2.0
 
 Array = NDArray[np.float64]
@@ -95,7 +95,7 @@ def open_friction(
 
 
 def as_written(values: NDArray[np.float32]) -> Array:
-    """Single precision as the shortest decimal that it stands for: a cell of 0.3 is 0.3, not 0.30000001192."""
+    """Single precision as the shortest decimal that it represents: a cell of 0.3 is 0.3, not 0.30000001192."""
     out = values.astype(np.float64, order="C")
     wrong = np.isfinite(out) & (out != 0.0)
     for digits in (6, 7, 8, 9):  # 9 digits distinguish any two
@@ -110,7 +110,7 @@ def as_written(values: NDArray[np.float32]) -> Array:
 
 
 def number_of(friction: str | float) -> float | None:
-    """The coefficient that is the same everywhere, or None where a layer holds it."""
+    """The coefficient if it is the same everywhere, or None if it comes from a layer."""
     try:
         return float(friction)
     except ValueError:
@@ -157,9 +157,11 @@ def _polygons(
 
 
 def _burnt(shapes: NDArray, values: Array, grid: Grid, *, added: bool = False) -> Array:
-    """The value of the polygon over each cell's centre, or the sum of all there; NaN, or 0, where there is none.
+    """The value of the polygon over each cell's centre, or the sum of all polygons there; NaN, or 0, where there is
+    none.
 
-    Calculated in cells from the corner of the whole DEM, minus whole numbers: a window gives the same as the whole.
+    Calculated in cells from the corner of the whole DEM, shifted by integers, so that a window gives the same as the
+    whole.
     """
     from rasterio.enums import MergeAlg
     from rasterio.features import rasterize
@@ -175,7 +177,7 @@ def _burnt(shapes: NDArray, values: Array, grid: Grid, *, added: bool = False) -
 def _checked(
     mu: Array, grid: Grid, where: str, elsewhere: float | None = None, fix: str = "clip the DEM to it"
 ) -> Array:
-    """Friction on every cell of the ground, the value for elsewhere in its gaps."""
+    """Friction on every cell of the ground; gaps take the value for elsewhere."""
     ground = np.isfinite(grid.values)
     gaps = np.isnan(mu) & ground
     if gaps.any() and elsewhere is None:
@@ -187,7 +189,7 @@ def _checked(
             f"extend it, or {fix}"
         )
     mu[gaps] = elsewhere
-    mu[~ground] = 0.0  # cells off the DEM are outside whatever they hold
+    mu[~ground] = 0.0  # cells off the DEM are outside, whatever their value
     least = float(mu.min(initial=np.inf))
     if least < 0.0:
         raise UserError(f"{where}: the friction coefficient is {least:g} somewhere, but must not be negative")

@@ -1,4 +1,4 @@
-"""The layers that users bring, and that some tools make for others."""
+"""The layers that users provide, and that some tools make for others."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_num
 
 ORIENTATIONS = ("upright", "lying", "tilted")
 STRUCTURE_KINDS = ("embankment", "ditch")
-# Beyond these a size is a slip, and no log, tree or work on Earth; a scene of such would be computed in vain, or hang.
-# The stoutest trunk is 14 m across (Tule), the tallest tree 116 m (Hyperion), the highest dam 305 m (Jinping); the
-# densest matter that may stand for a body (--shape) weighs 22 600 kg/m³; a log falls through air at 100 m/s or less.
+# Beyond these limits a size is an error, not a log, tree or structure; computing such a scene would be pointless, or
+# hang. The stoutest trunk is 14 m across (Tule), the tallest tree 116 m (Hyperion), the highest dam 305 m (Jinping);
+# the densest matter that may stand for a body (--shape) weighs 22 600 kg/m³; a log falls through air at 100 m/s or
+# less.
 DBH_CM = (0.1, 1500.0)
 TREE_M = (0.05, 150.0)
 BARRIER_M = 350.0

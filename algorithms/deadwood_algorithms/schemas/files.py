@@ -153,7 +153,7 @@ DIFFERENCE = RasterFile(
 def _classes(name: str, what: str) -> RasterFile:
     return RasterFile(
         name=name,
-        meaning=f"{what}, from 1; 0 where no log passed; classes.json says what each is",
+        meaning=f"{what}, from 1; 0 where no log passed; classes.json has the meaning of each",
         bands=(Band(name=name, meaning=f"{what}; the colours of the classes are in the file", number="uint8"),),
     )
 
@@ -654,7 +654,7 @@ SITES_FACTS = JsonFile(
         _key("reach[].ci_low", "Lower end of its 95 % Wilson interval"),
         _key("reach[].ci_high", "Upper end"),
         *(_key(f"reach[].{each.name}", each.meaning) for each in IF_LOST),
-        _whole("failures", "The sites that failed, and the line that says why"),
+        _whole("failures", "The sites that failed, and the reason in one line"),
         _key("merged", "The merged rasters, one a terrain model that several sites share"),
         _key("merged[].folder", "Where, in merged/"),
         _key("merged[].sites", "Of which sites"),

@@ -1,4 +1,4 @@
-"""The layers that results have."""
+"""The layers of results."""
 
 from __future__ import annotations
 
@@ -390,7 +390,7 @@ CANDIDATES = Layer(
     geometry=("Point",),
     meaning="Mapped deadwood that could start to slide",
     keeps_source=True,
-    columns=(a_text("decay", "What its decay says", choices=("critical", "possible", "outside", "unknown")), *_GROUND),
+    columns=(a_text("decay", "Rating of its decay", choices=("critical", "possible", "outside", "unknown")), *_GROUND),
 )
 
 OTHERS = Layer(
@@ -683,7 +683,7 @@ SITES = Layer(
     columns=SITE_COLUMNS,
 )
 
-# By their names; layers that bear another's name (the reach of a run, the simulated deposits) are only in `written`.
+# By name; layers that share the name of another (the reach of a run, the simulated deposits) are only in `written`.
 RESULTS = (
     DEPOSITS,
     DEPOSITED_LOGS,

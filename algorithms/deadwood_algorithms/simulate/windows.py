@@ -1,4 +1,6 @@
-"""The scene on the part of a large DEM that logs reach: read for a first guess, and again, wider, when that fails."""
+"""The scene on the part of a large DEM that logs reach: read for a first estimate, and again, wider, if that is too
+small.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
     import geopandas
 
 GRAVITY = 9.81  # m/s2
-# The energy line of the first guess falls less steeply than friction would have it, for logs that roll; where that is
+# The energy line of the first estimate falls less steeply than friction implies, because logs roll; if that is
 # not enough, the window grows.
 SLOPE_SHARE, SLOPE_LEAST, SLOPE_MOST = 0.75, 0.1, 0.3
 
@@ -40,8 +42,8 @@ SLOPE_SHARE, SLOPE_LEAST, SLOPE_MOST = 0.75, 0.1, 0.3
 def read_released_scene(simulation: Simulation, feedback: Feedback) -> tuple[SceneLayers, Releases]:
     """Read and check every layer.
 
-    Of a large DEM only the part is read that logs are expected to reach; the caller must then ask
-    `SceneLayers.escaped` after sliding, and slide again what `wider_scene` gives.
+    Of a large DEM only the part that logs are expected to reach is read; the caller must then query
+    `SceneLayers.escaped` after sliding, and slide again on the result of `wider_scene`.
     """
     inputs, dem = simulation.inputs, simulation.dem
     releases = read_vector(inputs.releases, geometry=("point",), target_crs=dem.crs, what="releases", feedback=feedback)
@@ -70,7 +72,7 @@ def part_of(
 
 def energy_slope(friction: str | float) -> float:
     number = number_of(friction)
-    if number is None:  # a layer, which is read on the window alone
+    if number is None:  # a layer, which is read on the window only
         return 0.5 * (SLOPE_LEAST + SLOPE_MOST)
     return float(np.clip(SLOPE_SHARE * number, SLOPE_LEAST, SLOPE_MOST))
 
@@ -80,7 +82,7 @@ def scene_on(simulation: Simulation, part: Part | None, feedback: Feedback) -> S
     inputs, dem, where = simulation.inputs, simulation.dem, simulation.where
     by_cell = number_of(inputs.friction) is None
     cells = part.cells if part else dem.shape[0] * dem.shape[1]
-    # rows that share an id count as one, so these are the most that there may be
+    # rows that share an id count as one, so this is an upper bound
     counted = len(simulation.lines) if simulation.counts_danger and simulation.lines is not None else 0
     threads = threads_that_fit(
         1 if where.scheduler else where.cores,
@@ -124,7 +126,9 @@ def scene_on(simulation: Simulation, part: Part | None, feedback: Feedback) -> S
 
 
 def wider_scene(simulation: Simulation, layers: SceneLayers, sides: list[str], feedback: Feedback) -> SceneLayers:
-    """The scene on a window grown at the sides that logs came too near to; its digest stays that of the first."""
+    """The scene on a window enlarged at the sides that logs came too close to; its digest remains that of the first
+    one.
+    """
     part = wider(layers.dem.part, sides, layers.dem.frame.shape)
     feedback.note(f"logs came near the {' and '.join(sides)} of the DEM's window, which is read wider")
     return scene_again(simulation, layers, part, feedback)

@@ -9,7 +9,7 @@ same as what slide-logs gives for them, byte for byte.
 
 The page is served on this machine's loopback address only, to whoever has the token in the printed address. Ctrl-C ends
 it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a share is accurate to a few
-percentage points; its interval says how many.
+percentage points; its interval shows how many.
 """
 
 from __future__ import annotations

@@ -87,7 +87,7 @@ def test_looking_through_a_dem_is_one_stage_of_progress(tmp_path, rough, monkeyp
     with open_windows(write(tmp_path / "dem.tif", rough), crs=None, feedback=Stages()):
         pass
     assert len(Stages.names) > 3
-    assert set(Stages.names) == {"looking through the DEM"}
+    assert set(Stages.names) == {"scanning the DEM"}
 
 
 def test_undeclared_nodata_is_outside_as_in_a_whole_dem(tmp_path, said):

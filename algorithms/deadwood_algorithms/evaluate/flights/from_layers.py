@@ -1,4 +1,4 @@
-"""Take-off and landing points, and barriers, as a user's layers have them.
+"""Take-off and landing points, and barriers, read from a user's layers.
 
 For `fit_flight`.
 """
@@ -26,7 +26,7 @@ ROLES = ("takeoff", "landing")
 
 @dataclass(frozen=True)
 class MappedFlight:
-    """One flight as it was mapped: its two places in the plan [m], and the log."""
+    """One flight as it was mapped: its two points in plan [m], and the log."""
 
     flight_id: Any
     at: str  # how messages name it
@@ -34,11 +34,11 @@ class MappedFlight:
     landing: tuple[float, float]
     dbh_cm: float
     length: float  # [m]
-    angle_deg: float  # NaN: that of the terrain
+    angle_deg: float  # NaN: use that of the terrain
 
     @property
     def diameter(self) -> float:
-        """[m]"""
+        """Diameter of the log [m]."""
         return self.dbh_cm / 100.0
 
 
@@ -91,7 +91,7 @@ def read_flights(
 
 
 def read_flight_barriers(path: str | None, crs: str | None, dem: DemWindows, feedback: Feedback) -> list[Barrier]:
-    """The barriers with their ids and heights; empty if no layer is given."""
+    """Read the barriers with their ids and heights; empty if no layer is given."""
     if path is None:
         return []
     frame = read_vector(path, geometry=("line",), target_crs=dem.crs, crs=crs, what="barriers", feedback=feedback)

@@ -72,6 +72,6 @@ def _layer_of_run(source: Run) -> str:
 
 
 def stored_areas(source: Run, areas: list[ReleaseArea]) -> list[ReleaseArea]:
-    """The same areas with the logs of them that have a stored trajectory."""
+    """The same areas, restricted to their logs with a stored trajectory."""
     kept = source.deposits["release_id"][np.isin(source.deposits["log_id"], source.stored_log_ids)]
     return [ReleaseArea(each.release_id, each.events_per_year, int((kept == each.release_id).sum())) for each in areas]

@@ -44,10 +44,14 @@ OF_WAY = ("reach", "tree", "left")
 
 @dataclass(frozen=True)
 class Way:
+<<<<<<< HEAD
     """What logs did in a changed scene.
 
     reach : (n, lines); tree : the next that each would break, or UNBROKEN; left : whether it left the terrain model
     """
+=======
+    """Outcomes of logs in a changed scene. reach : (n, lines); tree : the next that each would break, or UNBROKEN"""
+>>>>>>> main
 
     reach: NDArray[np.bool_]
     tree: NDArray[np.int64]
@@ -56,10 +60,14 @@ class Way:
 
 @dataclass(frozen=True)
 class Broken:
+<<<<<<< HEAD
     """The run with trees that break.
 
     reach : (n, lines); trees : of each log those that it broke, in their order; left : (n,), as in `Way`
     """
+=======
+    """The run with trees that break. reach : (n, lines); trees : for each log those that it broke, in order"""
+>>>>>>> main
 
     reach: NDArray[np.bool_]
     trees: list[list[int]]
@@ -77,7 +85,7 @@ def first_broken(
     above &= time <= done[row]
     order = np.flatnonzero(above)[np.argsort(time[above], kind="stable")][::-1]
     found = np.full(done.size, UNBROKEN)
-    found[row[order]] = tree[order]  # the earliest is written last
+    found[row[order]] = tree[order]  # the earliest one is written last and remains
     return found
 
 
@@ -144,7 +152,9 @@ def tasks_without(logs: Sequence[tuple[int, Sequence[int]]]) -> list[Task]:
 def frames_of(
     broken: Broken, baseline: Baseline, layers: SceneLayers, capacity: Capacity
 ) -> dict[str, geopandas.GeoDataFrame]:
-    """One row for each line: reach with rigid trees and with trees that break; and one a tree that any log breaks."""
+    """One row for each line: reach with rigid trees and with trees that break; and one for each tree that any log
+    breaks.
+    """
     total = len(broken.trees)
     again = np.array([bool(each) for each in broken.trees])  # all others go the same way in both, whatever comes beyond
     left = left_dem(baseline.result.stop_reason)
@@ -182,11 +192,19 @@ def frames_of(
     return frames
 
 
+<<<<<<< HEAD
 def lines_of(frames: Mapping[str, Any], broken: Broken) -> tuple[str, ...]:
     """How many trees break, and of each line the two ends; in brackets what logs that left could make of them."""
+=======
+def lines_of(frames: Mapping[str, Any], broken: Broken, capacity: Capacity) -> tuple[str, ...]:
+    """How many trees break, and of each line the two ends."""
+>>>>>>> main
     logs = sum(bool(each) for each in broken.trees)
     trees = len(frames["broken"]) if "broken" in frames else 0
-    shown = [f"{logs} of {len(broken.trees)} logs would break a tree, {counted(trees, 'tree')} in all"]
+    shown = [
+        f"{logs} of {len(broken.trees)} logs would break a tree, {counted(trees, 'tree')} in all, if one of 40 cm DBH "
+        f"takes {capacity.tree_capacity_kj:g} kJ and others (DBH / 40 cm)^{capacity.tree_capacity_power:g} times that"
+    ]
     for row in frames["reach_breaking"].to_dict("records"):
         rigid, breaking = (
             share_if_lost_words(row[f"n_reach{of}"], row["n_total"], row[f"n_lost{of}"]) for of in ("", "_breaking")

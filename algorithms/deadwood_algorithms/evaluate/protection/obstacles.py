@@ -1,4 +1,4 @@
-"""The things of a scene whose effect is computed: trees, lying logs, barriers, stands of trees, and candidates."""
+"""The objects of a scene whose effect is computed: trees, lying logs, barriers, stands of trees, and candidates."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TREE, LYING, BARRIER, STAND = "tree", "lying_log", "barrier", "stand"
 class Obstacle:
     """One object and its numbers in the engine: those of `Influences`, barriers counted down from -1.
 
-    x, y : where it is shown [m]; shape : of a stand, lying log or barrier, else its place
+    x, y : where it is shown [m]; shape : that of a stand, lying log or barrier, otherwise its position
     """
 
     kind: str
@@ -68,14 +68,14 @@ def _things(kind: str, items: Items, there: NDArray[np.int64], owners: NDArray[n
 
 
 def _on_it(shape: Any) -> Any:
-    """A point on a line, in its middle where it is one piece; one within a polygon."""
+    """A point on a line (its midpoint if the line is one piece) or within a polygon."""
     if shapely.get_dimensions(shape) == 1 and shape.geom_type == "LineString":
         return shapely.line_interpolate_point(shape, 0.5, normalized=True)
     return shapely.point_on_surface(shape)
 
 
 def read_stand_areas(path: str, layers: SceneLayers, feedback: Feedback) -> list[tuple[str, Any]]:
-    """Ids and polygons of stands; one without trees has no effect, and is reported."""
+    """Ids and polygons of stands; a stand without trees has no effect, and is reported."""
     frame = read_vector(path, geometry=("polygon",), target_crs=layers.dem.crs, what="stands", feedback=feedback)
     areas = list(zip(map(str, ids_of(frame, "stand_id", "name").tolist()), frame.geometry, strict=True))
     held = [shapely.contains_xy(shape, layers.trees.x, layers.trees.y).any() for _, shape in areas]
@@ -102,7 +102,7 @@ def stands_of(areas: Sequence[tuple[str, Any]], layers: SceneLayers) -> list[Obs
 
 @dataclass(frozen=True)
 class Candidates:
-    """What could be put somewhere: standing ones (trees, high stumps) and lying logs, as the engine takes them."""
+    """Candidate objects in the engine's form: standing ones (trees, high stumps) and lying logs."""
 
     trees: Trees
     tree_ids: list[str]
@@ -116,7 +116,7 @@ class Candidates:
 
     @property
     def widest_radius(self) -> float:
-        """[m] of the thickest place of all; below the ground a stem is up to half as thick again as its DBH."""
+        """Largest radius [m] of any of them; below the ground a stem is up to 1.5 times as thick as its DBH."""
         standing = 0.75 * self.trees.diameter
         return float(max(standing.max(initial=0.0), *(0.5 * each.max(initial=0.0) for each in self.lying[2:])))
 
@@ -130,7 +130,9 @@ def read_candidates(
 
 
 def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneLayers, list[Obstacle]]:
-    """The scene with all candidates in it, behind its own things, and these; those off the terrain are left out."""
+    """The scene with all candidates appended to its own objects, and the candidates; those off the terrain are left
+    out.
+    """
     own, more = layers.lying_logs, candidates.lying
     lying = LyingLogs(
         np.concatenate([own.vertices, more.vertices]),

@@ -23,8 +23,8 @@ SHOWN = 4  # lines and releases in the printed table; the files have them all
 
 
 def long_table(rows: Sequence[ScenarioRow]) -> list[dict[str, Any]]:
-    """The rows for a spreadsheet: the scenarios of a quantity one below the other, in percent, rounded as far as their
-    intervals allow."""
+    """The rows for a spreadsheet: the scenarios of a quantity one below the other, shares in percent, rounded as their
+    intervals justify."""
     keys = list(dict.fromkeys((row.quantity, row.item) for row in rows))
     return [table_row(row) for row in sorted(rows, key=lambda row: keys.index((row.quantity, row.item)))]
 
@@ -66,7 +66,7 @@ def table_lines(
     head += [f"spread {release} (5-95 %)" for release in releases[:SHOWN]]
     held = {"tree": "held by trees", "lying_log": "by lying logs", "block": "by boulders", "barrier": "by barriers"}
     if not any(of[name, "ended", "block"].value for name in names):
-        del held["block"]  # few scenes have them
+        del held["block"]  # few scenes have boulders
     head += ["mean speed", "max speed", *held.values()]
     table = [head]
     for name in names:

@@ -50,7 +50,7 @@ def _unlike(name: str, taken: set[str]) -> str:
 
 
 def _write_once(place: Path, frame: geopandas.GeoDataFrame) -> None:
-    """The same layer has the same bytes, so an existing identical file keeps its time stamp."""
+    """Write a layer unless an identical file exists, which keeps its time stamp."""
     beside = place.with_name(f".{place.name}")
     new = beside.with_suffix(".new.gpkg")
     new.unlink(missing_ok=True)

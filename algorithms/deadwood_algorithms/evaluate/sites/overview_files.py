@@ -32,13 +32,13 @@ def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:
 
 
 def refuse_failed(found: Sequence[SiteFound], output: str) -> None:
-    """The error that ends a run of which sites failed, once the others are written."""
+    """Raise the error that ends a run with failed sites, once the others are written."""
     failed = [each for each in found if each.failed]
     if failed:
         names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
         raise UserError(
             f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {output}, whose {TABLE} "
-            "says why; fix the causes, and run again with --resume: only what is not finished is slid"
+            "gives the reason; fix the causes and run again with --resume: only unfinished sites are slid"
         )
 
 

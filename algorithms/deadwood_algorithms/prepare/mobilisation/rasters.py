@@ -24,8 +24,10 @@ from deadwood_algorithms.prepare.mobilisation.deadwood import Deadwood
 from deadwood_algorithms.prepare.mobilisation.relief import radius_of, relief
 from deadwood_algorithms.schemas.files import SUSCEPTIBILITY
 
-BLOCK = 512  # cells a side worked on at once, ten arrays of 2 MiB; a multiple of the tiles of the files
-MOST_THREADS = 4  # beyond, reading and packing take longer
+BLOCK = (
+    512  # side, in cells, of the squares worked on at once, ten arrays of 2 MiB; a multiple of the tiles of the files
+)
+MOST_THREADS = 4  # with more threads, reading and compressing take longer
 SUSCEPTIBLE = {"susceptibility": "1"}
 FACTORS = (("slope", "°"), ("roughness", "m"), ("depth across the slope", "m"))
 Friction = Callable[[Grid], float | NDArray[np.float64]]
@@ -43,10 +45,19 @@ class Limits:
     gully_depth_m: float
     threshold: float
 
+    def words(self, friction: float | str) -> str:
+        """What the numbers rest on, and what they are not."""
+        mu = f"{friction:g}" if isinstance(friction, (int, float)) else f"as {friction} says"
+        return (
+            f"assumed: friction {mu}; steepness from {self.slope_none_deg:g} to {self.slope_full_deg:g} degrees; no "
+            f"start at a roughness of {self.roughness_limit_m:g} m; both in a window of {self.window_m:g} m; the "
+            "numbers rank the ground and are no probability"
+        )
+
 
 @dataclass(frozen=True)
 class Judged:
-    """A window: its rows (from the south) and columns; susceptibility; slope [degrees], roughness and depth [m]."""
+    """A window: its rows (from the south) and columns; its susceptibility; slope [degrees], roughness and depth [m]."""
 
     rows: slice
     columns: slice
@@ -109,7 +120,7 @@ def write_susceptibility(
 def _judged(
     windows: list[tuple[slice, slice]], dem: DemWindows, friction: Friction, limits: Limits, feedback: Feedback
 ) -> Generator[Judged | None]:
-    """Each window in turn, None where the DEM has no height; read here, fitted in threads, a few of them ahead."""
+    """Each window in turn, None where the DEM has no height; read here, fitted in threads, a few windows ahead."""
     radius, wide = (_radius(name, getattr(limits, name), dem, feedback) for name in ("window_m", "gully_window_m"))
     halo = max(radius, wide)
 
@@ -172,7 +183,7 @@ def _radius(name: str, window_m: float, dem: DemWindows, feedback: Feedback) -> 
 
 
 def _windows(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
-    """All of a raster, from the north; they end where the tiles of the files do."""
+    """Windows that cover a raster, from the north; they end at the tiles of the files."""
     ny, nx = shape
     return [
         (slice(ny - min(top + BLOCK, ny), ny - top), slice(left, min(left + BLOCK, nx)))

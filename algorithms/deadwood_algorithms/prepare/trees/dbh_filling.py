@@ -1,4 +1,4 @@
-"""DBH and height where only one is known: the law that the user chose, given, by zones, or fitted to measured trees.
+"""DBH and height where only one is known: by the user's law: given, by zones, or fitted to measured trees.
 
 For `import_trees`; the laws themselves are in `allometry`.
 """
@@ -65,7 +65,7 @@ def fill_sizes(
 
 
 def chosen_law(name: str | None, a: float, b: float, sample: FittedLaw | None) -> Law:
-    """The layer's law: fitted, or published by name, or a and b; two of them are one too many."""
+    """The layer's law: fitted, published by name, or a and b; more than one of them is rejected."""
     if sample is not None and (name or PowerLaw(a, b) != DEFAULT):
         raise UserError("--dbh-sample fits the law that --dbh-law or --dbh-a and --dbh-b would name; give one of them")
     refuse_two_laws(name, a, b)
@@ -73,7 +73,7 @@ def chosen_law(name: str | None, a: float, b: float, sample: FittedLaw | None) -
 
 
 def refuse_two_laws(name: str | None, a: float, b: float) -> None:
-    """Beside a law with the crown, a and b have their use: they serve the trees whose crown is not known."""
+    """Reject a and b beside a named power law; beside a law with the crown they are for trees without a known crown."""
     if name and isinstance(PUBLISHED[name], PowerLaw) and PowerLaw(a, b) not in (DEFAULT, PUBLISHED[name]):
         raise UserError(f"--dbh-law {name} and --dbh-a {a:g}, --dbh-b {b:g} are two laws; give one of them")
 
@@ -105,7 +105,7 @@ def fitted_law(
 def zoned(
     law: Law, path: str, places: np.ndarray, crs: pyproj.CRS | None, given: str | None, feedback: Feedback
 ) -> tuple[Law, str]:
-    """The laws of zone polygons (``dbh_a`` and ``dbh_b``, or ``dbh_law``), elsewhere ``law``; and how many stand where.
+    """The laws of zone polygons (``dbh_a`` and ``dbh_b``, or ``dbh_law``), elsewhere ``law``; and a line about them.
 
     Where zones overlap, the later row counts, as in the friction polygons.
     """

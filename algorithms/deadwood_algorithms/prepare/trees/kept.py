@@ -23,9 +23,10 @@ if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_blocks import DemBlocks
     from deadwood_algorithms.files.grid import Grid
 
-# Height / DBH [-] of the median tree of a stand: solitary oaks to dense spruce. A girth taken as DBH is a third of it.
+# Height / DBH [-] of the median tree of a stand: solitary oaks to dense spruce. With a girth taken as DBH it is a
+# third of that.
 SLENDERNESS = (25, 150)
-IN_MM = 12  # below it the DBH is rather in millimetres (a tenth of 25 to 150) than a girth (a third)
+IN_MM = 12  # below this the DBH is more likely in millimetres (a tenth of 25 to 150) than a girth (a third)
 
 
 def trees_kept(
@@ -38,7 +39,7 @@ def trees_kept(
     merge_within_m: float,
     tile_field: str | None,
 ) -> tuple[np.ndarray, list[str]]:
-    """Which trees are written to one of the layers, and in words why the others are not."""
+    """Which trees are written to one of the layers, and why the others are not, in words."""
     from deadwood_algorithms.scene.items import extent_words
 
     said: list[str] = []
@@ -67,7 +68,7 @@ def trees_kept(
         on = ground.contains(x, y)
         if (kept & ~on).any():
             nowhere = extent_words(x, y, ground) if not on.any() else ""
-            said.append(f"{counted((kept & ~on).sum(), 'tree')} dropped: off the DEM{nowhere}")
+            said.append(f"{counted((kept & ~on).sum(), 'tree')} dropped: off the DEM or on its nodata{nowhere}")
             source.left_out[OFF_DEM] = int((kept & ~on).sum())
         kept &= on
     if merge_within_m and kept.any():
@@ -82,7 +83,9 @@ def trees_kept(
 
 
 def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: Feedback) -> None:
-    """Warn of trees in one place, and of sizes measured that no stand has together: a girth or inches taken as DBH."""
+    """Warn of trees at the same place, and of combinations of measured sizes that no stand has: girth or inches taken
+    as DBH.
+    """
     where = where_of(source.frame)
     places = np.round(shapely.get_coordinates(source.places[kept]), 2)
     double = int(kept.sum()) - len(np.unique(places, axis=0))
@@ -105,7 +108,7 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
 
 
 def releases_columns(columns: dict[str, np.ndarray], dead: np.ndarray) -> dict[str, np.ndarray]:
-    """The columns of the releases layer, of all kept trees: each dead one is a log that stands upright in its place."""
+    """The columns of the releases layer for all kept trees: each dead one is a log that stands upright at its place."""
     made = {"log_id": np.cumsum(dead), "release_id": columns["tree_id"], "dbh_cm": columns["dbh_cm"]}
     made |= {"length_m": columns["height_m"], "orientation": np.full(dead.size, "upright", object)}
     return made | {name: columns[name] for name in ("species", "dbh_source") if name in columns}

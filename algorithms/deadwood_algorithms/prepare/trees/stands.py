@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
-DENSEST_PER_HA = 1e6  # 100 seedlings on each m2; no forest, and a slip of the unit
-# Column -> its least and largest value, and whether the least itself is allowed; and the names of PlatRock's zones.
+DENSEST_PER_HA = 1e6  # 100 seedlings per m2; not a forest, but a wrong unit
+# Column -> its minimum and maximum, and whether the minimum itself is allowed; and the names in PlatRock's zones.
 COLUMNS: dict[str, tuple[float, float | None, bool]] = {
     "stems_per_ha": (0.0, DENSEST_PER_HA, True),
     "dbh_mean_cm": (0.0, DBH_CM[1], False),
@@ -44,7 +44,7 @@ OTHER_NAMES |= {"dbh_mean_c": "dbh_mean_cm", "height_mea": "height_mean_m", "hei
 
 @dataclass(frozen=True)
 class Stand:
-    """Where trees of one kind may stand, and what the stand's own columns say of them (empty: nothing)."""
+    """Where trees of one kind may stand, and the values from the stand's own columns (empty: none)."""
 
     ground: Ground
     numbers: dict[str, float]

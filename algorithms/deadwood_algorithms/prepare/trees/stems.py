@@ -29,7 +29,7 @@ STANDING, LYING, REMOVED = "standing", "lying", "removed"
 
 @dataclass(frozen=True)
 class Storm:
-    """What of the tool's parameters says which stems are thrown."""
+    """The parameters of the tool that determine which stems are thrown."""
 
     share: float | None
     dbh_classes: str | None
@@ -41,7 +41,9 @@ class Storm:
 
 @dataclass(frozen=True)
 class Stems:
-    """The trees on the terrain; ``frame`` has their columns, ``item`` the number by which each draws."""
+    """The trees on the terrain; ``frame`` has their columns, ``item`` is the number on which the draws of each
+    depend.
+    """
 
     frame: geopandas.GeoDataFrame
     ids: NDArray[Any]
@@ -55,7 +57,7 @@ class Stems:
 
 
 def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Feedback) -> Stems:
-    """The trees that stand on the terrain; an id that two of them share is refused."""
+    """The trees that stand on the terrain; a duplicate id is rejected."""
     frame = read_vector(path, geometry=("point",), target_crs=grid.crs, crs=crs, what="trees", feedback=feedback)
     for name in ("dbh_cm", "height_m"):
         if name not in frame:
@@ -82,7 +84,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
 def thrown_stems(
     stems: Stems, storm: Storm, grid: Grid | DemBlocks, crs: str | None, feedback: Feedback
 ) -> NDArray[np.bool_]:
-    """Which stems are thrown: those that are named, and of the others the share of their area and class of DBH."""
+    """Which stems are thrown: those named by the user, and of the others the share of their area and class of DBH."""
     if storm.share is None and not (storm.dbh_classes or storm.windthrow_areas or storm.ids):
         raise UserError(
             "it is not specified which stems are thrown; give --share, --dbh-classes, --windthrow-areas or --ids"
@@ -138,7 +140,9 @@ def _named(stems: Stems, ids: str | None) -> NDArray[np.bool_]:
 def _areas(
     stems: Stems, path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Feedback
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """The row of the area in which each tree stands, the later where two overlap, -1 for none; and that row's share."""
+    """The row of the area in which each tree stands (the later one if areas overlap, -1 for none), and that row's
+    share.
+    """
     frame = read_vector(path, geometry=("polygon",), target_crs=grid.crs, crs=crs, what="areas", feedback=feedback)
     shares = np.full(len(frame), np.nan)
     if "share" in frame:
@@ -161,7 +165,9 @@ def _areas(
 
 
 def states_of(thrown: NDArray[np.bool_], lost: NDArray[np.bool_], off: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
-    """Where each stem is in each scenario: standing, lying or removed; what fell off the terrain is gone at once."""
+    """Where each stem is in each scenario: standing, lying or removed; stems that fell off the terrain are removed at
+    once.
+    """
     fallen = np.where(thrown, LYING, STANDING)
     fallen[off] = REMOVED
     return {
@@ -173,7 +179,9 @@ def states_of(thrown: NDArray[np.bool_], lost: NDArray[np.bool_], off: NDArray[n
 
 
 def trees_with_stumps(stems: Stems, thrown: NDArray[np.bool_], stump_m: float) -> geopandas.GeoDataFrame:
-    """The trees layer after the storm: thrown stems are as high as their stumps, or gone where these have no height."""
+    """The trees layer after the storm: thrown stems are as high as their stumps, or missing if the stumps have no
+    height.
+    """
     frame: Any = stems.frame.copy()
     columns = [each.name for each in TREES.columns if each.name in frame]
     frame["tree_id"] = stems.ids
@@ -187,7 +195,7 @@ def trees_with_stumps(stems: Stems, thrown: NDArray[np.bool_], stump_m: float) -
 def lying_frame(
     stems: Stems, lying: Lying, rows: NDArray[np.intp], kept: NDArray[np.bool_], thickness: float
 ) -> geopandas.GeoDataFrame:
-    """The lying logs that are still there, thinner by a factor; ``rows`` are those of the stems."""
+    """The remaining lying logs, thinner by a factor; ``rows`` are those of the stems."""
     lines = shapely.linestrings(np.stack([lying.base, lying.tip], axis=1)[kept])
     columns = {
         "lying_id": stems.ids[rows][kept],

@@ -1,4 +1,4 @@
-"""Single-tree tables read: the rows that are trees by their source's layout, their places, crowns, DBH and height.
+"""Reading of single-tree tables: the rows that are trees by their source's layout, with places, crowns, DBH and height.
 
 For `import_trees`.
 """
@@ -34,7 +34,7 @@ SHRUBS = ("shrub", "liana")
 
 @dataclass(frozen=True)
 class Source:
-    """The rows that are trees, in the output's CRS; ``outlines`` are their crowns where these are polygons."""
+    """The rows that are trees, in the output's CRS; ``outlines`` are their crowns if these are polygons."""
 
     frame: geopandas.GeoDataFrame
     layout: Layout
@@ -54,7 +54,7 @@ def read_source(
     crs: str | None,
     feedback: Feedback,
 ) -> Source:
-    """The table by its layout: which rows are trees, where they stand, and their crowns.
+    """Read a table by its layout: which rows are trees, where they stand, and their crowns.
 
     ``source`` is a name of `sources.SOURCES`, ``xy`` the user's own columns of the coordinates.
     """
@@ -183,17 +183,17 @@ def warn_of_idle_fields(
     asked: Iterable[str | None],
     feedback: Feedback,
 ) -> None:
-    """Warn where all of one size is about to be computed, while some field of numbers is not understood."""
+    """Warn if all values of a size are about to be computed although some numeric field was not recognised."""
     idle = tree_columns.not_understood(source, layout, asked)
     if idle:
         feedback.warn(
             f"{where_of(source)}: no field is understood as the {what}, so that each is computed from the {other}; "
-            f"if one of {', '.join(idle)} holds it, say --{what.lower()}-field NAME"
+            f"if it is one of {', '.join(idle)}, name that with --{what.lower()}-field"
         )
 
 
 def refuse_not_metric(source: geopandas.GeoDataFrame) -> None:
-    """Without a DEM the layer keeps its own CRS, which a run could then not use unless it is in metres."""
+    """Without a DEM the layer keeps its own CRS; reject one that is not in metres, which a run could not use."""
     from deadwood_algorithms.files.crs import is_local
 
     own = source.crs
