@@ -164,13 +164,8 @@ def points_on(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDA
     return grid.contains(x, y) if grid.whole is None else shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)
 
 
-<<<<<<< HEAD
 def why_left_out(grid: Grid | DemBlocks, x: NDArray[np.float64], y: NDArray[np.float64]) -> Counter[str]:
-    """How many of some points that do not lie on the DEM are beyond it, and how many where it has no height."""
-=======
-def why_left_out(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> Counter[str]:
     """How many of the points that are not on the DEM are beyond it, and how many are where it has no height."""
->>>>>>> main
     within = int(np.sum(shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)))
     return Counter({OFF_DEM: x.size - within, NO_TERRAIN: within})
 

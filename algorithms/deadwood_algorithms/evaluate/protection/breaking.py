@@ -44,14 +44,10 @@ OF_WAY = ("reach", "tree", "left")
 
 @dataclass(frozen=True)
 class Way:
-<<<<<<< HEAD
-    """What logs did in a changed scene.
+    """Outcomes of logs in a changed scene.
 
     reach : (n, lines); tree : the next that each would break, or UNBROKEN; left : whether it left the terrain model
     """
-=======
-    """Outcomes of logs in a changed scene. reach : (n, lines); tree : the next that each would break, or UNBROKEN"""
->>>>>>> main
 
     reach: NDArray[np.bool_]
     tree: NDArray[np.int64]
@@ -60,14 +56,10 @@ class Way:
 
 @dataclass(frozen=True)
 class Broken:
-<<<<<<< HEAD
     """The run with trees that break.
 
-    reach : (n, lines); trees : of each log those that it broke, in their order; left : (n,), as in `Way`
+    reach : (n, lines); trees : for each log those that it broke, in order; left : (n,), as in `Way`
     """
-=======
-    """The run with trees that break. reach : (n, lines); trees : for each log those that it broke, in order"""
->>>>>>> main
 
     reach: NDArray[np.bool_]
     trees: list[list[int]]
@@ -192,13 +184,8 @@ def frames_of(
     return frames
 
 
-<<<<<<< HEAD
-def lines_of(frames: Mapping[str, Any], broken: Broken) -> tuple[str, ...]:
-    """How many trees break, and of each line the two ends; in brackets what logs that left could make of them."""
-=======
 def lines_of(frames: Mapping[str, Any], broken: Broken, capacity: Capacity) -> tuple[str, ...]:
-    """How many trees break, and of each line the two ends."""
->>>>>>> main
+    """How many trees break, and of each line the two ends; in brackets with the logs that left before it."""
     logs = sum(bool(each) for each in broken.trees)
     trees = len(frames["broken"]) if "broken" in frames else 0
     shown = [
