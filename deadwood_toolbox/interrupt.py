@@ -5,7 +5,7 @@ ends in an orderly way. After ``ASKED_S`` follows ``KeyboardInterrupt`` in the m
 removes what it had begun; if it is raised in a callback from which Python drops exceptions (of a weak reference, of
 ``ctypes``), it is repeated. Python runs a handler only between two bytecodes of the main thread, so a long native call
 delays that too; after ``GRACE_S`` the watchdog thread, which the C side notifies of a signal through the wake-up
-socket, ends the process. Even then only temporary files remain: results get their names at the very end.
+socket, removes the temporary files and ends the process: results get their names at the very end.
 
 A program that starts the tool (such as QGIS) may set ``DEADWOOD_STOP_WITH_STDIN``: the end of standard input then
 counts as Ctrl-C. That works on Windows too, which has no SIGTERM, and ends the tool when the program itself dies.
@@ -22,6 +22,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from types import FrameType
 
 INTERRUPTED = 130
@@ -99,12 +100,19 @@ def _watch(ears: socket.socket, finished: threading.Event, dropped: threading.Ev
         _thread.interrupt_main()  # calls the handler again
         while not finished.wait(LOOK_S):
             if time.monotonic() > end:
+                left = "".join(f"; {each} is left, the next run to this output removes it" for each in _tidied())
                 with contextlib.suppress(OSError):
-                    os.write(2, f"deadwood-tool: {MESSAGE}\n".encode())
+                    os.write(2, f"deadwood-tool: {MESSAGE}{left}\n".encode())
                 os._exit(INTERRUPTED)
             if dropped.is_set():
                 dropped.clear()
                 _thread.interrupt_main()
+
+
+def _tidied() -> list[Path]:
+    """Remove temporary outputs in the place of the main thread, which hears nothing; gives what is left of them."""
+    outputs = sys.modules.get("deadwood_algorithms.files.outputs")  # an import could wait for the main thread's
+    return outputs.remove_unfinished() if outputs else []
 
 
 def _wait_for_end(finished: threading.Event) -> None:

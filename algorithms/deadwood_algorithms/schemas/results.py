@@ -566,8 +566,13 @@ REACH_BREAKING = Layer(
         _LINE,
         *_REACHED,
         a_count("n_reach_breaking", "Logs that reach it if each continues without the trees that it breaks"),
+        a_count("n_lost", "Others that left the terrain model before it, with rigid trees"),
+        a_count("n_lost_breaking", "Others that left it before, each without the trees that it breaks"),
         a_number("gain_logs", "The second less the first"),
         *_SHARE_OF_GAIN,
+        *_GAIN_IF_LOST,
+        a_number("ci_low_if_lost", "Lower end of the 95 % interval of the least", -1, 1),
+        a_number("ci_high_if_lost", "Upper end of that of the largest", -1, 1),
     ),
 )
 
