@@ -76,6 +76,10 @@ def test_every_step_of_the_shipped_model_is_valid_for_the_designer(told):
     assert told["steps"] == {"sample": [], "slide": [], "report": []}
 
 
+def test_it_asks_in_the_order_of_the_work(told):
+    assert told["asked"][:8] == ["dem", "areas", "count", "trees", "barriers", "lines", "friction", "fidelity"]
+
+
 def test_the_demo_slope_is_laid_on_the_map_with_its_report(told):
     assert told["worked"], told["said"]
     assert (told["work"] / "demo" / "report.html").exists()
