@@ -39,7 +39,7 @@ def ask_from(tool: Tool, values: Mapping[str, Any]) -> Any:
 
 def section(parameter: Parameter) -> str:
     """Under which heading of the help a parameter stands."""
-    if parameter.is_output or parameter.name in ("overwrite", "resume"):
+    if parameter.is_output or parameter.name in ("overwrite", "resume", "plan"):
         return "Outputs"
     if parameter.group:
         return parameter.group

@@ -54,9 +54,15 @@ LAYER = "_LAYER"  # ends the second parameter of a number that may be a layer
 
 
 def definitions(tool: dict[str, Any]) -> Iterator[QgsProcessingParameterDefinition]:
-    """The parameters of one tool, in the order of its declaration; the outputs last, as QGIS shows them."""
+    """The parameters of one tool: inputs and what can stand in their place first, the outputs last."""
     wanted = [each for each in tool["parameters"] if not is_hidden(each, tool)]
-    for declared in sorted(wanted, key=lambda each: each["direction"] == "output"):
+    instead = {each["unless"] for each in wanted}
+
+    def place(declared: dict[str, Any]) -> tuple[int, bool]:
+        first = 0 if declared["section"] == "Inputs" else 1 if declared["name"] in instead else 2
+        return 3 if declared["section"] == "Outputs" else first, declared["direction"] == "output"
+
+    for declared in sorted(wanted, key=place):
         made = _definition(declared)
         for each in made:
             each.setHelp(labelled(help_of(declared), tool))
