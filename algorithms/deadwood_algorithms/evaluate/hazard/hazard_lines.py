@@ -34,7 +34,8 @@ def warn_of_small_sample(
     needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
     feedback.warn(
         f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
-        f"{periods[-1]:g}: {counted(facts['logs'], 'log is', 'logs are')} too few to decide; about {significant(needed, 2)} are enough"
+        f"{periods[-1]:g}: {counted(facts['logs'], 'log is', 'logs are')} too few to decide; "
+        f"about {significant(needed, 2)} are enough"
     )
 
 
