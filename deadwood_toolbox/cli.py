@@ -1,4 +1,4 @@
-"""``deadwood-tool TOOL --flags``, ``list`` and ``describe``: the commands are built from the tools' declarations.
+"""``deadwood-tool TOOL OPTIONS``, ``list`` and ``describe``: the commands are built from the tools' declarations.
 
 Exit status: 0 done; 2 the user's input is at fault, said in one line; 130 interrupted; 1 a fault of ours, its traceback
 saved to a file. Nothing slow is imported here: ``--help`` answers at once, and the variables by which another program's

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.params.where import Where
+from deadwood_algorithms.scene.counts import NOT_RUN
 from deadwood_algorithms.scene.inputs import SceneInputs
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -134,6 +136,7 @@ def open_ensemble(
     with open_simulation(inputs, fidelity, where, feedback) as simulation:
         layers, released = read_released_scene(simulation, feedback)
         logs = released.take(hash_order(released.logs.log_id, seed)[:most])
+        account("releases", count_of(len(released), len(logs), {NOT_RUN: len(released) - len(logs)}))
         look(simulation, layers, logs, seed, feedback)
         yield Ensemble(simulation, layers, released, logs, feedback)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.quantities import is_gap
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def warn_implausible(
     values: np.ndarray, column: schemas.Column, where: str, feedback: Feedback, *, fix: str | None = None
 ) -> None:
     """Warn if most values, or single ones, are implausible for a tree or log: usually a wrong unit."""
-    values = values[np.isfinite(values)]
+    rows, values = np.flatnonzero(np.isfinite(values)), values[np.isfinite(values)]
     if column.usual is None or not values.size:
         return
     low, high = column.usual
@@ -148,9 +148,8 @@ def warn_implausible(
         fix = fix or WRONG_UNITS.get(column.unit, "check the unit")
         feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too large; {fix}")
     elif float(values.max()) > high:
-        count = int((values > high).sum())
         feedback.warn(
-            f"{where}: {column.name} exceeds {high:g} {column.unit} in {counted(count, 'row')}, up to "
+            f"{where}: {column.name} exceeds {high:g} {column.unit} in {rows_named(rows[values > high])}, up to "
             f"{values.max():g}; check these, and their unit"
         )
 

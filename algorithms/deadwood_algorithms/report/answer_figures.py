@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +26,7 @@ from deadwood_algorithms.files.pictures import (
     show_scale,
 )
 from deadwood_algorithms.files.vectors import read_table
-from deadwood_algorithms.report.figures import INK, WIDTH, Drawing, plain
+from deadwood_algorithms.report.figures import INK, LABEL, WIDTH, Drawing, plain
 from deadwood_algorithms.report.plan import (
     MOST_DOTS,
     draw_relief,
@@ -34,7 +36,7 @@ from deadwood_algorithms.report.plan import (
     roads,
     thinned_rows,
 )
-from deadwood_algorithms.report.rounded import with_interval
+from deadwood_algorithms.report.rounded import decimal, with_interval
 from deadwood_algorithms.report.sources import ReportedRun, thinned_raster
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.schemas.looks import BARRIER, BRINGS, CHOSEN, HIGH_END, KEEPS, LOW_END, PLAIN
@@ -69,7 +71,10 @@ def drawings_of_answers(source: ReportedRun, words: Words, key: str) -> dict[str
     if "vary" in folders:
         facts = folders["vary"][1]
         for k, outcome in enumerate(outcomes_of(facts)):
-            found[f"varied_{k}"] = "varied", partial(tornado_figure, facts, outcome, words)
+            if any(
+                row[each] != row["as_it_is"] for row in of_outcome(facts, outcome) for each in ("at_low", "at_high")
+            ):
+                found[f"varied_{k}"] = "varied", partial(tornado_figure, facts, outcome, words)
     return {name: Drawing(f"{key}_{name}", words.say(title), draw, words) for name, (title, draw) in found.items()}
 
 
@@ -104,16 +109,32 @@ def tree_effect_figure(source: ReportedRun, values: Any, words: Words) -> Figure
         axes.scatter(
             x[mine], y[mine], s=size, color=colour, alpha=0.85, edgecolors="white", linewidths=0.5, zorder=zorder
         )
-    for k in [k for k in np.argsort(-gain, kind="stable")[:NAMED] if gain[k] > 0.0]:
-        axes.annotate(
-            plain(shapes.index[k][1]), (x[k], y[k]), xytext=(5, 4), textcoords="offset points", color="#111111",
-            zorder=9, bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "linewidth": 0},
-        )  # fmt: skip
+    best = [k for k in np.argsort(-gain, kind="stable")[:NAMED] if gain[k] > 0.0]
     handles += [
         Line2D([], [], linestyle="none", marker="o", markersize=size, color=colour, label=words.say(phrase))
         for colour, phrase, size in ((KEEPS, "keeps", 7), (BRINGS, "brings", 7), (PLAIN, "no_tree_effect", 3))
     ]
-    return _finished(figure, axes, handles)
+    _finished(figure, axes, handles)
+    show_names(figure, axes, [(plain(shapes.index[k][1]), (x[k], y[k])) for k in best])
+    return figure
+
+
+def show_names(figure: Figure, axes: Any, names: list[tuple[str, tuple[float, float]]], **box: Any) -> None:
+    """Names beside their places, each at the first of some sides where it covers no other; without room, none."""
+    figure.draw_without_rendering()  # its layout is what sides are measured in
+    taken: list[Any] = []
+    look = {"boxstyle": "round,pad=0.12", "facecolor": "white", "linewidth": 0} | box
+    for name, place in names:
+        for across, up in product((6, -6), (4, -12, 18, -26)):
+            shown = axes.annotate(
+                name, place, xytext=(across, up), textcoords="offset points", ha="left" if across > 0 else "right",
+                color="#111111", zorder=9, bbox=look,
+            )  # fmt: skip
+            room = shown.get_window_extent().padded(2.0)
+            if not any(room.overlaps(other) for other in taken):
+                taken.append(room)
+                break
+            shown.remove()
 
 
 def siting_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
@@ -126,13 +147,12 @@ def siting_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
         if len(mine):
             show_lines(axes, lines_of_shapes(mine.geometry), 3.2, colour, zorder=6)
             handles.append(Line2D([], [], color=colour, linewidth=3.2, label=words.say(phrase)))
-    for row in np.flatnonzero(steps > 0):
-        x, y = shapely.get_coordinates(frame.geometry.iloc[row])[-1]
-        axes.annotate(
-            str(steps[row]), (x, y), xytext=(5, 3), textcoords="offset points", color="#111111", zorder=8,
-            weight="bold", bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": CHOSEN},
-        )  # fmt: skip
-    return _finished(figure, axes, handles)
+    _finished(figure, axes, handles)
+    ends = [
+        (str(steps[row]), shapely.get_coordinates(frame.geometry.iloc[row])[-1]) for row in np.flatnonzero(steps > 0)
+    ]
+    show_names(figure, axes, ends, edgecolor=CHOSEN, linewidth=1)
+    return figure
 
 
 def class_figure(
@@ -151,7 +171,7 @@ def class_figure(
         origin="lower", interpolation="nearest", zorder=2,
     )  # fmt: skip
     axes.set(xlim=(source.extent[0], source.extent[2]), ylim=(source.extent[1], source.extent[3]))
-    handles += [Patch(facecolor=colours[each["class"] - 1], label=words.of_class(each)) for each in mine]
+    handles += [Patch(facecolor=colours[each["class"] - 1], alpha=0.85, label=words.of_class(each)) for each in mine]
     return _finished(figure, axes, handles)
 
 
@@ -172,6 +192,10 @@ def outcomes_of(facts: dict[str, Any]) -> list[str]:
     return sorted(names, key=lambda name: not name.startswith("reach_"))
 
 
+def of_outcome(facts: dict[str, Any], outcome: str) -> list[dict[str, Any]]:
+    return [row for row in facts["tornado"] if row["outcome"] == outcome]
+
+
 def outcome_words(name: str, words: Words) -> str:
     if name.startswith("reach_"):
         return words.say("outcome_reach", line=name.removeprefix("reach_"))
@@ -179,9 +203,11 @@ def outcome_words(name: str, words: Words) -> str:
 
 
 def tornado_figure(facts: dict[str, Any], outcome: str, words: Words) -> Figure:
-    """One bar for each factor, from its low to its high end, in the order of the table."""
-    rows = [row for row in facts["tornado"] if row["outcome"] == outcome]
-    figure = Figure(figsize=(WIDTH, 1.3 + 0.26 * len(rows)), layout="constrained")
+    """A bar a factor, from its low to its high end, in the order of the table."""
+    rows = of_outcome(facts, outcome)
+    labels = [textwrap.wrap(f"{factor_words(row['factor'], words)}, {range_words(row, words)}", LABEL) for row in rows]
+    step = 0.1 + 0.16 * max(len(each) for each in labels)  # inches of a row
+    figure = Figure(figsize=(WIDTH, 1.3 + step * len(rows)), layout="constrained")
     axes = figure.subplots()
     scale = 100.0 if outcome.startswith("reach_") else 1.0
     base = scale * rows[0]["as_it_is"]
@@ -189,8 +215,7 @@ def tornado_figure(facts: dict[str, Any], outcome: str, words: Words) -> Figure:
         show_ends(axes, k, base, scale * row["at_low"], scale * row["at_high"])
         axes.text(1.01, k, swing_words(row, scale, words), transform=axes.get_yaxis_transform(), va="center")
     axes.axvline(base, color=INK, linewidth=1.2, zorder=3)
-    labels = [plain(f"{factor_words(row['factor'], words)}, {range_words(row, words)}") for row in rows]
-    axes.set_yticks(range(len(rows)), labels)
+    axes.set_yticks(range(len(rows)), ["\n".join(map(plain, each)) for each in labels])
     axes.set(ylim=(len(rows) - 0.4, -0.6), xlabel=plain(outcome_words(outcome, words)))
     axes.grid(axis="y", visible=False)
     handles = [
@@ -215,5 +240,8 @@ def factor_words(name: str, words: Words) -> str:
 
 
 def range_words(row: dict[str, Any], words: Words) -> str:
+    """``0.2–0.3``, or the two that a choice is between: ``upright / lying, random direction``."""
     ends = (row["low"], row["high"])
-    return "–".join(words.signs(f"{each:g}") if isinstance(each, (int, float)) else str(each) for each in ends)
+    if all(isinstance(each, (int, float)) for each in ends):
+        return "–".join(decimal(each, words) for each in ends)
+    return " / ".join(words.say_or(f"posture_{each}", str(each)) for each in ends)

@@ -31,6 +31,7 @@ ANSWER_PHRASES = {
         " cost, an expert must judge."
     ),
     "siting_none": "None was chosen: no candidate has an effect beyond chance.",
+    "candidate_place": "{above} m above, no. {k}",
     "alone": "alone",
     "chosen": "chosen: {step}",
     "length_height": "length × height [m]",
@@ -79,6 +80,10 @@ ANSWER_PHRASES = {
     "most_influential": "{outcome} depends most on {factors}.",
     "influence_undecided": "{outcome}: the number of logs is too small to decide which of {factors} matters most.",
     "no_influence": "{outcome}: with this number of logs, no factor changes it beyond chance.",
+    "no_index": (
+        "{outcome}: with this number of logs and rows of the design, no total-effect index is beyond chance; what each"
+        " factor changes alone stands below."
+    ),
     "outcome_reach": "reach of {line} [%]",
     "outcome_runout": "mean run-out [m]",
     "factor": "factor",

@@ -99,7 +99,7 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
     for row in [*chosen, *best]:
         size = f"{shown_number(round(row['length_m'], 2), words)} × {shown_number(row['height_m'], words)}"
         cells.append([
-            row["barrier_id"],
+            place_of(row, words),
             words.say("chosen", step=row["step"]) if row["step"] else words.say("alone"),
             size, shown_share(row, words),
             points(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"], words),
@@ -112,6 +112,14 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         note = words.say("class_note", name=found.name, source=found.source)
         parts.append(element("p", note, class_="quiet"))
     return parts
+
+
+def place_of(row: Mapping[str, Any], words: Words) -> str:
+    """A barrier's name; of one that the tool placed, whose size has a column of its own, where it is."""
+    number_there = str(row["barrier_id"]).rpartition(", ")[2]
+    if row.get("above_m") is None or not number_there.isdigit():
+        return str(row["barrier_id"])
+    return words.say("candidate_place", above=decimal(row["above_m"], words), k=number_there)
 
 
 def energy_of(row: Mapping[str, Any], words: Words) -> str:
@@ -153,7 +161,7 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
             say = "least_passage" if least["share"] else "largest_energy"
             parts.append(element("p", words.say(say, share=shown_number(100 * least["share"], words)), class_="quiet"))
     timed = any("return_period_years" in row for row in facts["lines"])
-    head = [words.say(each) for each in ("line", "at_least", "n_reach", "share_of_logs")]
+    head = [words.say(each) for each in ("line", "at_least", "n_reach", "layer_hits")]
     head += [words.say("return_period")] if timed else []
     rows = [
         [row["line_id"], decimal(row["at_least_kj"], words), int(row["n_reach"]), shown_share(row, words)]
@@ -175,9 +183,10 @@ def period_of(row: Mapping[str, Any], words: Words) -> str:
     years, low, high = (number(row.get(f"return_{name}_years")) for name in ("period", "ci_low", "ci_high"))
     low = number(row.get("return_ci_low_years_if_lost", low))  # older results lack it
     if not np.isfinite(years):
-        return words.say("longer_than", years=shown_number(low, words))
-    ends = f"{shown_number(low, words)} {words.say('to')} {shown_number(high, words)}"
-    return f"{shown_number(years, words)} ({ends})"
+        return words.say("longer_than", years=shown_number(low, words, 2))
+    if not np.isfinite(high):
+        return f"{shown_number(years, words)} ({words.say('longer_than', years=shown_number(low, words, 2))})"
+    return with_interval(years, low, high, words)
 
 
 def from_where(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
@@ -253,7 +262,7 @@ def influence_words(answer: Mapping[str, Any], words: Words) -> str:
     outcome = outcome_words(answer["outcome"], words).rpartition(" [")[0]
     outcome = outcome[:1].upper() + outcome[1:]
     if not answer["factors"]:
-        return words.say("no_influence", outcome=outcome)
+        return words.say("no_index" if answer["by"] == "total" else "no_influence", outcome=outcome)
     factors = ", ".join(factor_words(each, words) for each in answer["factors"])
     name = "most_influential" if answer["decided"] else "influence_undecided"
     return words.say(name, outcome=outcome, factors=factors)

@@ -114,5 +114,6 @@ def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) ->
                         scale * row.difference, scale * row.diff_ci_low, scale * row.diff_ci_high, words, signed=True
                     )
                 )
-        body.append(cells)
+        if any(each != "–" for each in cells[1:]):
+            body.append(cells)
     return table(head, body)

@@ -21,6 +21,7 @@ import matplotlib
 import numpy as np
 import shapely
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from numpy.typing import NDArray
 from PIL import Image
@@ -59,9 +60,9 @@ STYLE: Any = {
     "path.simplify": False,
     "image.composite_image": False,  # otherwise overlapping layers are merged into one
 }
-PERCENTILES = (5, 50, 95)
-LABEL = 40  # longest axis label, in characters, beside another figure
-PROFILE_IN = 3.6  # width of a profile
+PERCENTILES = {"-": (50,), ":": (5, 95)}  # of a histogram, by the style of their lines
+LABEL = 40  # letters of an axis label beside which another figure stands
+PROFILE_IN = 3.6  # of the width that a profile takes
 
 
 class _Ticks(ScalarFormatter):
@@ -136,7 +137,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     width, height = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text).groups()  # type: ignore[union-attr]
     text = text.replace(
         f'width="{width}pt" height="{height}pt"',
-        f'class="figure" style="max-width:{width}pt" role="img" aria-label="{escaped(title)}"',
+        f'class="figure" style="--own:{width}pt;max-width:{width}pt" role="img" aria-label="{escaped(title)}"',
         1,
     )
     return Markup(re.sub(r"\n\s*", "\n", text))
@@ -198,10 +199,11 @@ def reach_figure(source: ReportedRun, words: Words) -> Figure:
 def arrivals_figure(source: ReportedRun, words: Words) -> Figure:
     """Distribution of speed, energy, height and angle over the arrivals at all lines."""
     assert source.arrivals is not None
-    figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.5), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     for axes, (name, phrase) in zip(panels, ARRIVAL_COLUMNS.items(), strict=True):
         _histogram(axes, source.arrivals[name].to_numpy(np.float64), words.say(phrase), source.colour, words)
+    _legend_of_percentiles(figure)
     return figure
 
 
@@ -224,8 +226,17 @@ def _histogram(axes: Any, values: NDArray[np.float64], label: str, colour: str, 
     bins = max(5, min(24, round(2.0 * values.size ** (1 / 3))))
     low = 0.0 if values.min() >= 0.0 else float(values.min())
     axes.hist(values, bins=bins, range=(low, top if top > low else low + 1.0), color=colour, alpha=0.85)
-    for each, style in zip(PERCENTILES, (":", "-", ":"), strict=True):
-        axes.axvline(float(np.percentile(values, each)), color=INK, linewidth=1.2, linestyle=style)
+    for style, levels in PERCENTILES.items():
+        for each in np.percentile(values, levels):
+            axes.axvline(float(each), color=INK, linewidth=1.2, linestyle=style)
+
+
+def _legend_of_percentiles(figure: Figure) -> None:
+    handles = [
+        Line2D([], [], color=INK, linewidth=1.2, linestyle=style, label=", ".join(f"{each} %" for each in levels))
+        for style, levels in PERCENTILES.items()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
 def counted_azimuths(source: ReportedRun) -> dict[str, NDArray[np.float64]]:
@@ -294,11 +305,12 @@ def runout_figure(sources: list[ReportedRun], words: Words) -> Figure:
 
 def distributions_figure(source: ReportedRun, words: Words) -> Figure:
     """Largest speed and jump height of each log."""
-    figure, panels = _panels(2, 2.4)
+    figure, panels = _panels(2, 2.7)
     for axes, column, phrase in zip(
         panels, ("speed_max_ms", "jump_max_m"), ("max_speed_axis", "jump_axis"), strict=True
     ):
         _histogram(axes, source.column(column), words.say(phrase), source.colour, words)
+    _legend_of_percentiles(figure)
     return figure
 
 

@@ -10,7 +10,8 @@
     let box = whole.slice();
     const set = () => svg.setAttribute("viewBox", box.map((each) => each.toFixed(2)).join(" "));
     for (const check of map.querySelectorAll("input[data-layer]")) {
-      const parts = svg.querySelectorAll(`[id="${check.dataset.layer}"], [id="${check.dataset.layer}_rim"]`);
+      const parts = svg.querySelectorAll(`[id="${check.dataset.layer}"], [id="${check.dataset.layer}_rim"], `
+        + `[id="${check.dataset.layer}_key"], [id="${check.dataset.layer}_word"]`); // and its entry of the legend
       const show = () => { for (const each of parts) each.style.display = check.checked ? "" : "none"; };
       check.addEventListener("change", show);
       show();

@@ -80,6 +80,8 @@ PHRASES = {
     "scenario_posture": "posture at the start",
     "posture_upright": "upright",
     "posture_lying": "lying",
+    "posture_random": "any direction",
+    "posture_random-lying": "lying, any azimuth",
     "posture_tilted": "tilted",
     "scenario_dbh": "DBH",
     "scenario_length": "length",
@@ -129,6 +131,7 @@ PHRASES = {
     "input_barriers": "barriers",
     "input_lying_logs": "lying logs",
     "input_blocks": "boulders",
+    "input_releases": "releases",
     "map": "Map",
     "map_caption": ("Share of the logs that pass each cell, over the relief. Coordinates: {crs}, metres."),
     "map_moves": "Drag to move, wheel or buttons to zoom.",
@@ -331,8 +334,8 @@ PHRASES = {
     "started_in_contact": "logs that started in contact with an obstacle",
     "not_run": "logs not run, because the interval was narrow enough",
     "left_dem_warning": (
-        "Logs that left the terrain model: {n}. On a larger one they would have continued, so reach and spread may "
-        "be wrong by up to this number."
+        "Logs that left the terrain model: {n}. Their further movement is not known: spread, run-outs and deposits are "
+        "as far as they were seen; the reach of a line to which they had not come before stands with bounds."
     ),
     "failed_warning": "Logs whose calculation failed: {n}. The others are not affected.",
     "time_limit_warning": "Logs that still moved at the time limit: {n}. Their deposits are not final.",

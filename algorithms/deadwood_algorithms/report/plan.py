@@ -71,7 +71,7 @@ def legend_of_map(figure: Figure, handles: list[Any]) -> None:
     if has_room_beside((west, south, east, north), figure.get_figwidth()):
         for each in handles:
             each.set_label(textwrap.fill(str(each.get_label()), BESIDE_WORDS))
-        figure.legend(handles=handles, loc="outside right upper", handlelength=1.4, labelspacing=0.8)
+        switched(figure.legend(handles=handles, loc="outside right upper", handlelength=1.4, labelspacing=0.8), handles)
         return
     legend_below(figure, handles)
 
@@ -86,7 +86,15 @@ def legend_below(figure: Figure, handles: list[Any]) -> None:
     """The legend of maps side by side, in as many columns as fit."""
     longest = max((len(str(each.get_label())) for each in handles), default=0)
     columns = int(np.clip(figure.get_figwidth() / (longest * LETTER_IN + KEY_IN), 1, 3))
-    figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=1.4)
+    switched(figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=1.4), handles)
+
+
+def switched(legend: Any, handles: list[Any]) -> None:
+    """The entries of layers that the page hides at first have their names, so that it hides them too."""
+    for each, key, word in zip(handles, legend.legend_handles, legend.get_texts(), strict=True):
+        if name := each.get_gid():
+            key.set_gid(f"{name}_key")
+            word.set_gid(f"{name}_word")
 
 
 def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figure, Any]:
@@ -192,6 +200,7 @@ def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool, size: fl
     handles: list[Any] = []
     frame = source.deposits
     ways = source.layer("trajectories") if ways_too else None
+    hidden: list[Any] = []  # last in the legend, where they leave no gap
     if ways is not None and len(ways):
         strings, rows = [], thinned_rows(len(ways), MOST_WAYS)
         for shape in np.asarray(ways.geometry)[rows]:
@@ -206,7 +215,8 @@ def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool, size: fl
             LineCollection(strings, colors=colours, linewidths=0.7, gid="layer_trajectories", zorder=4), autolim=False
         )
         middle = LOOKS["speed"].colours[3]
-        handles.append(Line2D([], [], color=middle, linewidth=1.2, label=words.say("layer_trajectories")))
+        label = words.say("layer_trajectories")
+        hidden.append(Line2D([], [], color=middle, linewidth=1.2, label=label, gid="layer_trajectories"))
     rows = thinned_rows(len(frame), MOST_DOTS)
     x, y = frame["release_x"].to_numpy()[rows], frame["release_y"].to_numpy()[rows]
     show_dots(axes, x, y, 1.5 * size, RELEASE, gid="layer_releases", zorder=6.0)
@@ -228,7 +238,7 @@ def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool, size: fl
             zorder=7.0,
         )
         handles.append(_dot(colour, words.say("layer_deposits", stop=words.stop(reason))))
-    return handles
+    return handles + hidden
 
 
 def _dot(colour: str, label: str) -> Line2D:

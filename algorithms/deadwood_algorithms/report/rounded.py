@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from deadwood_algorithms.params.counts import significant
@@ -78,6 +79,15 @@ def with_interval(value: float, low: float, high: float, words: Words, *, signed
     places = decimals_of(low, high)
     a, b, c = (in_signs(to_decimals(each, places if each else 0, sign=signed), words) for each in (value, low, high))
     return f"{a} ({b} {words.say('to')} {c})"
+
+
+def alike(values: Sequence[float]) -> list[str]:
+    """Numbers of one kind with as many decimals each: as the first one needs, less zeros that all end in."""
+    first = abs(values[0])
+    places = max(0, DIGITS - 1 - math.floor(math.log10(first))) if first >= LEAST else DIGITS
+    while places and all(f"{each:.{places}f}".endswith("0") for each in values):
+        places -= 1
+    return [to_decimals(each, places) for each in values]
 
 
 def in_signs(text: str, words: Words) -> str:

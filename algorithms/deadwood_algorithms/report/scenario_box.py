@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import Any, NamedTuple
 
 from deadwood_algorithms.report.markup import Markup, element, scrolled
-from deadwood_algorithms.report.rounded import decimal, in_signs, shown_number
+from deadwood_algorithms.report.rounded import alike, decimal, in_signs, shown_number
 from deadwood_algorithms.report.sections import Parts
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
@@ -18,7 +18,7 @@ SELDOM = ("model_lying_logs", "model_blocks", "model_lines")  # no row in the bo
 def made_at(manifest: Mapping[str, Any]) -> str:
     """``2026-11-25 19:44``: when the run began."""
     made = manifest.get("made_utc")
-    return datetime.fromisoformat(made).strftime("%Y-%m-%d %H:%M") if made else "–"
+    return element("span", f"{datetime.fromisoformat(made):%Y-%m-%d %H:%M}", class_="whole") if made else "–"
 
 
 def cells_of(cells: list[str]) -> list[Markup]:
@@ -44,7 +44,7 @@ def span_words(values: Any, words: Words, unit: str = "") -> str:
         return decimal(values, words)
     if values["median"] is None:
         return "–"
-    middle, low, high = (in_signs(f"{values[name]:.4g}", words) for name in ("median", "low", "high"))
+    middle, low, high = (in_signs(each, words) for each in alike([values[name] for name in ("median", "low", "high")]))
     shown = f"{middle} {unit}".strip()
     return shown if low == high else f"{shown} ({low} {words.say('to')} {high})"
 

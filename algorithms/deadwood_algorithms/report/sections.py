@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, scrolled, table
 from deadwood_algorithms.report.plan import MOST_DOTS, QUANTITIES, SHOWN_AT_FIRST, layers_drawn
 from deadwood_algorithms.report.rounded import (
+    NBSP,
     decimal,
     in_signs,
     percent_if_lost,
@@ -57,7 +59,7 @@ def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Pa
         if reasons.get(name, 0)
     ]
     for parameter, file in source.run.changed:
-        what = words.say_or(f"input_{parameter}", parameter.replace("_", " "))
+        what = input_words(parameter, words)
         found.append(words.say("input_changed", what=what, path=Path(file).name))
     before = f"{source.name}: " if named else ""
     return [element("p", before + each, class_="warning") for each in found]
@@ -80,7 +82,7 @@ def model_section(source: ReportedRun, words: Words) -> Parts:
         for phrase, filled in source.lacks:
             filled = dict(filled)
             if "what" in filled:
-                filled["what"] = words.say_or(f"input_{filled['what']}", str(filled["what"]))
+                filled["what"] = input_words(str(filled["what"]), words)
                 filled["reason"] = filled["reason"] or words.say("gone")
                 filled["path"] = Path(filled["path"]).name or filled["path"]
             lacks.append(element("li", words.say(phrase, **filled)))
@@ -200,7 +202,7 @@ def arrivals(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words)
     if not len(source.arrivals):
         return [element("p", words.say("arrivals_none"))]
     parts: Parts = [element("p", words.say("arrivals_note"), class_="quiet"), figure_of(drawings.get("arrivals"))]
-    head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
+    head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
     for line_id, mine in source.arrivals.groupby("line_id", sort=False):
         rows = [
             quantile_row(words.say(phrase), mine[name].to_numpy(float), words)
@@ -214,7 +216,7 @@ def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
     values = values[np.isfinite(values)]
     if not values.size:
         return (label, 0, *["–"] * (len(LEVELS) + 1))
-    shown = [shown_number(float(each), words, 2) for each in (*np.percentile(values, LEVELS), values.max())]
+    shown = [shown_number(float(each), words) for each in (*np.percentile(values, LEVELS), values.max())]
     return (label, values.size, *shown)
 
 
@@ -223,7 +225,7 @@ def design(source: ReportedRun, words: Words) -> Parts:
     found = [each for each in source.passages if each.log_id.size]
     if not found:
         return []
-    head = [words.say("quantity"), *(f"{100 * level:g} %" for level in DESIGN_LEVELS)]
+    head = [words.say("quantity"), *(f"{100 * level:g}{NBSP}%" for level in DESIGN_LEVELS)]
     parts: Parts = [element("p", words.say("design_note"), class_="quiet")]
     for each in found:
         records = list(design_rows(each, DESIGN_LEVELS, 0.95))
@@ -270,7 +272,7 @@ def whole(value: Any) -> str:
 
 
 def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    head = [words.say("quantity"), words.say("n_logs"), *(f"{each} %" for each in LEVELS), words.say("largest")]
+    head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
     names = {
         "runout_axis": "runout_m",
         "max_speed_axis": "speed_max_ms",
@@ -291,7 +293,7 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
         figure_of(drawings.get("runout")),
         figure_of(drawings.get("distributions")),
         table(head, rows),
-        table([words.say("stops"), words.say("n_logs"), "%"], ends),
+        table([words.say("stops"), words.say("n_logs"), words.say("layer_hits")], ends),
     ]
 
 
@@ -410,10 +412,21 @@ def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
     return command_line(str(manifest.get("tool", "slide-logs")), given)
 
 
+def unbroken(command: str) -> list[Any]:
+    """A command line whose flags are not torn at a hyphen at the end of a line."""
+    parts = re.split(r"(?<= )(--[\w-]+)", command)
+    return [element("span", each, class_="whole") if k % 2 else each for k, each in enumerate(parts)]
+
+
+def input_words(parameter: str, words: Words) -> str:
+    """What an input is called: of some the name of its layer."""
+    return words.say_or(f"input_{parameter}", words.say_or(f"model_{parameter}", parameter.replace("_", " ")))
+
+
 def provenance(source: ReportedRun, words: Words) -> Parts:
     manifest, cost = source.run.manifest, source.summary["cost"]
     digests = manifest.get("digests", {})
-    rows = [(name, file, element("code", digest)) for name, file, digest in source.inputs]
+    rows = [(input_words(name, words), file, element("code", digest)) for name, file, digest in source.inputs]
     rows += [
         (words.say(f"hash_{name}"), "", element("code", digests[name]))
         for name in ("scene", "releases")
@@ -440,7 +453,7 @@ def provenance(source: ReportedRun, words: Words) -> Parts:
     )
     return [
         element("h4", words.say("command")),
-        element("pre", command_of(manifest, source.summary)),
+        element("pre", *unbroken(command_of(manifest, source.summary))),
         element("h4", words.say("hashes")),
         scrolled(table_of, words.say("hashes"), short=False),
         element("h4", words.say("versions")),

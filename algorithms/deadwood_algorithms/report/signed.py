@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from deadwood_algorithms.report.compared import Comparison
 from deadwood_algorithms.report.markup import Markup, element, table
 from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share, with_interval
@@ -18,6 +16,7 @@ from deadwood_algorithms.report.sections import calculation_words, design_cell, 
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.results.passages import UNITS, design_rows
+from deadwood_algorithms.stats.order_statistics import percentile_record
 from deadwood_algorithms.stats.statistics import loss_matters, percent_of
 
 MOST_LINES = 4  # rows in the tables; the annex has all lines
@@ -126,9 +125,9 @@ def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
                 for count, source in zip(counts, sources, strict=True)
             ]
             rows.append([words.stop(reason), *cells])
-    for phrase, level in (("item_median", 50), ("item_p95", 95)):
+    for phrase, level in (("item_median", 0.5), ("item_p95", 0.95)):
         cells = [
-            shown_number(float(np.percentile(far, level)), words, 3) if far.size else "–"
+            design_cell(percentile_record(far, level), words) if far.size else "–"
             for far in (source.column("runout_m") for source in sources)
         ]
         rows.append([f"{words.say('quantity_runout', item=words.say(phrase))} [m]", *cells])

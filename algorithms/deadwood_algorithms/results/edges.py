@@ -163,9 +163,19 @@ def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback:
         yield edges
 
 
-def edge_words(n_left: int, n_near: int, n: int, distance: float, edges: str, what: str) -> str:
-    """The warning: how many logs left the DEM or came near its edges."""
-    return (
-        f"{n_left} of {n} logs left the terrain model and {n_near} more {what} within {distance:g} m of {edges}; "
-        "on a larger one these may move on: reach and spread may be wrong by up to that number"
-    )
+def edge_words(n_left: int, n_near: int, n: int, distance: float, edges: str, what: str, *, known: bool = True) -> str:
+    """The warning: how many logs left the DEM, whose further movement nobody knows, or came near its edges.
+
+    known : which logs left is known, so that those near the edges stayed
+    """
+    said = []
+    if n_left:
+        said.append(
+            f"{n_left} of {n} logs left the terrain model, and their further movement is not known: reach and spread "
+            "are as far as they were seen"
+        )
+    if n_near:
+        who = f"{n_near} more" if n_left else f"{n_near} of {n} logs"
+        doubt = "check that the heights there are sound" if known else "these may have left it"
+        said.append(f"{who} {what} within {distance:g} m of {edges}: {doubt}")
+    return "; ".join(said)

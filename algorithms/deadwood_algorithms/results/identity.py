@@ -23,7 +23,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms.files import embedded, identity
+from deadwood_algorithms.files import accounts, embedded, identity
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.params import tool as declared
@@ -46,6 +46,7 @@ class Making:
         self.began = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
         self.named = declared.inputs_of(tool, ask)
         self.facts: dict[str, Any] = {}  # what the tool adds to its record
+        self.accounts: dict[str, dict[str, Any]] = {}  # what became of the rows of each layer, as the tool says it
         self._final = {name: _final(tool, name, value) for name, value in self.named.items()}
         self._stamps = {name: _stamps(value) for name, value in self.named.items()}
         self._digests: dict[str, dict[str, Any]] = {}
@@ -60,12 +61,17 @@ class Making:
                 self._digests[name] = {"layer": None, "sha256": None, "bytes": None}
 
     @cached_property
-    def inputs(self) -> list[dict[str, Any]]:
-        """One entry for each input: parameter, path, layer, SHA-256, bytes, rows, CRS."""
+    def _described(self) -> dict[str, dict[str, Any]]:
         self._hashing.join()
+        return {name: {**self._digests[name], **identity.described(value)} for name, value in self.named.items()}
+
+    @property
+    def inputs(self) -> list[dict[str, Any]]:
+        """One entry an input: parameter, path, layer, SHA-256, bytes, rows, CRS, and what became of the rows."""
+        counted = {name: {"counted": self.accounts[name]} for name in self.named if name in self.accounts}
         return [
-            {"parameter": name, "path": self._final[name], **self._digests[name], **identity.described(value)}
-            for name, value in self.named.items()
+            {"parameter": name, "path": self._final[name], **said, **counted.get(name, {})}
+            for name, said in self._described.items()
         ]
 
     @property
@@ -159,6 +165,7 @@ def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
     """Write the outputs of a tool, protected and with their record."""
     with ExitStack() as stack:
         outputs = Outputs(tool, ask, stack)
+        outputs.accounts = stack.enter_context(accounts.accounting())
         for each in outputs.named.values():
             for place in places_of(each):
                 manifest = made_from(place)

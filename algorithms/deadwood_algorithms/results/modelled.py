@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deadwood_algorithms.results.scenario import WHYS, slip_record, soft_ground_record
+from deadwood_algorithms.results.scenario import slip_record, soft_ground_record
+from deadwood_algorithms.scene.counts import WHYS
 from deadwood_algorithms.scene.layers import SceneLayers
 
 if TYPE_CHECKING:

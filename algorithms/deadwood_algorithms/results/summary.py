@@ -9,6 +9,7 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import account
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
@@ -53,6 +54,8 @@ def summary_of(
     fences = scene.barrier_restitution if len(layers.barriers.ids) else None
     restitutions = (scene.restitution, stems or 0.0, fences or 0.0)
     counted = counted_of(layers, releases, queue.rows.size)
+    for name, count in counted.items():
+        account(name, count)
     clauses = modelled(settings, layers, counted)
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
     return {

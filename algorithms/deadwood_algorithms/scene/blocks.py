@@ -10,14 +10,13 @@ import numpy as np
 from deadwood_algorithms.files.columns import filled_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
-from deadwood_algorithms.params.counts import none_of
+from deadwood_algorithms.params.counts import none_of, rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.items import (
     extent_words,
     ids_of,
     plan_of,
     points_on,
-    rows_named,
     say_left_out,
     shared_words,
     why_left_out,

@@ -12,20 +12,16 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, count_of
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.params.counts import none_of
+from deadwood_algorithms.params.counts import none_of, rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
     import geopandas
 
     from deadwood_algorithms.files.dem_blocks import DemBlocks
-
-# Reasons why a row of a layer has no part in a run
-OFF_DEM = "off_dem"  # it lies beyond the terrain model
-NO_TERRAIN = "no_terrain"  # on its last half cell or on nodata, where the surface has no height
-ROWS_NAMED = 5  # an error names this many rows and counts the rest
 
 
 @dataclass(frozen=True)
@@ -118,6 +114,12 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     return Items(unique, out, of_row[np.searchsorted(rows, paths.item)], paths.item, len(frame))
 
 
+def count_of_items(items: Items) -> dict[str, Any]:
+    """What became of the rows of a layer of lines: those that have a path are used, the others lie off the DEM."""
+    used = np.unique(items.row).size
+    return count_of(items.row_count, used, {OFF_DEM: items.row_count - used})
+
+
 def shared_words(
     frame: geopandas.GeoDataFrame, field: str, ids: list[Any], rows: NDArray[np.intp] | None = None
 ) -> str:
@@ -177,13 +179,6 @@ def say_left_out(frame: geopandas.GeoDataFrame, off: NDArray[np.bool_], what: st
     if rows.size:
         verb = "lies off the DEM and is" if rows.size == 1 else "lie off the DEM and are"
         say(f"{where_of(frame)}, {rows_named(rows)}: {rows.size} of {off.size} {what} {verb} left out")
-
-
-def rows_named(rows: NDArray[Any]) -> str:
-    """``row 7`` or ``rows 1, 2, 3, 4, 5 and 12 more``; the first row is row 1."""
-    shown = ", ".join(str(int(row) + 1) for row in rows[:ROWS_NAMED])
-    more = f" and {rows.size - ROWS_NAMED} more" if rows.size > ROWS_NAMED else ""
-    return f"row{'s' if rows.size > 1 else ''} {shown}{more}"
 
 
 def digest_of(*parts: Any) -> str:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import account
 from deadwood_algorithms.files.columns import field_names, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import read_dem
@@ -26,6 +27,7 @@ from deadwood_algorithms.scene.blocks import Boulders, read_blocks
 from deadwood_algorithms.scene.friction import read_friction
 from deadwood_algorithms.scene.items import (
     Items,
+    count_of_items,
     digest_of,
     extent_words,
     ids_of,
@@ -306,9 +308,11 @@ def read_barriers(
     return Barriers(paths.vertices, paths.starts, height[paths.item]), items
 
 
-def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
-    """The lines of a layer."""
-    return lines_of(lines_layer(path, grid.crs, feedback) if path else None, grid, feedback)
+def read_lines(path: str | None, grid: Grid, feedback: Feedback, *, parameter: str = "lines") -> tuple[Lines, Items]:
+    """The lines of a layer, which a parameter of the tool names."""
+    found = lines_of(lines_layer(path, grid.crs, feedback) if path else None, grid, feedback)
+    account(parameter, count_of_items(found[1]))
+    return found
 
 
 def lines_layer(path: str, crs: pyproj.CRS, feedback: Feedback) -> geopandas.GeoDataFrame:

@@ -8,8 +8,9 @@ from deadwood_algorithms.files.columns import schema_column, warn_implausible, w
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import say_defaults
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.scene.items import Items, items_of, paths_of, rows_named
+from deadwood_algorithms.scene.items import Items, items_of, paths_of
 from deadwood_algorithms.schemas import LYING_LOGS
 from deadwood_engine import LyingLogs
 

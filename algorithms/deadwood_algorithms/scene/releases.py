@@ -15,9 +15,10 @@ from deadwood_algorithms.files.dem_windows import open_windows
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import say_defaults
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.default_log import DefaultLog
-from deadwood_algorithms.scene.items import Items, digest_of, extent_words, plan_of, rows_named
+from deadwood_algorithms.scene.items import Items, digest_of, extent_words, plan_of
 from deadwood_algorithms.schemas import ORIENTATIONS, RELEASES
 from deadwood_engine import Logs
 from deadwood_engine.limits import DENSITY, DIAMETER, LENGTH

@@ -538,7 +538,10 @@ def _above_keys(name: str, what: str) -> Iterator[Key]:
 
 
 _ABOVE_KEYS = (
-    _key("above_capacity", "Hits above the capacity of trees or logs; null without --tree-, --log-capacity-kj"),
+    _key(
+        "above_capacity",
+        "Hits above the capacity of trees or logs; null without --tree-capacity-kj and --log-capacity-kj",
+    ),
     _key("above_capacity.tree_capacity_kj", "Energy that a tree of 40 cm DBH takes [kJ]"),
     _key("above_capacity.tree_capacity_power", "Exponent of DBH / 40 cm with which it grows"),
     _key(
@@ -698,7 +701,10 @@ MANIFEST = JsonFile(
         _whole("modified_utc", "When the file of each input was last written to, by the clock of its disk"),
         _whole("platform", "System, machine, cores and Python"),
         _whole("libraries", "Versions of the numerical libraries, and of GDAL, PROJ and GEOS"),
-        _whole("inputs", "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS; of several files each"),
+        _whole(
+            "inputs",
+            "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS, use of the rows; of several files each",
+        ),
         _whole("files", "SHA-256 and bytes of every file of the folder, which seal the result"),
         _key("seal", "SHA-256 of the content of this file"),
         _key(

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import number_column
 from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import DemWindows, read_part, read_whole
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, ProgressOnly
+from deadwood_algorithms.scene.counts import account_scene
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.items import digest_of, plan_of
@@ -50,6 +52,7 @@ def read_released_scene(simulation: Simulation, feedback: Feedback) -> tuple[Sce
     layers = scene_on(simulation, part_of(dem, releases, inputs.defaults, inputs.friction), feedback)
     warn_of_ground(layers.dem, *plan_of(releases), feedback)
     logs = releases_of(releases, layers.dem, inputs.defaults, feedback=feedback)
+    account("releases", count_of(len(releases), len(logs), {}))
     return layers, as_shape(logs, layers.shape) if layers.shape else logs
 
 
@@ -116,6 +119,7 @@ def scene_on(simulation: Simulation, part: Part | None, feedback: Feedback) -> S
         breaking=inputs.breaking,
     )
     shape = read_shape(inputs.shape, grid.cell, feedback)
+    account_scene(layers)
     refuse_idle_slip(inputs.laws.get("friction_max"), layers.friction)
     digest = digest_of([layers.digest], shape.cloud.points, shape.axes) if shape else layers.digest
     return replace(layers, threads=threads, shape=shape, digest=digest)

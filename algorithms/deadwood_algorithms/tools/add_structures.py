@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
 from deadwood_algorithms.results.identity import writing
@@ -127,6 +128,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             feedback=feedback,
         )
         plans = plans_of(frame, tool.taken(ask, StructureDefaults), dem, feedback)
+        account("structures", count_of(len(frame), len(plans), {}))
         write_with_structures(path, dem, plans, feedback)
         report = report_of(plans, frame)
         if table:

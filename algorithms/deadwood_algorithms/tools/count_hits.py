@@ -140,7 +140,9 @@ def lines_to_reach(ask: Ask, source: Run, feedback: Feedback) -> tuple[Lines, It
 
     if not ask.reaching and "reach" not in layers_in(source.path):
         raise UserError(f"{ask.run}: the run has no roads, railways or houses; name them with --reaching LAYER")
-    return read_lines(ask.reaching or f"{source.path / GEOPACKAGE}|layername=reach", source.grid, feedback)
+    return read_lines(
+        ask.reaching or f"{source.path / GEOPACKAGE}|layername=reach", source.grid, feedback, parameter="reaching"
+    )
 
 
 def write_danger(

@@ -118,6 +118,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
     from deadwood_algorithms.results.run_settings import RunSettings
     from deadwood_algorithms.results.writing import keeper_of, write_results
     from deadwood_algorithms.simulate.auto_run import slide_promised
+    from deadwood_algorithms.simulate.checkpoints import part_path
     from deadwood_algorithms.simulate.log_order import hash_order, keep_by_hash
     from deadwood_algorithms.simulate.log_run import LogRun, slide_logs
     from deadwood_algorithms.simulate.look import look
@@ -141,7 +142,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
         keep = keep_by_hash(releases.logs.log_id, kept_count, ask.seed)
         if ask.until_ci is None and not ask.resume:  # a resumed run has done a part of it already
             refuse_full_disk(ask.output, len(releases), int(keep.sum()))
-        if at_most is None and not ask.resume:
+        if at_most is None and not (ask.resume and part_path(ask.output).is_dir()):  # what began was looked at
             look(simulation, layers, releases, ask.seed, feedback)
         capacities = {"--tree-capacity-kj or --log-capacity-kj": list(vars(capacity).values())} if capacity else {}
         identity = {"--trajectories or --seed": [ask.trajectories, ask.seed], **capacities}

@@ -6,7 +6,9 @@ import json
 import re
 import shutil
 from html.parser import HTMLParser
+from itertools import combinations
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import geopandas as gpd
@@ -14,12 +16,16 @@ import numpy as np
 import pandas
 import pytest
 import shapely
+from matplotlib.figure import Figure
 from slope_case import Case, edit_manifest, write_layer
 
+from deadwood_algorithms.evaluate.sensitivity.factors import CHOICES
 from deadwood_algorithms.params.presets import BARRIERS
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report import answer_figures
-from deadwood_algorithms.report.answer_figures import factor_words
+from deadwood_algorithms.report.answer_figures import factor_words, range_words
+from deadwood_algorithms.report.answer_sections import place_of
+from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.tools import make_report, map_intensity, map_origins, site_barriers, value_trees, vary
 
@@ -201,6 +207,47 @@ def test_the_factors_have_one_order_in_the_file_the_table_and_the_figure(page, r
         assert list(table.loc[table["outcome"] == outcome, "factor"]) == order
         assert shown[k * len(words) : (k + 1) * len(words)] == words
         assert [each.get_text().partition(",")[0] for each in axes.get_yticklabels()] == words
+
+
+def test_a_range_is_in_the_readers_language():
+    """Numbers with its decimal sign, postures in its words; the names of fidelities are those of the option."""
+    assert range_words({"low": 0.8, "high": 1.2}, Words("it")) == "0,8–1,2"
+    assert range_words({"low": "draft", "high": "standard"}, Words("it")) == "draft / standard"
+    english = set(CHOICES["orientation"])
+    for language in LANGUAGES:
+        for low, high in combinations(CHOICES["orientation"], 2):
+            told = range_words({"low": low, "high": high}, Words(language))
+            assert language == "en" or not english & set(told.split(" / ")), told
+            assert "random-lying" not in told
+
+
+def test_no_name_on_a_map_covers_another():
+    """Each is beside its place; where there is no more room, one is left out."""
+    figure = Figure(figsize=(5.0, 4.0), dpi=100)
+    axes = figure.subplots()
+    axes.set(xlim=(0.0, 10.0), ylim=(0.0, 10.0))
+    places = [(f"tree {k}", (5.0 + 0.01 * k, 5.0)) for k in range(40)]
+    answer_figures.show_names(figure, axes, places)
+    boxes = [each.get_window_extent() for each in axes.texts]
+    assert 4 <= len(boxes) < 40
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+
+
+def test_a_placed_barrier_is_named_by_its_place_and_any_other_by_its_name():
+    placed = {"barrier_id": "30 m above, 40 m long, 3 m high, 2", "above_m": 30.0}
+    assert place_of(placed, Words("de")) == "30 m oberhalb, Nr. 2"
+    assert place_of({"barrier_id": "net, 2", "above_m": None}, Words("de")) == "net, 2"
+
+
+def test_an_outcome_that_nothing_changes_has_its_table_and_no_empty_figure(case, run, results, tmp_path):
+    still = shutil.copytree(results["varied"], tmp_path / "still")
+    facts = json.loads((still / "summary.json").read_text(encoding="utf-8"))
+    outcome = answer_figures.outcomes_of(facts)[0]
+    for row in answer_figures.of_outcome(facts, outcome):
+        row["at_low"] = row["at_high"] = row["as_it_is"]
+    source = SimpleNamespace(answers=SimpleNamespace(tree_effect={}, folders={"vary": (still, facts, {})}))
+    drawn = answer_figures.drawings_of_answers(source, Words("en"), "r0")  # type: ignore[arg-type]
+    assert set(drawn) == {f"varied_{k}" for k in range(1, len(answer_figures.outcomes_of(facts)))}
 
 
 def test_in_german_no_english_class_is_left(case, run, results):

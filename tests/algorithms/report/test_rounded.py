@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from deadwood_algorithms.report.rounded import shown_number, with_interval
+from deadwood_algorithms.report.rounded import alike, shown_number, with_interval
 from deadwood_algorithms.report.words import Words
 
 
@@ -28,3 +28,19 @@ def test_a_number_with_its_interval(value, low, high, signed, text):
 )
 def test_a_number_without_an_interval(value, text):
     assert shown_number(value, Words("en")) == text
+
+
+@pytest.mark.parametrize(
+    ("values", "texts"),
+    [
+        ((21.4, 8.694, 32.2), ["21.4", "8.7", "32.2"]),  # as many decimals each
+        ((0.25, 0.2, 0.3), ["0.25", "0.20", "0.30"]),
+        ((0.25, 0.055, 0.315), ["0.250", "0.055", "0.315"]),  # what was given loses no digit
+        ((45.0, 32.0, 61.0), ["45", "32", "61"]),
+        ((450.3, 380.21, 1210.7), ["450", "380", "1211"]),
+        ((0.0, 0.0, 0.5), ["0.0", "0.0", "0.5"]),
+        ((0.0, 0.0, 0.0), ["0", "0", "0"]),
+    ],
+)
+def test_numbers_of_one_kind_have_as_many_decimals_each(values, texts):
+    assert alike(values) == texts

@@ -14,12 +14,14 @@ from deadwood_algorithms.evaluate.sensitivity.design import Place
 from deadwood_algorithms.evaluate.sensitivity.factor_runs import SlidRuns, warn_of_runs
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, share_if_lost
 from deadwood_algorithms.schemas.results import STOP_REASONS
+from deadwood_algorithms.simulate import look
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import (
     break_trees,
     design_values,
     map_intensity,
     map_origins,
+    run_sites,
     site_barriers,
     value_trees,
     vary,
@@ -90,6 +92,31 @@ def test_map_intensity(run, n_lost, tmp_path, said):
     assert road["return_ci_low_years"] == pytest.approx(done.facts["no_hit"]["return_ci_low_years"])
     assert road["return_ci_low_years_if_lost"] < road["return_ci_low_years"]
     assert any(f", over {1.0 / highest:.3g} years" in each for each in done.lines)
+
+
+def test_a_log_that_came_with_less_energy_and_then_left_is_not_unknown(run, n_lost, tmp_path, said):
+    """Energies are those of the first touch. Before: such logs were said to have left before the line."""
+    near = write_layer(tmp_path / "near.gpkg", [line(42.0), line(25.0)], line_id=["near", "road"])
+    bounds = (0.001, 1e5)
+    done = map_intensity.TOOL(
+        run=str(run), lines=near, energy_classes_kj=bounds, output=str(tmp_path / "intensity"), feedback=said
+    )
+    table = pandas.read_csv(tmp_path / "intensity" / "lines.csv").set_index(["line_id", "at_least_kj"])
+    assert table.loc[("near", 1e5), "n_reach"] == 0
+    assert (table.loc["near", "n_lost"] == 0).all()  # all that left had passed it
+    assert (table.loc["road", "n_lost"] == n_lost).all()
+    assert not any("others left" in each for each in done.lines if each.startswith("near"))
+
+
+def test_run_sites_looks_before_each_site(cut, tmp_path, monkeypatch, said):
+    """Before: a site is begun so that it can be resumed, and what is resumed was not looked at."""
+    monkeypatch.setattr(look, "LOGS", 6)
+    run_sites.TOOL(
+        dem=cut.dem, releases=cut.releases, by="release_id", lines=cut.lines, friction="0.2",
+        output=str(tmp_path / "sites"), feedback=said,
+    )  # fmt: skip
+    told = [each for each in said.warnings if "a look before the run" in each]
+    assert len(told) == 2
 
 
 def test_design_values(run, n_lost, tmp_path, said):

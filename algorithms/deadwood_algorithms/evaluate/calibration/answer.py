@@ -51,9 +51,8 @@ def warn_of_logs(
     """
     fewest = min(each.logs.size for each in outcomes)
     if fewest < FEW_LOGS:
-        feedback.warn(
-            f"an observed deposit is compared with {counted(fewest, 'log')} only; release at least a few hundred"
-        )
+        what = "an observed deposit" if lost is None else "the event"
+        feedback.warn(f"{what} is compared with {counted(fewest, 'log')} only; release at least a few hundred")
     n = slid[0].x.size
     gone = [int(each.sum()) for each in lost] if lost is not None else [int((~each.resting).sum()) for each in slid]
     many = [k for k, each in enumerate(gone) if lost_logs.many(each, n)]
@@ -157,8 +156,8 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
 
 
 def varied(found: Range, best: float) -> dict[str, Any]:
-    """The parameters of ``vary`` for the range found; options with another meaning there are unset."""
-    return {"friction": best, "vary": f"friction={found.low:.4g}:{found.high:.4g}", "fidelity": None, "logs": None}
+    """The values of ``vary`` for the range that was found; options that mean something else there are unset."""
+    return {"friction": best, "vary": f"friction={':'.join(found.ends())}", "fidelity": None, "logs": None}
 
 
 def small_or(likelihood: float) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.ensemble.variants import Arrays, Variant, joined
 from deadwood_algorithms.evaluate.calibration.score import Observation
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -69,8 +70,8 @@ class Watched:
         """Read the lines and areas that the event reached or did not reach, from paths of layers or None."""
         polylines, event = Lines.none(), Items([], np.array([], object), np.array([], np.int64))
         columns = []
-        for path in (reached, not_reached):
-            more, things = read_lines(path, layers.dem, feedback)
+        for parameter, path in (("reached", reached), ("not_reached", not_reached)):
+            more, things = read_lines(path, layers.dem, feedback, parameter=parameter)
             columns.append(len(event.ids) + np.arange(len(things.ids)))
             polylines, event = polylines.then(more), event.then(things)
         columns.append(len(event.ids) + np.arange(len(layers.lines.ids)))
@@ -122,6 +123,7 @@ def read_observed(path: str, layers: SceneLayers, logs: Releases, feedback: Feed
         raise UserError(
             f"{where_of(frame)}, row {row + 1}: the observed deposit does not lie on the DEM; check its CRS"
         )
+    account("observed", count_of(len(frame), geometry.size, {}))
     everything = np.arange(len(logs))
     if "release_id" not in frame:
         return Observed(geometry, [everything] * len(frame), [str(row + 1) for row in range(len(frame))])

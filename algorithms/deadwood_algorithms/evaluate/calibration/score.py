@@ -279,8 +279,13 @@ class Range:
     gaps: bool  # some between low and high do not
     one: bool = False  # only one does, so how far the range extends towards its neighbours is not known
 
+    def ends(self) -> tuple[str, str]:
+        """Both in three digits, or in as many as a narrow range needs."""
+        digits = next((n for n in (3, 4, 5) if f"{self.low:.{n}g}" != f"{self.high:.{n}g}"), 6)
+        return f"{self.low:.{digits}g}", f"{self.high:.{digits}g}"
+
     def words(self) -> str:
-        text = f"{self.low:.3g} to {self.high:.3g}"
+        text = " to ".join(self.ends())
         if self.open_low or self.open_high:
             ends = " and ".join(
                 word for word, is_open in (("below", self.open_low), ("above", self.open_high)) if is_open

@@ -12,12 +12,13 @@ import geopandas
 import numpy as np
 import shapely
 
+from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import filled_column, schema_column, where_of
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.scene.items import ids_of
+from deadwood_algorithms.scene.items import ids_of, say_left_out
 from deadwood_algorithms.schemas import BARRIERS, RELEASES
 
 ROLES = ("takeoff", "landing")
@@ -85,6 +86,7 @@ def read_flights(
             raise UserError(f"{at}: take-off and landing are the same place")
         of = {name: float(values[row]) for name, values in numbers.items()}
         flights.append(MappedFlight(flight_id, at, takeoff, landing, of["dbh_cm"], of["length_m"], of["takeoff_deg"]))
+    account("flights", count_of(len(frame), len(flights) * (1 if kinds == {1} else 2), {}))
     return flights
 
 
@@ -96,7 +98,13 @@ def read_flight_barriers(path: str | None, crs: str | None, dem: DemWindows, fee
     heights = schema_column(frame, BARRIERS.column("height_m"))
     ids = ids_of(frame, "barrier_id", "name").tolist()
     shapes = shapely.force_2d(np.asarray(frame.geometry))
-    return [Barrier(*each) for each in zip(ids, shapes, heights.tolist(), strict=True)]
+    on = shapely.intersects(shapes, shapely.box(*dem.bounds))
+    say_left_out(frame, ~on, "barriers", feedback.warn)
+    found = [
+        Barrier(*each) for each, here in zip(zip(ids, shapes, heights.tolist(), strict=True), on, strict=True) if here
+    ]
+    account("barriers", count_of(len(frame), len(found), {OFF_DEM: (~on).sum()}))
+    return found
 
 
 Pair = tuple[Any, int, tuple[float, float], tuple[float, float]]

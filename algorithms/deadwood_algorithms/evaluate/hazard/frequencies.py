@@ -8,17 +8,21 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import number_column, where_of
 from deadwood_algorithms.files.vectors import read_table
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.results.run_folder import Run, input_paths
 from deadwood_algorithms.scene.items import ids_of
 
 FIELD = "events_per_year"
 
 
-def release_areas(source: Run, events: float | None, layer: str | None, field: str | None) -> list[ReleaseArea]:
-    """The release areas of a run with their events a year; none if no frequency is given."""
+def release_areas(
+    source: Run, events: float | None, layer: str | None, field: str | None, feedback: Feedback
+) -> list[ReleaseArea]:
+    """The release areas of a run with their events a year; none where no frequency is given."""
     if events is None and layer is None and field is None:
         return []
     if events is not None and (layer is not None or field is not None):
@@ -47,6 +51,13 @@ def release_areas(source: Run, events: float | None, layer: str | None, field: s
             f"{where_of(frame)}: release area '{missing[0]}' of the run is not there"
             f"{f', nor are {len(missing) - 1} more' if len(missing) > 1 else ''}; its column release_id must name it"
         )
+    mine = np.isin(called, [str(each) for each in names])
+    if not mine.all():
+        feedback.note(
+            f"{where_of(frame)}: {counted(int((~mine).sum()), 'row is', 'rows are')} of no release area of the run: "
+            "left out"
+        )
+    account("releases", count_of(len(frame), mine.sum(), {"not_in_run": (~mine).sum()}))
     if not any(of_id[str(each)] > 0.0 for each in names):
         raise UserError(f"{where_of(frame)}, field '{field or FIELD}': no release area has an event at all")
     return [ReleaseArea(each, of_id[str(each)], int(logs[each])) for each in names]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
 
 Rows = list[tuple[int, str, str]]  # value, colour, label
 WARM = ("#fee0b6", "#fdb863", "#e66101", "#b2182b", "#67001f")
-COLD = ("#d0d1e6", "#a6bddb", "#67a9cf", "#3690c0", "#02818a", "#016450")
+COLD = ("#d0d1e6", "#67a9cf", "#02818a", "#01382e")
 # Corners of the matrix: weak and rare, weak and frequent, strong and rare, strong and frequent (Stevens 2015). They are
 # not those of a hazard map, because which degree of hazard a field stands for is not for the tool to decide.
 CORNERS = (("#e8e8e8", "#64acbe"), ("#c85a5a", "#574249"))
@@ -33,8 +33,11 @@ def period_labels(bounds: Sequence[float]) -> list[str]:
 
 
 def class_rows(labels: Sequence[str], ramp: tuple[str, ...]) -> Rows:
+    """A class each, in colours at even steps along the ramp."""
     places = np.linspace(0.0, len(ramp) - 1.0, len(labels))
-    return [(k, ramp[round(place)], label) for k, (place, label) in enumerate(zip(places, labels, strict=True), 1)]
+    parts = [np.interp(places, range(len(ramp)), part) for part in zip(*map(_rgb, ramp), strict=True)]
+    colours = [_hex(each) for each in zip(*parts, strict=True)]
+    return [(k, colour, label) for k, (colour, label) in enumerate(zip(colours, labels, strict=True), 1)]
 
 
 def matrix_rows(strong: Sequence[str], often: Sequence[str], *, rarest_first: bool) -> Rows:
@@ -52,7 +55,11 @@ def mixed(strong: float, often: float) -> str:
     """The colour of a field, interpolated between those of the corners."""
     corners = np.array([[_rgb(each) for each in row] for row in CORNERS], float)
     a, b = (corners[k, 0] + often * (corners[k, 1] - corners[k, 0]) for k in (0, 1))
-    return "#" + "".join(f"{round(each):02x}" for each in a + strong * (b - a))
+    return _hex(a + strong * (b - a))
+
+
+def _hex(parts: Iterable[float]) -> str:
+    return "#" + "".join(f"{round(each):02x}" for each in parts)
 
 
 def _rgb(colour: str) -> tuple[int, ...]:

@@ -53,8 +53,10 @@ def line_rows(
             else:
                 rows.append(_row(each.place_id, bound, None, {}, NO_ENERGY))
                 continue
-            record = share_if_lost(np.isin(among, ids), np.isin(among, left))
-            lost = np.setdiff1d(among[np.isin(among, left)], ids)
+            # Energies are those of a log's first touch: one that left after it has come with less, and is not unknown
+            unseen = np.setdiff1d(left, each.log_id if bound else ids)
+            record = share_if_lost(np.isin(among, ids), np.isin(among, unseen))
+            lost = np.intersect1d(among, unseen)
             rates = rates_of(source, ids, lost, among, areas, logs_per_event, periods) if areas else {}
             note = "" if ids.size else "no log of the run; the upper ends are what that leaves possible"
             rows.append(_row(each.place_id, bound, record, rates, note))

@@ -62,7 +62,8 @@ class Baseline:
     def logs_to_slide(self, obstacle: Obstacle) -> NDArray[np.int64]:
         """The logs that could reach other lines without the obstacle."""
         first, last = (np.searchsorted(self.owner, obstacle.owners, side=side) for side in ("left", "right"))
-        rows = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)])
+        nobody = np.zeros(0, np.int64)  # a stand without trees
+        rows = np.concatenate([nobody, *(np.arange(a, b) for a, b in zip(first, last, strict=True))])
         log, since = self.log[rows], self.since[rows]
         return np.unique(log[self.done[log] >= since])
 

@@ -163,11 +163,14 @@ def frames_of(
     return frames
 
 
-def lines_of(frames: Mapping[str, Any], broken: Broken) -> tuple[str, ...]:
-    """How many trees break, and both bounds of each line's reach."""
+def lines_of(frames: Mapping[str, Any], broken: Broken, capacity: Capacity) -> tuple[str, ...]:
+    """How many trees break, and of each line the two ends."""
     logs = sum(bool(each) for each in broken.trees)
     trees = len(frames["broken"]) if "broken" in frames else 0
-    shown = [f"{logs} of {len(broken.trees)} logs would break a tree, {counted(trees, 'tree')} in all"]
+    shown = [
+        f"{logs} of {len(broken.trees)} logs would break a tree, {counted(trees, 'tree')} in all, if one of 40 cm DBH "
+        f"takes {capacity.tree_capacity_kj:g} kJ and others (DBH / 40 cm)^{capacity.tree_capacity_power:g} times that"
+    ]
     for row in frames["reach_breaking"].to_dict("records"):
         rigid, breaking = (
             percent_with_interval(reach_record(row[name], row["n_total"])) for name in ("n_reach", "n_reach_breaking")

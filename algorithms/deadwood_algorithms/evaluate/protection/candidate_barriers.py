@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import schema_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -65,6 +66,10 @@ def read_given(path: str, heights: Sequence[float], layers: SceneLayers, feedbac
         found = [
             Candidate(f"{name} {height:g} m", shape, height, np.nan) for name, shape in named for height in heights
         ]
+    bare = [not np.isfinite(contour_angle(shape, layers.scene.terrain_height)) for _, shape in named]
+    account(
+        "candidates", count_of(len(frame), bare.count(False), {OFF_DEM: len(frame) - on.size, NO_TERRAIN: sum(bare)})
+    )
     taken = {str(each) for each in layers.barriers.ids} & {each.id for each in found}
     if taken:
         raise UserError(
@@ -202,7 +207,7 @@ def contour_candidates(
         for length, mine, passing in zip(lengths, pieces, logs, strict=True):
             for k, (shape, _) in enumerate(places_where_most_pass(mine, passing, length, number), 1):
                 for height in heights:
-                    name = f"{level:g} m above, {length:g} m long, {height:g} m high, {k}"
+                    name = f"{level:g} m above, {length:g} m long, {height:g} m high, place {k}"
                     while name in taken:
                         name += " new"
                     found.append(Candidate(name, shape, height, level))

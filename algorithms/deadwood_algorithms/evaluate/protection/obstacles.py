@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,9 +11,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import NO_TERRAIN, NO_TREE, account, count_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.scene.counts import count_of_rows, in_scene
 from deadwood_algorithms.scene.items import Items, ids_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_trees
 from deadwood_algorithms.scene.lying_logs import read_lying_logs
@@ -77,6 +80,7 @@ def read_stand_areas(path: str, layers: SceneLayers, feedback: Feedback) -> list
     areas = list(zip(map(str, ids_of(frame, "stand_id", "name").tolist()), frame.geometry, strict=True))
     held = [shapely.contains_xy(shape, layers.trees.x, layers.trees.y).any() for _, shape in areas]
     empty = [name for (name, _), holds in zip(areas, held, strict=True) if not holds]
+    account("stands", count_of(len(frame), len(areas) - len(empty), {NO_TREE: len(empty)}))
     if len(empty) == len(areas):
         raise UserError(f"{path}: {none_of(len(areas), 'stand')} holds a tree of the run; check the layer")
     if empty:
@@ -103,6 +107,7 @@ class Candidates:
     trees: Trees
     tree_ids: list[str]
     tree_dbh_cm: NDArray[np.float64]
+    trees_left_out: Counter[str]  # by why
     lying: LyingLogs
     lying_items: Items
 
@@ -121,7 +126,7 @@ def read_candidates(
 ) -> Candidates:
     found = read_trees(standing, layers.dem, feedback)
     logs, items = read_lying_logs(lying, layers.dem, default_cm, feedback)
-    return Candidates(found.trees, found.ids, found.dbh_cm, logs, items)
+    return Candidates(found.trees, found.ids, found.dbh_cm, found.left_out, logs, items)
 
 
 def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneLayers, list[Obstacle]]:
@@ -143,5 +148,16 @@ def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneL
         lying_logs=lying,
         lying=layers.lying.then(candidates.lying_items),
     ).prepared_again()
+    _account(both, candidates, len(layers.tree_ids), len(own.diameter))
     first = {TREE: len(layers.tree_ids), LYING: both.scene.tree_count + len(own.diameter)}
     return both, [each for each in obstacles_of(both) if each.kind in first and each.owners[0] >= first[each.kind]]
+
+
+def _account(both: SceneLayers, candidates: Candidates, own_trees: int, own_lying: int) -> None:
+    """What became of the rows of the candidates' layers, in the scene that has them all."""
+    off = both.scene.trees_outside[both.scene.trees_outside >= own_trees] - own_trees
+    used = int(in_scene(len(candidates.tree_ids), off).sum())
+    why = {**candidates.trees_left_out, NO_TERRAIN: candidates.trees_left_out[NO_TERRAIN] + off.size}
+    account("plant", count_of(len(candidates.tree_ids) + candidates.trees_left_out.total(), used, why))
+    off = both.scene.lying_outside[both.scene.lying_outside >= own_lying] - own_lying
+    account("plant_lying", count_of_rows(both, candidates.lying_items, candidates.lying, off))

@@ -161,7 +161,7 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
         "slid again"
     ]
     for row in facts["chosen"]:
-        points = points_with_interval(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"])
+        points = points_with_interval(-row["gain_p"], -row["gain_ci_high"], -row["gain_ci_low"])  # of the reach
         shown.append(
             f"{row['step']}. {row['barrier_id']}: {counted(row['gain_logs'], 'fewer log', 'fewer logs')}, {points} "
             f"points; {row['n_reach']} still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"

@@ -106,8 +106,7 @@ def most_influential(measured: Measured, logs: int) -> Answer:
     order = measured.strongest_first
     found = [k for k in order if beyond[k]]
     if not found:
-        k = order[0]
-        return Answer(measured.name, by, [], False, _undecided(measured, bars[k], logs, design=indices is not None))
+        return Answer(measured.name, by, [], False, _undecided(measured, logs))
     first = order_of_strength(found, draws)
     names = [bars[k].factor.name for k in first]
     if len(first) == 1:
@@ -141,9 +140,16 @@ def order_of_strength(found: list[int], draws: NDArray[np.float64]) -> list[int]
     return found[:kept]
 
 
-def _undecided(measured: Measured, bar: Bar, logs: int, *, design: bool) -> str:
-    runs = " and rows of the design" if design else ""
+def _undecided(measured: Measured, logs: int) -> str:
+    """No index is beyond chance, or no change; a factor alone may change the outcome beyond chance all the same."""
+    bar = max(measured.bars, key=lambda each: abs(each.swing))
+    runs = " and rows of the design" if measured.indices is not None else ""
+    largest = f"The largest change is that of {bar.factor.words}"
+    if measured.by_index and bar.beyond_chance:
+        why, largest = "total-effect index is beyond chance", f"{largest} alone, which is beyond chance"
+    else:
+        why = "factor changes it beyond chance"
     return (
         f"The number of logs{runs} ({logs}) is too small to decide which input influences {measured.words} most: no "
-        f"factor changes it beyond chance. The largest change is that of {bar.factor.words}, {measured.change(bar)}."
+        f"{why}. {largest}, {measured.change(bar)}."
     )

@@ -69,7 +69,8 @@ def at_edges(
             x, y = deposits.geometry.x.to_numpy(), deposits.geometry.y.to_numpy()
             near, words = edges.near(x, y, edge_m) & ~left, edges.words
     if left.any() or near.any():
-        warning = edge_words(int(left.sum()), int(near.sum()), len(deposits), edge_m, words, "ended")
+        counts, known = (int(left.sum()), int(near.sum()), len(deposits)), "stop_reason" in deposits
+        warning = edge_words(*counts, edge_m, words, "ended", known=known)
         feedback.warn(f"{source}: {warning}")
     return left, near
 

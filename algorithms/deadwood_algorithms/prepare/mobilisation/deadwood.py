@@ -11,6 +11,7 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.vectors import read_vector
@@ -58,6 +59,7 @@ class Deadwood:
             frame[name] = values
         reason = np.where(~on, "off_dem", np.where(sound, "ground", np.where(steep, "decay", "decay and ground")))
         could = on & sound & steep
+        account("deadwood", count_of(len(frame), on.sum(), {OFF_DEM: (~on).sum()}))
         candidates, others = (geopandas.GeoDataFrame(frame[which].reset_index(drop=True)) for which in (could, ~could))
         others["reason"] = reason[~could].astype(object)
         return {"candidates": candidates, "others": others}

@@ -45,6 +45,15 @@ class Limits:
     gully_depth_m: float
     threshold: float
 
+    def words(self, friction: float | str) -> str:
+        """What the numbers rest on, and what they are not."""
+        mu = f"{friction:g}" if isinstance(friction, (int, float)) else f"as {friction} says"
+        return (
+            f"assumed: friction {mu}; steepness from {self.slope_none_deg:g} to {self.slope_full_deg:g} degrees; no "
+            f"start at a roughness of {self.roughness_limit_m:g} m; both in a window of {self.window_m:g} m; the "
+            "numbers rank the ground and are no probability"
+        )
+
 
 @dataclass(frozen=True)
 class Judged:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.units import say_defaults, with_schema_names
 from deadwood_algorithms.params.counts import counted
@@ -87,6 +88,7 @@ def mapped_deadwood(rows: pandas.DataFrame, feedback: Feedback) -> dict[str, np.
         rows = rows.rename(columns={"height_m": "length_m"})
     needed = ("dbh_cm", "length_m")
     columns = {name: numbers(rows, name, {}, feedback) for name in NUMBERS if name in rows or name in needed}
+    account("deadwood", count_of(len(rows), len(columns["dbh_cm"]), {}))
     if "azimuth_deg" in columns:
         columns["azimuth_deg"] %= 360.0
     return columns | ({"orientation": orientations(rows)} if "orientation" in rows else {})

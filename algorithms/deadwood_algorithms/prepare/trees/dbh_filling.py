@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
+from deadwood_algorithms.files.accounts import NO_TREE, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -115,11 +116,19 @@ def zoned(
     inside, row = shapely.STRtree(np.asarray(zones.geometry.array)).query(places, predicate="intersects")
     zone = np.zeros(places.size, np.int64)
     np.maximum.at(zone, inside, row + 1)
+    there = np.unique(zone[zone > 0]).size
+    account("dbh_zones", count_of(len(zones), there, {NO_TREE: len(zones) - there}))
     if not zone.any():
         raise UserError(f"{where_of(zones)}: no tree stands in a zone; check the CRS of both")
     outside = int((zone == 0).sum())
-    said = f"DBH by the laws of {counted(np.unique(zone[zone > 0]).size, 'zone')}" + (
-        f"; {counted(outside, 'tree stands', 'trees stand')} in none, there {law}" if outside else ""
+    said = (
+        f"DBH by the laws of {counted(there, 'zone')}"
+        + (
+            f"; no tree stands in {len(zones) - there} of {len(zones)}, or under later ones"
+            if there < len(zones)
+            else ""
+        )
+        + (f"; {counted(outside, 'tree stands', 'trees stand')} in none, there {law}" if outside else "")
     )
     return LawsByTree((law, *laws), zone), said
 

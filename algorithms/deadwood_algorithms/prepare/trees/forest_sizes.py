@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -97,7 +98,9 @@ def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Fee
             f"{where_of(frame)}: {small.sum()} of the {counted(here.sum(), 'tree')} there left out (DBH < "
             f"{LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m)"
         )
+    away = int((~here).sum())
     here &= ~small
+    account("like", count_of(len(frame), here.sum(), {"outside": away, "too_small": small.sum()}))
     if here.sum() < 2:
         number = int(here.sum() + small.sum())
         few = counted(number, "of its trees is", "of its trees are") + " standing on the DEM"

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.files.accounts import OFF_DEM
 from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
@@ -45,9 +46,11 @@ def trees_kept(
     kept = status != tree_status.GONE
     if not kept.all():
         said.append(f"{counted((~kept).sum(), 'tree')} dropped: no longer standing")
+        source.left_out["gone"] = int((~kept).sum())
     sized = np.isfinite(filled.dbh) & np.isfinite(filled.height)
     if (kept & ~sized).any():
         said.append(f"{counted((kept & ~sized).sum(), 'tree')} dropped: neither DBH nor height")
+        source.left_out["no_size"] = int((kept & ~sized).sum())
     kept &= sized
     for column, values, least in (
         ("height_m", filled.height, min_height_m),
@@ -58,13 +61,15 @@ def trees_kept(
         for wrong, words in ((values < low, f"below {low:g}"), (values > high, f"above {high:g}")):
             if (kept & wrong).any():
                 said.append(f"{counted((kept & wrong).sum(), 'tree')} dropped: {column} {words} {schema.unit}")
+                source.left_out["size"] += int((kept & wrong).sum())
                 kept &= ~wrong
     if ground:
         x, y = shapely.get_x(source.places), shapely.get_y(source.places)
         on = ground.contains(x, y)
         if (kept & ~on).any():
             nowhere = extent_words(x, y, ground) if not on.any() else ""
-            said.append(f"{counted((kept & ~on).sum(), 'tree')} dropped: off the DEM{nowhere}")
+            said.append(f"{counted((kept & ~on).sum(), 'tree')} dropped: off the DEM or on its nodata{nowhere}")
+            source.left_out[OFF_DEM] = int((kept & ~on).sum())
         kept &= on
     if merge_within_m and kept.any():
         name = tree_columns.find(source.frame, tile_field, "--tile-field", ())
@@ -72,6 +77,7 @@ def trees_kept(
         goes = duplicates(source.places[kept], filled.height[kept], filled.dbh[kept], merge_within_m, tile)
         if goes.any():
             said.append(f"{counted(goes.sum(), 'tree')} dropped: a taller one stands within {merge_within_m:g} m")
+        source.left_out["same_place"] = int(goes.sum())
         kept[np.flatnonzero(kept)[goes]] = False
     return kept, said
 

@@ -24,7 +24,13 @@ from deadwood_algorithms.prepare.trees.dbh_filling import (
     warn_of_another_region,
     zoned,
 )
-from deadwood_algorithms.prepare.trees.table import Source, measured_trees, refuse_nothing_known, warn_of_idle_fields
+from deadwood_algorithms.prepare.trees.table import (
+    Source,
+    account_sample,
+    measured_trees,
+    refuse_nothing_known,
+    warn_of_idle_fields,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,6 +159,7 @@ def sizes(
 
     sample = None
     if law_options.dbh_sample == table.trees:
+        account_sample(dbh, height, living, where, feedback)
         sample = fitted_law(table.trees, dbh[living], height[living], feedback)
     elif law_options.dbh_sample:
         sample = fitted_law(law_options.dbh_sample, *measured_trees(law_options.dbh_sample, feedback), feedback)
@@ -176,6 +183,6 @@ def sizes(
         feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh applies it")
     if filled.from_height.any():
         fix = "check the law (--dbh-law, --dbh-a, --dbh-b)"
-        modelled = filled.dbh[filled.from_height]
+        modelled = np.where(filled.from_height, filled.dbh, np.nan)
         warn_implausible(modelled, schemas.TREES.column("dbh_cm"), f"{where}, computed DBH", feedback, fix=fix)
     return filled

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import shapely
 
+from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import number_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import factor, named, scaled
@@ -18,6 +19,7 @@ from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.patches import patches_over
 from deadwood_algorithms.prepare.trees.planting import Ground, ground_of
+from deadwood_algorithms.scene.items import say_left_out
 from deadwood_algorithms.schemas import DBH_CM, TREE_M
 
 if TYPE_CHECKING:
@@ -94,7 +96,11 @@ def union_of(path: str | None, ground: Grid | DemBlocks, crs: str | None, feedba
     frame = read_vector(
         path, geometry=("polygon",), target_crs=ground.crs, crs=crs, what="stand polygons", feedback=feedback
     )
-    return shapely.force_2d(shapely.union_all(np.asarray(frame.geometry.array)))
+    shapes = np.asarray(frame.geometry.array)
+    there = shapely.intersects(shapes, shapely.box(*ground.bounds))
+    say_left_out(frame, ~there, "polygons without trees", feedback.note)
+    account("exclude", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
+    return shapely.force_2d(shapely.union_all(shapes))
 
 
 def read_stands(
@@ -116,6 +122,9 @@ def read_stands(
     frame = with_usual_names(frame)
     columns = [name for name in COLUMNS if name in frame]
     if not columns:
+        there = shapely.intersects(shapes, shapely.box(*dem.bounds))
+        say_left_out(frame, ~there, "stands", feedback.note)
+        account("stand", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
         return [Stand(ground_of(patches, shapely.union_all(shapes), exclude), {})]
     feedback.note(f"{where_of(frame)}: each of the {len(frame)} stands has its own {', '.join(columns)}")
     numbers = {}
@@ -137,6 +146,7 @@ def read_stands(
         raise UserError(
             f"{where_of(frame)}: no stand has a place for a tree on the DEM; check the polygons and their CRS"
         )
+    account("stand", count_of(len(frame), len(stands), {"no_place": off}))
     if off:
         feedback.note(
             f"{where_of(frame)}: {counted(off, 'stand has', 'stands have')} no place on the DEM, or under later "

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import NO_TREE, OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
@@ -75,6 +76,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
     if not on.any():
         raise UserError(f"{path}: {none_of(len(frame), 'tree')} stands on the DEM{extent_words(x, y, grid)}")
     say_left_out(frame, ~on, "trees", feedback.note)
+    account("trees", count_of(len(frame), on.sum(), {OFF_DEM: (~on).sum()}))
     kept: Any = frame[on].reset_index(drop=True)
     return Stems(kept, ids[on], item_numbers([str(each) for each in ids[on]]), sizes[0][on], sizes[1][on])
 
@@ -152,6 +154,13 @@ def _areas(
         area[shapely.intersects_xy(shape, x, y)] = row
     if (area < 0).all():
         raise UserError(f"{where_of(frame)}: no tree stands in an area; check the areas and their CRS")
+    used = np.unique(area[area >= 0]).size
+    if used < len(frame):
+        feedback.note(
+            f"{where_of(frame)}: no tree stands in {len(frame) - used} of {counted(len(frame), 'area')}, or it stands "
+            "in a later one too: left out"
+        )
+    account("windthrow_areas", count_of(len(frame), used, {NO_TREE: len(frame) - used}))
     return area, np.where(area < 0, np.nan, shares[area])
 
 

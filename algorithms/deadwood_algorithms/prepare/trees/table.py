@@ -5,6 +5,7 @@ For `import_trees`.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import field_names, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.counts import counted
@@ -39,6 +41,8 @@ class Source:
     outlines: np.ndarray | None
     places: np.ndarray
     said: list[str]
+    read: int  # rows of the table
+    left_out: Counter[str]  # of these, rows that are not written, by why
 
 
 def read_source(
@@ -63,7 +67,7 @@ def read_source(
     if source == "auto" and layout is not tree_sources.USUAL:
         feedback.note(f"{where_of(rows)}: read as {layout.source} ({layout.what}); --source names another")
     xy = xy or tree_sources.xy_of(rows, layout)
-    rows, said = rows_of_trees(rows, layout, xy)
+    rows, said, left_out = rows_of_trees(rows, layout, xy)
     frame = read_vector(
         path,
         geometry=("point", "polygon"),
@@ -87,38 +91,42 @@ def read_source(
             f"{where_of(frame)}: {counted(crowns.sum(), 'crown polygon')}; the tree stands at each one's centroid"
         )
     said = [f"{counted(count, 'tree')} read from {where_of(frame)}", *said]
-    return Source(frame, layout, shapes if crowns.all() else None, shapely.centroid(shapes), said)
+    return Source(frame, layout, shapes if crowns.all() else None, shapely.centroid(shapes), said, count, left_out)
 
 
 def rows_of_trees(
     frame: pandas.DataFrame, layout: Layout, xy: tuple[str, str] | None
-) -> tuple[pandas.DataFrame, list[str]]:
-    """The rows that are trees with a position, the latest of each tree; and a report of what was left out.
+) -> tuple[pandas.DataFrame, list[str], Counter[str]]:
+    """The rows that are trees with a position, the latest of each tree; and what was left out, in words and by why.
 
     Only for layouts that require it: tables joined from field campaigns have one row per visit, shrubs, and unmapped
     stems.
     """
     said: list[str] = []
+    left_out: Counter[str] = Counter()
     keep = np.ones(len(frame), bool)
     if layout.form and (form := tree_columns.find(frame, None, "", (layout.form,))):
         shrub = np.array([any(word in str(value).lower() for word in SHRUBS) for value in frame[form]])
         said += (
             [f"{counted(shrub.sum(), 'row')} left out, shrubs and lianas by the field '{form}'"] if shrub.any() else []
         )
+        left_out["shrub"] = int(shrub.sum())
         keep &= ~shrub
     if layout.repeated_by and xy and set(xy) <= set(frame.columns):
         placed = np.asarray(frame[xy[0]].notna() & frame[xy[1]].notna())
         lost = int((keep & ~placed).sum())
         said += [f"{counted(lost, 'row')} left out: no position ({xy[0]}, {xy[1]})"] if lost else []
+        left_out["no_position"] = lost
         keep &= placed
     tree = tree_columns.find(frame, None, "", layout.id)
     if layout.repeated_by and tree:
         earlier = keep & earlier_visits(frame, tree, layout.repeated_by, keep)
         said += [f"{counted(earlier.sum(), 'row')} left out, earlier visits of the same trees"] if earlier.any() else []
+        left_out["earlier_visit"] = int(earlier.sum())
         keep &= ~earlier
     if len(frame) and not keep.any():
         raise UserError(f"{where_of(frame)}: no row is left; {'; '.join(said)}")
-    return (frame if keep.all() else frame.iloc[np.flatnonzero(keep)]), said
+    return (frame if keep.all() else frame.iloc[np.flatnonzero(keep)]), said, left_out
 
 
 def earlier_visits(frame: pandas.DataFrame, tree: str, date: str, among: np.ndarray) -> np.ndarray:
@@ -146,7 +154,17 @@ def measured_trees(path: str, feedback: Feedback) -> tuple[np.ndarray, np.ndarra
     living = tree_status.status_of(rows, layout, None, None, None, feedback) == tree_status.LIVE
     dbh = tree_columns.dbh_column(rows, layout, None, None, layout.missing_value, feedback)
     height = tree_columns.height_column(rows, layout, None, None, layout.missing_value, feedback)
+    account_sample(dbh, height, living, where_of(rows), feedback)
     return dbh[living], height[living]
+
+
+def account_sample(dbh: np.ndarray, height: np.ndarray, living: np.ndarray, where: str, feedback: Feedback) -> None:
+    """Say which rows of a sample have no part in the fit of its law."""
+    sized = np.isfinite(dbh) & np.isfinite(height)
+    dead, gaps = int((~living).sum()), int((living & ~sized).sum())
+    if dead or gaps:
+        feedback.note(f"{where}: of the sample's {dbh.size} trees {dead} are dead and {gaps} lack a size: left out")
+    account("dbh_sample", count_of(dbh.size, (living & sized).sum(), {"dead": dead, "no_size": gaps}))
 
 
 def refuse_nothing_known(source: geopandas.GeoDataFrame, dbh: np.ndarray, height: np.ndarray) -> None:

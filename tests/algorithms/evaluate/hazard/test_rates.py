@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from deadwood_algorithms.evaluate.hazard.legend import (
+    COLD,
     CORNERS,
+    WARM,
+    class_rows,
     matrix_rows,
     mixed,
     period_labels,
@@ -111,3 +114,14 @@ def test_classes_are_named_and_the_matrix_has_its_corners():
     assert rows[14][0] == CORNERS[0][0]
     assert rows[11][0] == CORNERS[0][1]
     assert mixed(0.5, 0.5) not in sum(CORNERS, ())
+
+
+@pytest.mark.parametrize("ramp", [WARM, COLD])
+@pytest.mark.parametrize("number", [2, 3, 4, 5])
+def test_classes_beside_each_other_are_told_apart_on_a_grey_printer_too(ramp, number):
+    """Each is darker by a tenth of the way from white to black (CIE's L*) or more; a fiftieth can be seen."""
+    colours = [colour for _, colour, _ in class_rows([str(k) for k in range(number)], ramp)]
+    parts = np.array([[int(each[k : k + 2], 16) / 255.0 for k in (1, 3, 5)] for each in colours])
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    lightness = 116.0 * np.cbrt(linear @ [0.2126, 0.7152, 0.0722]) - 16.0
+    assert (np.diff(lightness) <= -10.0).all(), lightness
