@@ -24,7 +24,7 @@ FRICTION = "friction"
 
 
 def labels() -> dict[str, str]:
-    """Of the model's parameters, which a file can have in one language only."""
+    """Labels of the model's parameters, which a file can have in one language only."""
     return {
         "dem": _("Terrain model"),
         "areas": _("Release areas, or points"),
@@ -40,7 +40,7 @@ def labels() -> dict[str, str]:
 
 
 def read() -> QgsProcessingModelAlgorithm:
-    """The model as its file has it, for the Model Designer."""
+    """The model as in its file, for the Model Designer."""
     model = QgsProcessingModelAlgorithm()
     model.fromFile(str(FILE))
     return model
