@@ -36,9 +36,11 @@ LOOK_S = 0.05  # how soon an interrupt that was dropped is raised again
 
 @contextlib.contextmanager
 def interruptible(stop: threading.Event) -> Iterator[None]:
-    """Within it the first signal sets ``stop`` and the second raises ``KeyboardInterrupt``; more are not heard."""
+    """Inside the block, the first signal sets ``stop`` and the second raises ``KeyboardInterrupt``; others are
+    ignored.
+    """
     if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread may set handlers; its own signals are its caller's business
+        yield  # only the main thread may set handlers; otherwise signals are up to the caller
         return
 
     raised = False
@@ -47,7 +49,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
         nonlocal raised
         if not stop.is_set():
             stop.set()
-        elif not raised:  # one more must not interrupt the tidying up
+        elif not raised:  # a further signal must not interrupt the cleanup
             raised = True
             raise KeyboardInterrupt
 
@@ -75,7 +77,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
     try:
         yield
     finally:
-        finished.set()  # before the handlers go, or the watchdog's own interrupt could meet the default one
+        finished.set()  # before the handlers are removed, or the watchdog's interrupt could reach the default one
         for number, handler in before.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(before_wakeup)
@@ -86,7 +88,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
 
 
 def deaf() -> None:
-    """From here on signals are ignored: the work is done, and Python's own end must not turn into -15."""
+    """Ignore signals from now on: the work is done, and Python's own exit must not become -15."""
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(AttributeError, ValueError):
             signal.signal(number, signal.SIG_IGN)
@@ -116,7 +118,7 @@ def _tidied() -> list[Path]:
 
 
 def _wait_for_end(finished: threading.Event) -> None:
-    """Read standard input to its end, then interrupt as Ctrl-C does."""
+    """Read standard input to its end, then interrupt like Ctrl-C."""
     with contextlib.suppress(OSError):
         while os.read(0, 4096):
             pass
