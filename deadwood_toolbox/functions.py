@@ -93,7 +93,7 @@ class AssessMobilisationResult(Result):
     """What `assess_mobilisation` leaves."""
 
     susceptibility = RasterPart("--output")
-    """How easily a log starts there, 0 to 1"""
+    """Susceptibility to the start of a log, 0 to 1"""
     release_areas = LayerPart("--release-areas", "release_areas")
     """Connected ground on which a log could start to slide, the largest first"""
     candidates = LayerPart("--assessed", "candidates")
@@ -355,7 +355,7 @@ class ImportTreesResult(Result):
     """What `import_trees` leaves."""
 
     trees = LayerPart("--output", "trees")
-    """Standing trees: rigid truncated cones, base diameter DBH, top half of it"""
+    """Standing trees: rigid truncated cones with the DBH as base diameter and half of it at the top"""
     releases = LayerPart("--snags", "releases")
     """Dead standing trees as releases: upright, where they stand"""
 
@@ -583,7 +583,7 @@ class FindTreesResult(Result):
     """What `find_trees` leaves."""
 
     trees = LayerPart("--output", "trees")
-    """Standing trees: rigid truncated cones, base diameter DBH, top half of it"""
+    """Standing trees: rigid truncated cones with the DBH as base diameter and half of it at the top"""
 
 
 def find_trees(
@@ -683,7 +683,7 @@ class GenerateForestResult(Result):
     """What `generate_forest` leaves."""
 
     trees = LayerPart("--output", "trees")
-    """Standing trees: rigid truncated cones, base diameter DBH, top half of it"""
+    """Standing trees: rigid truncated cones with the DBH as base diameter and half of it at the top"""
 
 
 def generate_forest(
@@ -903,7 +903,7 @@ class AddStructuresResult(Result):
     """What `add_structures` leaves."""
 
     dem = RasterPart("--output")
-    """A terrain model, in the number type of the one that it was made from"""
+    """A terrain model, with the number type of the original"""
     earthworks = LayerPart("--earthworks", "earthworks")
     """What add-structures built, and the earth that it moved"""
 
@@ -1066,13 +1066,13 @@ class SlideLogsResult(Run):
     summary_file = "summary.json"
 
     deposits = LayerPart("run.gpkg", "deposits")
-    """Where each released log ended: its centre of mass; every log has its row"""
+    """Where each released log ended: its centre of mass; one row for every log"""
     deposited_logs = LayerPart("run.gpkg", "deposited_logs")
     """The logs as they lie at the end: a line from base to tip"""
     trajectories = LayerPart("run.gpkg", "trajectories")
-    """The path of the centre of mass of the logs that are kept"""
+    """The path of the centre of mass of the logs with a stored trajectory"""
     reach = LayerPart("run.gpkg", "reach")
-    """Each line or polygon: how probably logs reach it; of all logs of the run"""
+    """Each line or polygon: the probability that logs of the run reach it"""
     reached_by = LayerPart("run.gpkg", "reached_by")
     """One row for each log and line that it reached, where the log was released: where do arrivals come
     from?"""
@@ -1085,23 +1085,23 @@ class SlideLogsResult(Run):
     block_hits = LayerPart("run.gpkg", "block_hits")
     """Every boulder that was hit, and the energy and impulse that it absorbed"""
     poses = TablePart("poses.parquet")
-    """poses.parquet: one row for each kept pose, world coordinates; ordered by log, then time"""
+    """poses.parquet: one row for each stored pose, world coordinates; ordered by log, then time"""
     hit_count = RasterPart("hit_count.tif")
-    """How many logs overlapped the cell with any part of their outline in plan at any time, each log once"""
+    """Number of logs whose plan outline overlapped the cell at any time, each log once"""
     reach_probability = RasterPart("reach_probability.tif")
-    """Share of all logs that overlapped the cell with any part of their outline in plan at any time"""
+    """Share of all logs whose plan outline overlapped the cell at any time"""
     deposit_count = RasterPart("deposit_count.tif")
-    """How many logs lie on the cell at the end"""
+    """Number of logs that come to rest on the cell"""
     speed_max = RasterPart("speed_max.tif")
     """Largest speed of a log over the cell"""
     energy_max = RasterPart("energy_max.tif")
     """Largest kinetic energy of a log over the cell"""
     jump_max = RasterPart("jump_max.tif")
-    """How high logs jump over the cell"""
+    """Heights of logs that pass the cell"""
     danger = RasterPart("danger.tif")
     """Share of passing logs that later reach the line; NaN where fewer logs passed than --danger-least"""
     danger_count = RasterPart("danger_count.tif")
-    """The counts behind danger.tif, with --danger-counts: those of several runs add up"""
+    """The counts behind danger.tif, with --danger-counts: those of several runs can be added"""
 
 
 def slide_logs(
@@ -1383,7 +1383,8 @@ class RunSitesResult(Result):
     summary_file = "summary.json"
 
     overview = TablePart("overview.csv")
-    """Many sites side by side: one row for each site and line, one of a site without lines or that failed"""
+    """Many sites side by side: one row for each site and line, one row for a site that has no lines or that
+    failed"""
     sites = LayerPart("overview.gpkg", "sites")
     """The sites, where their logs start: the rows of overview.csv"""
 
@@ -1681,13 +1682,13 @@ class CountHitsResult(Result):
     """What `count_hits` leaves."""
 
     hits = RasterPart("--output")
-    """How many of the chosen logs overlap the cell at any time"""
+    """Number of the chosen logs that overlap the cell at any time"""
     speed = RasterPart("--speed")
-    """Quantiles of the largest speed of each log in each cell; a band each"""
+    """Quantiles of the largest speed of each log in each cell; one band for each"""
     energy = RasterPart("--energy")
-    """Quantiles of the largest kinetic energy of each log in each cell; a band each"""
+    """Quantiles of the largest kinetic energy of each log in each cell; one band for each"""
     jump = RasterPart("--jump")
-    """Quantiles of the largest clearance of each log above the terrain in each cell; a band each"""
+    """Quantiles of the largest clearance of each log above the terrain in each cell; one band for each"""
     danger = RasterPart("--danger")
     """Share of passing logs that later reach the line; NaN where fewer logs passed than --danger-least"""
 
@@ -1772,13 +1773,14 @@ class ReachLinesResult(Result):
     """What `reach_lines` leaves."""
 
     reach = LayerPart("--output", "reach")
-    """Each line or polygon: how probably logs reach it, and how fast and hard they arrive"""
+    """Each line or polygon: the probability that logs reach it, and with which speed and energy they arrive"""
     arrivals = LayerPart("--output", "arrivals")
     """One row for each log and line: the log's centre of mass when its outline first touches the line"""
     attribution = LayerPart("--output", "attribution")
-    """One row for each release and line: which release hits what; drawn from the release to where logs touch"""
+    """One row for each release and line: which release reaches which object; drawn from the release to the
+    place of contact"""
     origins = LayerPart("--output", "origins")
-    """The arrivals, each where its log was released: from where is a line hit"""
+    """The arrivals, each where its log was released: from where are lines reached"""
 
 
 def reach_lines(
@@ -2024,7 +2026,7 @@ class BreakTreesResult(Result):
     """What `break_trees` leaves."""
 
     reach_breaking = LayerPart("--output", "reach_breaking")
-    """Each line or polygon: logs that reach it with rigid trees, and where those that would break take
+    """Each line or polygon: logs that reach it with rigid trees, and if those that would break absorb
     nothing"""
     broken = LayerPart("--output", "broken")
     """Every tree that a log would break"""
@@ -2114,7 +2116,8 @@ class SiteBarriersResult(Result):
     summary_file = "summary.json"
 
     pareto = TablePart("pareto.csv")
-    """One row for each candidate alone, by what is left; then one per chosen set of barriers"""
+    """One row for each single candidate, sorted by the remaining reach; then one for each chosen set of
+    barriers"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """The run's own barriers and those chosen, with the effect of each when all stand; as slide-logs reads
     them"""
@@ -2247,7 +2250,8 @@ class MapIntensityResult(Result):
     return_period = RasterPart("return_period.tif")
     """Mean time between events that reach the cell; NaN where no log passed"""
     lines = TablePart("lines.csv")
-    """Each line by the least energy that reaches it; the last eight but one only with a frequency"""
+    """Each line, by the minimum energy that reaches it; the columns of rates and return periods only with a
+    frequency"""
     process_area = LayerPart("process_area.gpkg", "process_area")
     """The outline of the ground that at least this share of the logs pass; an indication map"""
 
@@ -2349,9 +2353,9 @@ class MapOriginsResult(Result):
     origins = RasterPart("origins.tif")
     """Origin of the logs that reach the lines, by release cell"""
     sources = LayerPart("origins.gpkg", "sources")
-    """One row for each line and least share: the cells from which at least this share of the logs reach it"""
+    """One row for each line and minimum share: the cells from which at least this share of the logs reach it"""
     affected = LayerPart("origins.gpkg", "affected")
-    """One row for each release area and least share: the cells that at least this share of its logs pass"""
+    """One row for each release area and minimum share: the cells that at least this share of its logs pass"""
 
 
 def map_origins(
@@ -2418,7 +2422,7 @@ class LateralSpreadResult(Result):
     """What `lateral_spread` leaves."""
 
     spread = LayerPart("--output", "spread")
-    """Each release: the sector that holds its deposits"""
+    """Each release: the sector that contains its deposits"""
     azimuths = LayerPart("--output", "azimuths")
     """Each deposit as seen from the centre of its release"""
 
@@ -2479,8 +2483,7 @@ class FitFlightResult(Result):
     """What `fit_flight` leaves."""
 
     flights = LayerPart("--output", "flights")
-    """The path of the centre of mass between take-off and landing; a straight line where no parabola joins
-    them"""
+    """The path of the centre of mass between take-off and landing; a straight line if no parabola joins them"""
     clearances = LayerPart("--output", "clearances")
     """Where a flight crosses a barrier: a point on its top"""
 
@@ -2571,9 +2574,9 @@ class CompareScenariosResult(Result):
     table = TablePart("table.csv")
     """The same for a spreadsheet: shares in percent, rounded as far as the intervals allow"""
     comparison = TablePart("comparison.csv")
-    """Every quantity of every scenario with its 95 % interval, and its difference to the first"""
+    """Every quantity of every scenario with its 95 % interval, and its difference from the first"""
     moved = LayerPart("changes.gpkg", "moved")
-    """From where to where each log's deposit moved, between the first scenario and another"""
+    """Displacement of each log's deposit, from the first scenario to another"""
     changed = LayerPart("changes.gpkg", "changed")
     """Logs that reach a line in one of two scenarios only, where they were released"""
 
@@ -2904,7 +2907,7 @@ class CompareFidelityResult(Result):
     summary_file = "comparison.json"
 
     comparison = TablePart("comparison.csv")
-    """Every quantity at every fidelity, and its difference to the finest"""
+    """Every quantity at every fidelity, and its difference from the finest"""
 
 
 def compare_fidelity(
@@ -3132,9 +3135,9 @@ class VaryResult(Result):
     runs = TablePart("runs.csv")
     """One row for each run of the same logs: the values of the factors, and the results"""
     tornado = TablePart("tornado.csv")
-    """One row for each outcome and factor: its effect alone between the ends of its range"""
+    """One row for each outcome and factor: its effect alone, between the ends of its range"""
     indices = TablePart("indices.csv")
-    """One row for each outcome and factor: its share of the variance over all ranges; with a design only"""
+    """One row for each outcome and factor: its share of the variance over all ranges; only with a design"""
 
 
 def vary(
@@ -3718,7 +3721,7 @@ class ReproducePaperResult(Result):
     findings = TablePart("findings.csv")
     """The same as a table"""
     sensitivity = TablePart("sensitivity.csv")
-    """The findings with one chosen number of the twin moved"""
+    """The findings with one chosen number of the twin changed"""
 
 
 def reproduce_paper(
@@ -3846,7 +3849,7 @@ class DemoResult(Result):
     summary_file = "demo.json"
 
     dem = RasterPart("dem.tif")
-    """A terrain model, in the number type of the one that it was made from"""
+    """A terrain model, with the number type of the original"""
     release_area = LayerPart("release_area.gpkg", "release_area")
     """The circle in which the logs of the demo start"""
     releases = LayerPart("releases.gpkg", "releases")
@@ -3854,7 +3857,7 @@ class DemoResult(Result):
     forest = LayerPart("forest.gpkg", "forest")
     """The outline of the forest of the demo"""
     lines = LayerPart("road.gpkg", "lines")
-    """Roads, railways, houses: what must not be reached, as lines or outlines"""
+    """Roads, railways, houses and other objects that must not be reached, as lines or outlines"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """Protection works: thin rigid plates, vertical from the terrain up, infinitely strong"""
 

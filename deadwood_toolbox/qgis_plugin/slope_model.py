@@ -24,7 +24,7 @@ FRICTION = "friction"
 
 
 def labels() -> dict[str, str]:
-    """Of the model's parameters, which a file can have in one language only."""
+    """Labels of the model's parameters, which a file can have in one language only."""
     return {
         "dem": _("Terrain model"),
         "areas": _("Release areas, or points"),
@@ -40,10 +40,24 @@ def labels() -> dict[str, str]:
 
 
 def read() -> QgsProcessingModelAlgorithm:
-    """The model as its file has it, for the Model Designer."""
+    """The model for the Model Designer, in QGIS's language."""
     model = QgsProcessingModelAlgorithm()
     model.fromFile(str(FILE))
+    model.setName(_("Slope to report"))
+    name_all(model)
+    for child in model.childAlgorithms().values():
+        child.setDescription(child.algorithm().displayName())
+        for output, each in child.modelOutputs().items():
+            each.setDescription(labels()[output])
+        model.setChildAlgorithm(child)
     return model
+
+
+def name_all(model: QgsProcessingModelAlgorithm) -> None:
+    """What it asks for; an output's name has its step before it."""
+    known = labels()
+    for each in model.parameterDefinitions():
+        each.setDescription(known.get(each.name().rpartition(":")[2], each.description()))
 
 
 class SlopeToReport(QgsProcessingModelAlgorithm):
@@ -61,9 +75,7 @@ class SlopeToReport(QgsProcessingModelAlgorithm):
 
     def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
         super().initAlgorithm(configuration or {})
-        known = labels()
-        for each in self.parameterDefinitions():
-            each.setDescription(known.get(each.name(), each.description()))
+        name_all(self)
 
     def name(self) -> str:
         return "slopetoreport"

@@ -20,7 +20,7 @@ import rasterio
 import shapely
 from rasterio.transform import from_origin
 
-from deadwood_algorithms.tools import slide_logs
+from deadwood_algorithms.tools import map_intensity, map_origins, site_barriers, slide_logs, value_trees, vary
 
 EAST, NORTH = 2_786_000.0, 1_196_000.0
 WIDTH, LENGTH = 60, 100
@@ -92,6 +92,22 @@ class Case:
         values = self.values(**changes)
         slide_logs.TOOL(feedback=feedback, **values)
         return Path(values["output"])
+
+
+def answers(case: Case, run: Path) -> dict[str, Path]:
+    """What each tool that ``make-report --results`` shows says of a run."""
+    found = {name: case.folder / name for name in ("siting", "intensity", "origins", "varied")}
+    found["tree_effect"] = case.folder / "tree_effect.gpkg"
+    value_trees.TOOL(run=str(run), output=str(found["tree_effect"]))
+    lines = [shapely.LineString([(10.0, 40.0), (50.0, 40.0)]), shapely.LineString([(20.0, 35.0), (40.0, 35.0)])]
+    candidates = write_layer(case.folder / "candidates.gpkg", lines, barrier_id=["long", "short"])
+    site = {"run": str(run), "candidates": candidates, "height_m": "2,4", "barrier_classes": "etag-027"}
+    site_barriers.TOOL(**site, output=str(found["siting"]))
+    map_intensity.TOOL(run=str(run), events_per_year=0.1, output=str(found["intensity"]))
+    map_origins.TOOL(run=str(run), least=1, cell_m=10.0, output=str(found["origins"]))
+    values = case.values(output=str(found["varied"]), design="ends", vary="rolling_friction,friction=0.2:0.6")
+    vary.TOOL(**{name: value for name, value in values.items() if name != "trajectories"}, lines=case.lines)
+    return found
 
 
 def cut_above_the_road(case: Case) -> Case:

@@ -45,6 +45,11 @@ sources = [each for each in waiting if ".gpkg" in each]
 slide = registry.algorithmById("deadwood:slidelogs")
 told: dict[str, Any] = {
     "steps": steps,
+    "dialogs": {
+        name: [each.name() for each in registry.algorithmById(f"deadwood:{name}").parameterDefinitions()]
+        for name in ("sitebarriers", "slidelogs")
+    },
+    "asked": [each.name() for each in registry.algorithmById("deadwood:slopetoreport").parameterDefinitions()],
     "worked": worked,
     "said": feedback.said,
     "waiting": [each.name for each in waiting.values()],

@@ -127,10 +127,13 @@ def test_qgis_in_german_shows_the_tools_in_german(qgis):
     with settings(qgis, "[locale]\noverrideFlag=true\nuserLocale=de_CH\n"):
         shown = qgis("--json", "help", "deadwood:slidelogs")
         panel = qgis("help", "deadwood:slidelogs")
+        model = qgis("--json", "help", "deadwood:slopetoreport")
         wrong = qgis("run", "deadwood:makelog", "--", "OUTPUT=log", DEADWOOD_TOOL="nowhere")
     assert shown.status == 0, shown.err[-3000:]
     told = shown.document["algorithm_details"]
     assert (told["name"], told["group"]) == ("Stämme rutschen lassen", "3 · Simulieren")
     assert shown.document["parameters"]["FRICTION"]["description"] == "Reibungskoeffizient"
+    labels = {name: each["description"] for name, each in model.document["parameters"].items()}
+    assert (labels["slide:run"], labels["report:report"]) == ("Ordner des Laufs", "Bericht")
     assert "Eine Zahl, ein Raster oder Polygone mit einem Feld" in " ".join(html.unescape(panel.out).split())
     assert "DEADWOOD_TOOL nennt nowhere, doch dort ist kein deadwood-tool" in wrong.err

@@ -76,6 +76,18 @@ def test_every_step_of_the_shipped_model_is_valid_for_the_designer(told):
     assert told["steps"] == {"sample": [], "slide": [], "report": []}
 
 
+def test_it_asks_in_the_order_of_the_work(told):
+    assert told["asked"][:8] == ["dem", "areas", "count", "trees", "barriers", "lines", "friction", "fidelity"]
+
+
+def test_a_dialog_begins_with_what_is_asked_of_and_ends_with_how_it_is_run(told):
+    """What can stand in the place of an input follows it."""
+    for asked in told["dialogs"].values():
+        assert asked[-5:] == ["PLAN", "RESUME", "OVERWRITE", "OUTPUT", "OPEN_RESULTS"]
+    assert told["dialogs"]["sitebarriers"][:3] == ["RUN", "LINES", "CANDIDATES"]
+    assert told["dialogs"]["slidelogs"][6:10] == ["LINES", "FRICTION", "FRICTION_LAYER", "FRICTION_PRESET"]
+
+
 def test_the_demo_slope_is_laid_on_the_map_with_its_report(told):
     assert told["worked"], told["said"]
     assert (told["work"] / "demo" / "report.html").exists()

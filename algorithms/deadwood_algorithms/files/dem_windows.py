@@ -23,12 +23,14 @@ from rasterio.windows import Window
 from deadwood_algorithms.files.crs import horizontal
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.embedded import tags_now
-from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out, libtiff_silent
+from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, is_laid_out, lay_out, libtiff_silent
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.heights import (
     COLLAR_DROP_M,
+    COLLARS_M,
     MARGIN_CELLS,
     Found,
+    candidates_for_collar,
     lowest_inland,
     warn_of_heights,
     without_ground,
@@ -52,8 +54,8 @@ class DemWindows:
     shape : (ny, nx)
     cell, x0, y0 : float
         As of a `Grid` [m].
-    zero_is_outside : bool
-        Whether cells of exactly 0 m are an undeclared empty margin (`COLLAR_DROP_M`).
+    collars : tuple of float
+        Heights of which cells are an undeclared empty margin (`COLLARS_M`).
     """
 
     source: Any
@@ -64,7 +66,7 @@ class DemWindows:
     x0: float
     y0: float
     flipped: bool
-    zero_is_outside: bool = False
+    collars: tuple[float, ...] = ()
 
     @property
     def plan_crs(self) -> pyproj.CRS:
@@ -92,8 +94,8 @@ class DemWindows:
         if bottom < top and left < right:
             window = self.file_window(slice(bottom, top), slice(left, right))
             heights = read_values(self.source, window, np.float64)
-            if self.zero_is_outside:
-                heights[heights == 0.0] = np.nan
+            for empty in self.collars:
+                heights[heights == empty] = np.nan
             within = (
                 slice(bottom - wide[0].start, top - wide[0].start),
                 slice(left - wide[1].start, right - wide[1].start),
@@ -151,7 +153,7 @@ def open_windows(
 ) -> Iterator[DemWindows]:
     """Open a DEM for reading in windows, or reject it with the command that fixes it.
 
-    Without ``look_through`` it is not searched for an undeclared margin of 0 m: for tools that need a few places only;
+    Without ``look_through`` it is not searched for an undeclared margin: for tools that need a few places only;
     `read_part` then detects it itself. Heights that are not ``as_ground`` (crowns and roofs) may have any steps.
     """
     with open_dem(path, crs, feedback) as (source, dem_crs, transform):
@@ -163,7 +165,7 @@ def open_windows(
         dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
         if as_ground and source.dtypes[0] != "uint8":  # uint8 was already reported
             warn_of_heights(_samples(dem), dem.path, dem.cell, feedback)
-        yield replace(dem, zero_is_outside=_has_collar(dem, feedback)) if look_through else dem
+        yield replace(dem, collars=_collars_of(dem, feedback)) if look_through else dem
 
 
 def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | None = None) -> Grid:
@@ -182,8 +184,9 @@ def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
     whole = Part(0, 0, dem.shape[1], dem.shape[0])
     values, found = _heights(dem, whole, feedback), Found()
     found.empty_far(values)
-    if (values == 0.0).any() and lowest_inland(values, dem.cell) > COLLAR_DROP_M:
-        found.empty_zeros(values)
+    for empty in candidates_for_collar(values):
+        if lowest_inland(values, dem.cell, empty) > empty + COLLAR_DROP_M:
+            found.empty_collar(values, empty)
     found.empty_mixed(values, dem.cell)
     found.say(dem.path, feedback)
     if not np.isfinite(values).any():
@@ -199,8 +202,9 @@ def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
     values, found = _heights(dem, wide, feedback), Found()
     inner = replace(part, column=part.column - wide.column, row=part.row - wide.row).slices
     found.empty_far(values, inner)
-    if (values == 0.0).any() and _zeros_mean_nothing(dem, values, inner):
-        found.empty_zeros(values, inner)
+    for empty in candidates_for_collar(values):
+        if _means_nothing(dem, values, empty, inner):
+            found.empty_collar(values, empty, inner)
     found.empty_mixed(values, dem.cell, inner)
     found.say(dem.path, feedback)
     whole = Grid.empty(dem.shape, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
@@ -221,11 +225,12 @@ def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.floa
     return values
 
 
-def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32], inner: tuple[slice, slice]) -> bool:
-    """Whether 0 m is the only height of the whole DEM below `COLLAR_DROP_M`; usually the window shows that."""
-    if lowest_inland(values, dem.cell, inner) <= COLLAR_DROP_M:
+def _means_nothing(dem: DemWindows, values: NDArray[np.float32], empty: float, inner: tuple[slice, slice]) -> bool:
+    """Whether a height is that of an empty margin of the whole DEM; usually the window shows that it is not."""
+    if lowest_inland(values, dem.cell, empty, inner) <= empty + COLLAR_DROP_M:
         return False
-    return all(lowest_inland(strip, dem.cell, inner) > COLLAR_DROP_M for strip, inner in _wide_strips(dem))
+    strips = _wide_strips(dem)
+    return all(lowest_inland(strip, dem.cell, empty, within) > empty + COLLAR_DROP_M for strip, within in strips)
 
 
 def _wide_strips(dem: DemWindows) -> Iterator[tuple[NDArray[np.float32], tuple[slice, slice]]]:
@@ -237,25 +242,30 @@ def _wide_strips(dem: DemWindows) -> Iterator[tuple[NDArray[np.float32], tuple[s
         yield _heights(dem, wide, Quiet()), (slice(rows.start - wide.row, rows.stop - wide.row), slice(None))
 
 
-def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
-    """Scan the whole DEM once for invalid heights, and return whether cells of 0 m are invalid."""
-    lowest, zeros, heights, found = np.inf, 0, 0, Found()
+def _collars_of(dem: DemWindows, feedback: Feedback) -> tuple[float, ...]:
+    """Scan the whole DEM once for invalid heights, and return those of which all cells are invalid."""
+    lowest, cells = dict.fromkeys(COLLARS_M, np.inf), dict.fromkeys(COLLARS_M, 0)
+    heights, found = 0, Found()
     strips = len(dem.strips())
     for done, (values, inner) in enumerate(_wide_strips(dem)):
         if feedback.cancelled():
             raise Cancelled
         found.empty_far(values, inner)
-        zeros += int((values[inner] == 0.0).sum())
         heights += int(np.isfinite(values[inner]).sum())
-        lowest = min(lowest, lowest_inland(values, dem.cell, inner))
+        there = candidates_for_collar(values)
+        plain = lowest_inland(values, dem.cell, np.inf, inner)
+        for empty in COLLARS_M:
+            least = lowest_inland(values, dem.cell, empty, inner) if empty in there else plain
+            lowest[empty] = min(lowest[empty], least)
+            cells[empty] += int((values[inner] == empty).sum()) if empty in there else 0
         found.empty_mixed(values, dem.cell, inner)
         feedback.progress(done + 1, strips, "scanning the DEM")
     if not heights:
         found.refuse_nothing(dem.path, dem.cell)
-    collar = bool(zeros) and COLLAR_DROP_M < lowest < np.inf
-    found.zero = zeros if collar else 0
+    collars = tuple(each for each in COLLARS_M if cells[each] and each + COLLAR_DROP_M < lowest[each] < np.inf)
+    found.collars = {empty: cells[empty] for empty in collars}
     found.say(dem.path, feedback)
-    return collar
+    return collars
 
 
 def _samples(dem: DemWindows) -> list[NDArray[Any]]:
@@ -276,13 +286,20 @@ class WindowWriter:
     """A GeoTIFF written window by window and then read back, to detect a full disk (see `write_raster`)."""
 
     def __init__(
-        self, path: Path, *, with_statistics: bool = True, final: bool = True, of_region: bool = False, **profile: Any
+        self,
+        path: Path,
+        feedback: Feedback,
+        *,
+        with_statistics: bool = True,
+        final: bool = True,
+        of_region: bool = False,
+        **profile: Any,
     ) -> None:
         """``final`` is false for a raster that the tool reads again and deletes: without statistics and overviews.
 
         ``of_region`` is a raster of many runs, whose overviews may take longer (`geotiff.lay_out`).
         """
-        self.path, self.final, self.of_region = path, final, of_region
+        self.path, self.feedback, self.final, self.of_region = path, feedback, final, of_region
         self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
         self.target = rasterio.open(path, "w", **profile)
         if final:
@@ -314,12 +331,17 @@ class WindowWriter:
                     self.target.update_tags(number, **of_band.tags())
             self.target.close()
             if kind is None and self.final:
+                if is_laid_out(self.cells, sparse=self.sparse, of_region=self.of_region):
+                    self.feedback.progress(0, 1, "building overviews")
                 lay_out(self.path, self.cells, sparse=self.sparse, of_region=self.of_region)
         if kind is None:
             self._read_back()
 
     def _read_back(self) -> None:
         with rasterio.open(self.path) as made:
-            for window, checksum in self.written:
+            for done, (window, checksum) in enumerate(self.written, start=1):
+                if self.feedback.cancelled():
+                    raise Cancelled
                 if zlib.crc32(np.ascontiguousarray(made.read(window=window)).data) != checksum:
                     raise OSError(f"{self.path}: the written file cannot be read back")
+                self.feedback.progress(done, len(self.written), "reading the file back")

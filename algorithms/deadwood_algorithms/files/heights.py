@@ -25,7 +25,9 @@ MIXED_DROP_M, MIXED_SLOPE = 50.0, 60.0
 MIXED_CELLS = 12  # width of the zone that resampling mixes, at most: cells of 10 m brought to 1 m
 MARGIN_CELLS = MIXED_CELLS + 2  # margin around a window with which its cells are judged as in the whole
 
-# Cells of exactly 0 m this far below all the others are an undeclared empty margin, not a chasm.
+# Cells of exactly one of these heights, so far below all the others, are an undeclared empty margin, not a chasm. Other
+# usual values for nodata, such as -999 and -9999, are no heights on Earth.
+COLLARS_M = (0.0, -1.0, -9.0, -99.0)
 COLLAR_DROP_M = 100.0
 
 # Heights in feet turn a slope of 30 degrees into one of 62. No hillside of any size has such a median slope.
@@ -75,13 +77,22 @@ def without_ground(heights: NDArray[np.floating], cell: float) -> NDArray[np.boo
     return bad | (_grown(mixed) & ~outside)  # including the last ring, of which less than one part in 150 is nodata
 
 
-def lowest_inland(heights: NDArray[np.floating], cell: float, inner: tuple[slice, slice] = EVERYWHERE) -> float:
-    """The lowest height without cells of 0 m and those mixed with them, by which to decide whether 0 m is nodata."""
-    zero = heights == 0.0
+def candidates_for_collar(heights: NDArray[np.floating]) -> list[float]:
+    """The values of `COLLARS_M` that some cells hold."""
+    low = np.fmin.reduce(heights, axis=None)
+    return [empty for empty in COLLARS_M if low <= empty and (heights == empty).any()]
+
+
+def lowest_inland(
+    heights: NDArray[np.floating], cell: float, empty: float, inner: tuple[slice, slice] = EVERYWHERE
+) -> float:
+    """The lowest height without cells of ``empty`` and those mixed with them, by which to decide whether that is
+    nodata."""
+    outside = heights == empty
     with np.errstate(invalid="ignore"):
-        fit = ~zero & (np.abs(heights) <= FARTHEST_M)
-        if zero.any() and (heights[inner] <= COLLAR_DROP_M)[fit[inner]].any():  # mixed, or low ground
-            fit &= ~without_ground(np.where(zero, np.nan, heights), cell)
+        fit = ~outside & (np.abs(heights) <= FARTHEST_M)
+        if outside.any() and (heights[inner] <= empty + COLLAR_DROP_M)[fit[inner]].any():  # mixed, or low ground
+            fit &= ~without_ground(np.where(outside, np.nan, heights), cell)
     return float(np.min(heights[inner], where=fit[inner], initial=np.inf))
 
 
@@ -174,7 +185,8 @@ class Found:
     """
 
     def __init__(self) -> None:
-        self.far, self.zero, self.mixed = 0, 0, 0
+        self.far, self.mixed = 0, 0
+        self.collars: dict[float, int] = {}  # cells by the height of the empty margin
         self.shown, self.lowest, self.highest = 0.0, np.inf, -np.inf
         self.numbers = np.inf, -np.inf  # lowest and highest number in the file, whatever they mean
         self.rise = np.nan  # typical difference from cell to cell, of numbers that are not heights
@@ -192,11 +204,11 @@ class Found:
                 self.rise = float(np.median(rises)) if rises.size else np.nan
             values[bad] = np.nan
 
-    def empty_zeros(self, values: NDArray[Any], inner: tuple[slice, slice] = EVERYWHERE) -> None:
-        """Remove cells of 0 m, which the caller knows to be an empty margin."""
-        zero = values == 0.0
-        self.zero += int(zero[inner].sum())
-        values[zero] = np.nan
+    def empty_collar(self, values: NDArray[Any], empty: float, inner: tuple[slice, slice] = EVERYWHERE) -> None:
+        """Remove cells of one height, which the caller knows to be an empty margin."""
+        outside = values == empty
+        self.collars[empty] = self.collars.get(empty, 0) + int(outside[inner].sum())
+        values[outside] = np.nan
 
     def empty_mixed(self, values: NDArray[Any], cell: float, inner: tuple[slice, slice] = EVERYWHERE) -> None:
         """Remove cells that are a mean of ground and nodata, strip by strip."""
@@ -241,11 +253,12 @@ class Found:
                 f"{path}: {counted(self.far, 'cell holds', 'cells hold')} {self.shown:g} m, which is not a height on "
                 "Earth; taken as outside"
             )
-        if self.zero:
-            feedback.warn(
-                f"{path}: {counted(self.zero, 'cell holds', 'cells hold')} exactly 0 m, all others more than "
-                f"{COLLAR_DROP_M:g} m: taken as outside (an undeclared nodata value)"
-            )
+        for empty, cells in self.collars.items():
+            if cells:
+                feedback.warn(
+                    f"{path}: {counted(cells, 'cell holds', 'cells hold')} exactly {empty:g} m, all others more than "
+                    f"{empty + COLLAR_DROP_M:g} m: taken as outside (an undeclared nodata value)"
+                )
         if self.mixed:
             feedback.warn(
                 f"{path}: {counted(self.mixed, 'cell beside nodata holds', 'cells beside nodata hold')} impossible "

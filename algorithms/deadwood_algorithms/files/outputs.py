@@ -35,6 +35,8 @@ FULL_WORDS = ("disk is full", "disk full", "no space left", "quota exceeded", "d
 # Below this number of free bytes, a failed write of GDAL (which often gives no reason) is attributed to the disk.
 NEARLY_FULL_BYTES = 256 * 1024
 
+_unfinished: set[Path] = set()  # the hidden folders that this process is writing into
+
 
 @contextmanager
 def output_path(
@@ -173,6 +175,7 @@ def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterat
             _tidy(final)
         check()
         folder = Path(tempfile.mkdtemp(prefix=_hidden(final, STAGED), dir=final.parent))
+        _unfinished.add(folder)
     except BaseException as error:
         _unlock(lock)
         _remove_empty(made)
@@ -196,8 +199,19 @@ def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterat
         raise
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+        _unfinished.discard(folder)
         _unlock(lock)
         _remove_empty(made)
+
+
+def remove_unfinished() -> list[Path]:
+    """Remove what this process has written under hidden names, as it is about to end without tidying up.
+
+    Gives what could not be removed, which the next run into the same output does.
+    """
+    for each in list(_unfinished):
+        shutil.rmtree(each, ignore_errors=True)
+    return [each for each in _unfinished if each.exists()]
 
 
 def _remove_empty(folders: Iterable[Path]) -> None:

@@ -125,7 +125,7 @@ def show_names(figure: Figure, axes: Any, names: list[tuple[str, tuple[float, fl
     taken: list[Any] = []
     look = {"boxstyle": "round,pad=0.12", "facecolor": "white", "linewidth": 0} | box
     for name, place in names:
-        for across, up in product((6, -6), (4, -12, 18, -26)):
+        for up, across in product((4, -12, 18, -26), (6, -6)):
             shown = axes.annotate(
                 name, place, xytext=(across, up), textcoords="offset points", ha="left" if across > 0 else "right",
                 color="#111111", zorder=9, bbox=look,

@@ -164,7 +164,7 @@ def points_on(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDA
     return grid.contains(x, y) if grid.whole is None else shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)
 
 
-def why_left_out(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> Counter[str]:
+def why_left_out(grid: Grid | DemBlocks, x: NDArray[np.float64], y: NDArray[np.float64]) -> Counter[str]:
     """How many of the points that are not on the DEM are beyond it, and how many are where it has no height."""
     within = int(np.sum(shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)))
     return Counter({OFF_DEM: x.size - within, NO_TERRAIN: within})

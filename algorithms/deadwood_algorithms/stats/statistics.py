@@ -16,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from deadwood_algorithms.params.counts import counted
 
 Z_95 = 1.959964  # two-sided 95 % point of the normal distribution
+# Explains the brackets of `share_if_lost_words` and of differences
+IN_BRACKETS = "[]: range of possible values, with intervals, because logs left the terrain model before"
 
 
 def wilson_interval(n_hit: int, n_total: int, *, z: float = Z_95) -> tuple[float, float]:
@@ -182,6 +184,15 @@ def percent_with_interval(record: dict[str, float]) -> str:
         return f"> {percent(low, 0.0, 2.0 * (high - low))} %"
     p, low, high = (percent(each, low, high) for each in (record["p"], low, high))
     return f"{p} % ({low} to {high} %)"
+
+
+def share_if_lost_words(n_reach: int, n_total: int, n_lost: int) -> str:
+    """``30 % (18 to 45 %)``, with ``[18 to 67 %]`` where logs were lost that could change it."""
+    record = reach_record(n_reach, n_total) | bounds_if_lost(n_reach, n_total, n_lost)
+    text, low, high = percent_with_interval(record), record["ci_low"], record["ci_high"]
+    if not loss_matters(record):
+        return text
+    return f"{text} [{percent(low, low, high)} to {percent(record['ci_high_if_lost'], low, high)} %]"
 
 
 def points_with_interval(difference: float, low: float, high: float) -> str:

@@ -32,7 +32,6 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.counts import counted
@@ -122,8 +121,6 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
                 raise
             raise Cancelled from error
         work.bring_to(folder, [each.name for each in found if not each.failed])
-        failed = sum(each.failed for each in found)
-        account("sites", count_of(len(sites), len(found) - failed, {"failed": failed}))
         facts = summary_of_sites(found)
         facts["merged"] = write_merged(folder, found, ask.danger_least, feedback) if ask.merge else []
         write_overview(folder, found, [folder / "merged" / each["folder"] for each in facts["merged"]])

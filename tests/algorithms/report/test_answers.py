@@ -15,9 +15,8 @@ import geopandas as gpd
 import numpy as np
 import pandas
 import pytest
-import shapely
 from matplotlib.figure import Figure
-from slope_case import Case, edit_manifest, write_layer
+from slope_case import Case, answers, edit_manifest
 
 from deadwood_algorithms.evaluate.sensitivity.factors import CHOICES
 from deadwood_algorithms.params.presets import BARRIERS
@@ -27,7 +26,7 @@ from deadwood_algorithms.report.answer_figures import factor_words, range_words
 from deadwood_algorithms.report.answer_sections import place_of
 from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.report.words import Words
-from deadwood_algorithms.tools import make_report, map_intensity, map_origins, site_barriers, value_trees, vary
+from deadwood_algorithms.tools import make_report
 
 SECTIONS = ("tree_effect", "siting", "intensity", "from_where", "varied")
 
@@ -84,19 +83,7 @@ def run(case) -> Path:
 
 @pytest.fixture(scope="module")
 def results(case, run) -> dict[str, Path]:
-    """What each tool says of the run."""
-    found = {name: case.folder / name for name in ("siting", "intensity", "origins", "varied")}
-    found["tree_effect"] = case.folder / "tree_effect.gpkg"
-    value_trees.TOOL(run=str(run), output=str(found["tree_effect"]))
-    lines = [shapely.LineString([(10.0, 40.0), (50.0, 40.0)]), shapely.LineString([(20.0, 35.0), (40.0, 35.0)])]
-    candidates = write_layer(case.folder / "candidates.gpkg", lines, barrier_id=["long", "short"])
-    site = {"run": str(run), "candidates": candidates, "height_m": "2,4", "barrier_classes": "etag-027"}
-    site_barriers.TOOL(**site, output=str(found["siting"]))
-    map_intensity.TOOL(run=str(run), events_per_year=0.1, output=str(found["intensity"]))
-    map_origins.TOOL(run=str(run), least=1, cell_m=10.0, output=str(found["origins"]))
-    values = case.values(output=str(found["varied"]), design="ends", vary="rolling_friction,friction=0.2:0.6")
-    vary.TOOL(**{name: value for name, value in values.items() if name != "trajectories"}, lines=case.lines)
-    return found
+    return answers(case, run)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from browser import Browser, program
 from PIL import Image
-from slope_case import Case
+from slope_case import Case, answers
 
 from deadwood_algorithms.tools import make_report
 
@@ -175,6 +175,12 @@ def test_layers_of_the_map_switch(browser):
     assert len(shown) >= 10
     for name, there, as_said, switched in shown:
         assert (there, as_said, switched) == (True, True, True), name
+    hidden = browser.ask(
+        """Array.from(document.querySelectorAll('[id$=layer_trajectories_key], [id$=layer_trajectories_word]'))
+             .map((each) => each.style.display)"""
+    )
+    assert hidden[:2] == ["none", "none"]  # of the first map, whose boxes are as they were: no entry of what is hidden
+    assert hidden[2:] == ["", ""]
     names = {name.split("layer_")[1] for name, *_ in shown}
     assert {"relief", "hits", "speed", "trees", "barriers", "lines", "releases", "trajectories"} <= names
 
@@ -261,6 +267,16 @@ def long_page(page) -> Path:
     return case.folder / "long.html"
 
 
+@pytest.fixture(scope="module")
+def answered_page(tmp_path_factory) -> Path:
+    """One run, with what every other tool says of it."""
+    case = Case(tmp_path_factory.mktemp("answered"))
+    run = case.run(output=str(case.folder / "run"), **(case.everything() | {"barriers": None}))
+    results = ",".join(map(str, answers(case, run).values()))
+    make_report.TOOL(runs=str(run), results=results, output=str(case.folder / "answered.html"))
+    return case.folder / "answered.html"
+
+
 def used_of_pages(browser: Browser, folder: Path) -> list[float]:
     """Of each page on paper, how much of its height is used, without its margins and its number."""
     top, bottom = 16.0 / 297.0, 1.0 - 18.0 / 297.0  # as `page.css` has them
@@ -284,7 +300,7 @@ def half_empty(used: list[float], signed: int) -> list[int]:
     return [k + 1 for k, each in enumerate(used[:-1]) if each < 0.55 and k != signed - 1]
 
 
-@pytest.mark.parametrize("which", ["page", "long_page"])
+@pytest.mark.parametrize("which", ["page", "long_page", "answered_page"])
 def test_on_paper_no_page_is_half_empty(shared, tmp_path, request, which):
     """What is not torn apart is small enough that the page before it stays well filled; the last signed page holds
     what is to be judged and the signatures."""
@@ -327,7 +343,7 @@ def small_letters(browser: Browser) -> list[str]:
     return [f"{figure}: {text}: {size:.1f}" for text, figure, size in told if text.strip() and size < SMALLEST_PT]
 
 
-@pytest.mark.parametrize("which", ["page", "long_page"])
+@pytest.mark.parametrize("which", ["page", "long_page", "answered_page"])
 def test_letters_of_figures_are_large_enough_on_paper(shared, request, which):
     shared.open(request.getfixturevalue(which))
     assert small_letters(shared) == []

@@ -15,7 +15,7 @@ from deadwood_algorithms.evaluate.sensitivity.factor_runs import SlidRuns, warn_
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, share_if_lost
 from deadwood_algorithms.schemas.results import STOP_REASONS
 from deadwood_algorithms.simulate import look
-from deadwood_algorithms.stats.statistics import wilson_interval
+from deadwood_algorithms.stats.statistics import IN_BRACKETS, paired_interval, percent, wilson_interval
 from deadwood_algorithms.tools import (
     break_trees,
     design_values,
@@ -143,10 +143,32 @@ def test_value_trees(run, n_lost, tmp_path, said):
 
 
 def test_break_trees(run, n_lost, tmp_path, said):
-    break_trees.TOOL(run=str(run), tree_capacity_kj=50.0, output=str(tmp_path / "broken.gpkg"), feedback=said)
+    done = break_trees.TOOL(run=str(run), tree_capacity_kj=1e-9, output=str(tmp_path / "broken.gpkg"), feedback=said)
     told = of_road(said)
     assert f"{n_lost} of 24 logs" in told
     assert "the reach of line road may be anything from 0 to" in told
+    (road,) = [row for row in done.facts["reach_breaking"] if row["line_id"] == "road"]
+    gone = road["n_lost_breaking"]  # without trees more leave; some that left broke none, and go the same way again
+    assert (road["n_reach"], road["n_lost"], road["gain_logs"]) == (0, n_lost, 0)
+    assert gone > n_lost
+    assert -n_lost / 24 <= road["gain_p_low_if_lost"] <= 0.0
+    assert (gone - n_lost) / 24 <= road["gain_p_high_if_lost"] <= gone / 24
+    most, least = road["gain_p_high_if_lost"] * 24, -road["gain_p_low_if_lost"] * 24
+    assert road["ci_high_if_lost"] == pytest.approx(paired_interval(0, round(most), 24)[1])
+    assert road["ci_low_if_lost"] == pytest.approx(paired_interval(round(least), 0, 24)[0])
+    (words,) = [each for each in done.lines if each.startswith("road: ")]
+    ends = [percent(wilson_interval(number, 24)[1], *wilson_interval(0, 24)) for number in (n_lost, gone)]
+    assert f"[0.0 to {ends[0]} %] with unbreakable trees" in words
+    assert f"[0.0 to {ends[1]} %] if those" in words
+    assert IN_BRACKETS in done.lines
+
+
+def test_break_trees_that_hold(run, n_lost, tmp_path):
+    """Where no tree breaks the two ends are one run: no difference, whatever the lost logs did."""
+    done = break_trees.TOOL(run=str(run), tree_capacity_kj=1e9, output=str(tmp_path / "holding.gpkg"))
+    (road,) = [row for row in done.facts["reach_breaking"] if row["line_id"] == "road"]
+    assert (road["n_lost"], road["n_lost_breaking"]) == (n_lost, n_lost)
+    assert (road["gain_p_low_if_lost"], road["gain_p_high_if_lost"]) == (0.0, 0.0)
 
 
 def test_vary(cut, tmp_path, said):

@@ -43,7 +43,7 @@ def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedbac
         transform, shape = frame_of_both(a, b)
         crs = one.run.grid.crs
         profile = geotiff_profile(shape, crs, transform, "float32", math.nan, 2) | {"SPARSE_OK": True}
-        with WindowWriter(path, **profile) as writer:
+        with WindowWriter(path, feedback, **profile) as writer:
             for start in range(0, shape[0], ROWS_AT_ONCE):
                 if feedback.cancelled():
                     raise Cancelled

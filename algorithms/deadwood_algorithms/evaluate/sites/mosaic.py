@@ -159,7 +159,7 @@ def _merge_by_windows(
             nodata = nodata_of(name, kind, windowed=True)
             profile = geotiff_profile(frame.shape, frame.crs, frame.transform, kind, nodata, len(units))
             profile |= {"SPARSE_OK": True, "interleave": "band"}
-            writer = stack.enter_context(WindowWriter(folder / f"{name}.tif", **profile))
+            writer = stack.enter_context(WindowWriter(folder / f"{name}.tif", feedback, **profile))
             for number, (unit, each) in enumerate(zip(units, names, strict=True), start=1):
                 writer.target.set_band_unit(number, unit)
                 describe_band(writer.target, number, each, raster=name)

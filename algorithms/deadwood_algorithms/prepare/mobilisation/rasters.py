@@ -78,13 +78,14 @@ def write_susceptibility(
     total, known = 0.0, 0
     windows = _windows(dem.shape)
     with ExitStack() as stack:
-        output = stack.enter_context(_writer(susceptible, dem, "float32", np.nan, SUSCEPTIBLE, "susceptibility"))
+        rated = _writer(susceptible, dem, feedback, "float32", np.nan, SUSCEPTIBLE, "susceptibility")
+        output = stack.enter_context(rated)
         beside = above = None
         if keeps_factors or draws_areas:
-            writer = _writer(factors, dem, "float32", np.nan, dict(FACTORS), "factors", final=keeps_factors)
+            writer = _writer(factors, dem, feedback, "float32", np.nan, dict(FACTORS), "factors", final=keeps_factors)
             beside = stack.enter_context(writer)
         if draws_areas:
-            above = stack.enter_context(_writer(mask, dem, "uint8", None, {"susceptible": "1"}, final=False))
+            above = stack.enter_context(_writer(mask, dem, feedback, "uint8", None, {"susceptible": "1"}, final=False))
         judged = stack.enter_context(closing(_judged(windows, dem, friction, limits, feedback)))
         for done, (each, (rows, columns)) in enumerate(zip(judged, windows, strict=True)):
             if each is None:
@@ -198,6 +199,7 @@ def _inner(values: NDArray[np.float64], rim: int) -> NDArray[np.float64]:
 def _writer(
     path: Path,
     dem: DemWindows,
+    feedback: Feedback,
     dtype: str,
     nodata: float | None,
     bands: Mapping[str, str],
@@ -207,7 +209,7 @@ def _writer(
 ) -> WindowWriter:
     """``bands``: unit by name."""
     profile = geotiff_profile(dem.shape, dem.crs, dem.transform, dtype, nodata, len(bands)) | {"SPARSE_OK": True}
-    writer = WindowWriter(path, final=final, of_region=True, **profile)
+    writer = WindowWriter(path, feedback, final=final, of_region=True, **profile)
     for band, (name, unit) in enumerate(bands.items(), start=1):
         describe_band(writer.target, band, name, raster=raster)
         writer.target.set_band_unit(band, unit)

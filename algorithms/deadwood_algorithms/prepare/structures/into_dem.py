@@ -39,7 +39,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
     masked = MaskFlags.per_dataset in source.mask_flag_enums[0]
     with (
         rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True),
-        WindowWriter(path, with_statistics=not masked, **profile) as writer,
+        WindowWriter(path, feedback, with_statistics=not masked, **profile) as writer,
     ):
         writer.target.scales, writer.target.offsets = source.scales[:1], source.offsets[:1]
         if source.units[0]:

@@ -10,14 +10,14 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.accounts import NO_TREE, OFF_DEM, account, count_of
+from deadwood_algorithms.files.accounts import NO_TREE, account, count_of
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import counted, none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.throwing import LEAST_LOG_M, Lying, chosen_share, class_shares, item_numbers
-from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, say_left_out, shared_words
+from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, say_left_out, shared_words, why_left_out
 from deadwood_algorithms.schemas import DBH_CM, TREES
 from deadwood_algorithms.stats import draws
 
@@ -76,7 +76,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
     if not on.any():
         raise UserError(f"{path}: {none_of(len(frame), 'tree')} stands on the DEM{extent_words(x, y, grid)}")
     say_left_out(frame, ~on, "trees", feedback.note)
-    account("trees", count_of(len(frame), on.sum(), {OFF_DEM: (~on).sum()}))
+    account("trees", count_of(len(frame), on.sum(), why_left_out(grid, x[~on], y[~on])))
     kept: Any = frame[on].reset_index(drop=True)
     return Stems(kept, ids[on], item_numbers([str(each) for each in ids[on]]), sizes[0][on], sizes[1][on])
 
