@@ -230,6 +230,23 @@ def test_a_range_ends_before_a_coefficient_that_cannot_have_made_the_event(p):
     assert scores_of([0.049, 0.05, 1.0]).within.tolist() == [False, True, True], "the level itself is within"
 
 
+def test_a_coefficient_with_which_the_event_is_not_possible_has_no_share_of_events_like_it():
+    """No log comes to rest in sight with the first: the range began at "-inf", of a share of 1 there."""
+    x, y = deposits(np.random.default_rng(4), 40)
+    found = np.ones(x.shape, bool)
+    found[0] = False
+    outcome = Observation(np.arange(40), (0.0, 20.0 / FRICTION[4]), x, y, found=found)
+    scores = score([outcome], np.arange(40), ERROR, 1, quiet)
+    assert (scores.p_range[0], scores.p_fit[0], scores.within[0]) == (0.0, 0.0, False)
+    two = Scores(
+        *(each[[0, 4]] for each in (scores.log_likelihood, scores.low, scores.high, scores.p_range, scores.p_fit))
+    )
+    ends = range_of(FRICTION[[0, 4]], two)
+    assert ends is not None
+    assert FRICTION[0] < ends.low < FRICTION[4]
+    assert not ends.open_low
+
+
 def with_losses(rng: np.random.Generator, lost_share: float) -> tuple[np.ndarray, np.ndarray]:
     """Two coefficients whose deposits scatter alike; with the first, this share of the logs leaves the terrain."""
     x, y = (np.repeat(6.0 * rng.standard_normal((1, LOGS)), 2, axis=0) for _ in "xy")
