@@ -2434,6 +2434,7 @@ def lateral_spread(
     dem: TerrainInput | None = None,
     edge_m: float = 20.0,
     seed: int = 0,
+    crs: str | int | None = None,
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     progress: bool = False,
@@ -2466,6 +2467,9 @@ def lateral_spread(
         its nodata; more than half a log's length is recommended.
     seed : >= 0, default 0
         Seed of the random draws.
+    crs : optional
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres on a local grid.
     output : output, optional
         Spread of each release, and the azimuth of each deposit. Without it, in a temporary folder that lasts as
         long as the result.
