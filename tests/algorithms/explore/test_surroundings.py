@@ -23,7 +23,7 @@ from deadwood_algorithms.tools import explore
 from deadwood_engine import FIDELITIES
 
 AROUND = 60.0
-NEAR_BARRIER = Part(0, 30, 131, 123)  # of (40..70, 90..92) m: 60 m to its sides, as far as there are cells
+NEAR_BARRIER = Part(0, 30, 130, 122)  # of (40..70, 90..92) m: 60 m to its sides, as far as there are cells
 
 
 @pytest.fixture
