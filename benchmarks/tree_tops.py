@@ -39,9 +39,9 @@ found <- vwf(rast("{canopy}"), function(h) {radius}, {least}, warnings = FALSE)
 write.csv(data.frame(st_coordinates(found), height = found$height), "{output}", row.names = FALSE)
 """
 SAID = """
-The tops have been compared with those of an independent program, `vwf` of ForestTools (A. Plowright, GPL-3), on the canopy
-models that come with it (drone surveys by Spire Aerobotics, British Columbia, 2016), for trees of at least 2 m. `vwf`
-rounds the window's radius to whole cells, which a window of 3 m or 5 m does not need:
+The tops have been compared with those of an independent program, `vwf` of ForestTools (A. Plowright, GPL-3), on the
+canopy models that come with it (drone surveys by Spire Aerobotics, British Columbia, 2016), for trees of at least 2 m.
+`vwf` rounds the window's radius to whole cells, which a window of 3 m or 5 m does not need:
 """
 Array = NDArray[np.float64]
 
