@@ -115,7 +115,7 @@ def test_run_sites_looks_before_each_site(cut, tmp_path, monkeypatch, said):
         dem=cut.dem, releases=cut.releases, by="release_id", lines=cut.lines, friction="0.2",
         output=str(tmp_path / "sites"), feedback=said,
     )  # fmt: skip
-    told = [each for each in said.warnings if "a look before the run" in each]
+    told = [each for each in said.warnings if "a pilot before the run" in each]
     assert len(told) == 2
 
 

@@ -59,7 +59,7 @@ class Scene:
         self.releases = self.released(self.write("area.gpkg", [AREA], release_id=[1]))
         self.number = 0
 
-    def write(self, name: str, shapes: list[Any], crs: str = "EPSG:2056", **columns: Any) -> str:
+    def write(self, name: str, shapes: list[Any], /, crs: str = "EPSG:2056", **columns: Any) -> str:
         frame = gpd.GeoDataFrame(columns, geometry=shapes, crs="EPSG:2056").to_crs(crs)
         frame.to_file(self.folder / name)
         return str(self.folder / name)
