@@ -21,7 +21,7 @@ COLOURS = {
     "fidelity": "black", "coarse": "#be185d", "time step": "#1b6ca8", "travel": "#d1495b", "spacing": "#3a7d44",
     "tolerance": "#8e6bbf", "sweeps": "#e08e0b", "trace": "#6b7280", "friction": "#b8860b", "cell": "#0f766e",
     "smooth": "#7c2d12", "halved": "black", "obstacles": "#15803d", "order": "#4338ca", "refined": "#0369a1",
-    "flanks": "#8c6d31",
+    "flanks": "#8c6d31", "longer": "#9a3412",
 }  # fmt: skip
 SCENE_COLOURS = ("#6b7280", "#e08e0b", "#3a7d44", "#8e6bbf", "#d1495b", "#1b6ca8", "#0f766e")
 # for these figures alone: a process that imports this file may draw others

@@ -90,12 +90,12 @@ def cones(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def panel(findings: list[dict[str, Any]], site: str) -> str:
-    """A row for each choice moved, a column for each finding."""
+    """A row for each changed choice, a column for each finding."""
     mine = [each for each in cones(findings) if each["id"].startswith(f"{site}.") and each["panel"]]
     names = [each["id"].split(".", 1)[1] for each in mine]
     rows = list(dict.fromkeys(part["what"] for each in mine for part in each["panel"]))
     lines = [
-        f"| {site}: what is moved | {' | '.join(f'`{name}`' for name in names)} |",
+        f"| {site}: what is changed | {' | '.join(f'`{name}`' for name in names)} |",
         "| --- |" + " --- |" * len(names),
     ]
     for what in rows:
@@ -110,7 +110,7 @@ def panel(findings: list[dict[str, Any]], site: str) -> str:
 
 
 def moves(findings: list[dict[str, Any]]) -> str:
-    """Which choices turn a finding's verdict in the panel."""
+    """Which choices change a finding's verdict in the panel."""
     lines = []
     for each in cones(findings):
         if not each["panel"]:

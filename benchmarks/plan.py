@@ -48,6 +48,7 @@ PLAN = (
     Part("smooth cone or rings in a forest", _of("rings"), ("forest",), 2000, 3.0),
     Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 1000, 9.5),
     Part("the fidelities in forests, more logs", MAIN, FOREST, 20_000, 3.3),
+    Part("longer steps", _of("longer"), USUAL, 9600, 0.75),
     Part("the yardstick in forests, more logs", _of("friction"), FOREST, 6000, 1.0),
     Part("cells of the terrain model", _of("cell", "smooth"), USUAL, 400, 1.7),
     Part("refined together", _of("refined"), USUAL, 1000, 6.2),

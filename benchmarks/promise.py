@@ -138,27 +138,31 @@ def page(found: dict[str, Any]) -> list[str]:
         "",
         "Written by `python -m benchmarks.promise`. Do not edit.",
         "",
-        f"`slide-logs --fidelity auto --error E`: in {held} of {total} runs the reach was within E of the truth; worst "
-        f"{worst['held']} of {worst['runs']} ({worst['scene']}, E {100 * worst['error']:g} points, --assume "
-        f"{worst['assume']}). Engine of commit {source['commit']} (sources {source['engine']}), {source['date']}.",
+        f"`slide-logs --fidelity auto --error E`: in {held} of {total} runs the reach was within E of the "
+        f"true value; in "
+        f"the worst row, in {worst['held']} of {worst['runs']} ({worst['scene']}, E {100 * worst['error']:g} points, "
+        f"--assume {worst['assume']}). Engine of commit {source['commit']} (sources {source['engine']}), "
+        f"{source['date']}.",
         "",
-        f"{below} of {len(rows)} rows are below 95 %, where {rows[0]['runs']} runs tell to ±3 points.",
+        f"{below} of {len(rows)} rows are below 95 %; {rows[0]['runs']} runs determine this share to ±3 points.",
         "",
-        f"Against `standard` with no word on its calculation nothing is saved: the promise costs {price[0]:.2g} to "
-        f"{price[-1]:.2g} times as much. What is saved is logs: planned by the share that the slope shows, not by "
-        "50 %. Pairs of logs that slide at two fidelities, to show a cheaper one good enough, would not pay, and are "
-        f"not slid: r, the share of logs that end differently over p (1 - p), is {r[0]:.1f} to {r[-1]:.1f} here (2 is "
-        "chance), and with q, the ratio of costs, they could only where sqrt(r) + sqrt(q) < 1, whatever E is.",
+        "Compared with a run at `standard` that promises nothing about the error of calculation, nothing is saved: the "
+        f"promise costs {price[0]:.2g} to {price[-1]:.2g} times as much. It saves logs, because their number "
+        f"is planned "
+        "from the share observed on the slope instead of 50 %. To show that a cheaper fidelity is good enough by "
+        "sliding the same logs at two fidelities would not pay, and is not done: r, the share of logs with different "
+        f"outcomes divided by p (1 - p), is {r[0]:.1f} to {r[-1]:.1f} here (2 is pure chance). With q, the "
+        f"ratio of the "
+        "costs, it could pay only if sqrt(r) + sqrt(q) < 1, whatever E is.",
         "",
         "## The pools",
         "",
-        "A run draws its logs with replacement from what is stored of a scene; its share at `reference` is the truth. "
-        "`--assume standard`, the default, takes `standard` to be within "
-        f"±{x:.1f} points of it; a pool's own distance is in the table, with the interval for the slope that it is "
-        "a sample of.",
+        "A run draws its logs with replacement from the stored logs of a scene, whose share at `reference` is the true "
+        f"value. `--assume standard`, the default, assumes that `standard` is within ±{x:.1f} points of it. The table "
+        "shows the difference in each pool, with its interval for the slope of which the pool is a sample.",
         "",
         "| scene | logs | reach [%] | CPU ms per log, draft / standard / reference | standard - reference [points] "
-        "| end differently | draft - reference [points] | end differently |",
+        "| different outcome | draft - reference [points] | different outcome |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for pool in found["pools"]:
@@ -174,13 +178,13 @@ def page(found: dict[str, Any]) -> list[str]:
         "",
         "## The runs",
         "",
-        "Saved: CPU time against the cheapest way to the same promise without a look at this slope: by one who plans "
-        "for a share of 50 %, since it is not known, and by one who knows it; the second is what looking costs. The "
-        "last column is the CPU time over that of as many logs at `standard` as bring sampling alone down to E, which "
-        "promises nothing of calculation.",
+        "Saved: CPU time relative to the cheapest run with the same promise that is planned without a look at this "
+        "slope: for a share of 50 %, because it is not known, or for the known share; the second shows the cost of "
+        "looking. The last column is the CPU time relative to that of a run at `standard` with enough logs for a "
+        "sampling error of E alone, which promises nothing about the error of calculation.",
         "",
-        "| scene | E [points] | --assume | kept [%] | chosen | logs | saved, share not known | share known "
-        "| of `standard` alone |",
+        "| scene | E [points] | --assume | kept [%] | chosen | logs | saved, share unknown | saved, share known "
+        "| times `standard` alone |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for row in rows:

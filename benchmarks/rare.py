@@ -3,11 +3,11 @@
 python -m benchmarks.rare --minutes 20     more logs and repetitions into rare.json, then the page's figures again
 python -m benchmarks.rare --minutes 0      the figures again from rare.json
 
-A population of logs slides. Of those that reach the next line, as many as began are drawn again (children), each
-from its parent's state there, shaken by a tiny amount, and slide on. The product of the shares is the probability; its
-interval is that of independent repetitions. Costs are counted in the engine's steps, which other work on the machine
-does not change. Any moment after a line was first touched will do for a restart as long as the log's past decides it,
-so these are whole half seconds, and logs that restart at the same one slide in one call.
+A population of logs slides. From those that reach the next line, the original number of logs is drawn again (children).
+Each starts from its parent's state there, perturbed by a tiny amount, and slides on. The product of the shares is the
+probability; its interval is that of independent repetitions. Costs are counted in the engine's steps, which do not
+depend on other work on the machine. Any moment after a line was first touched is suitable for a restart if it is
+determined by the log's past; these are whole half seconds, and logs that restart at the same one slide in one call.
 """
 
 from __future__ import annotations
@@ -245,7 +245,7 @@ def figures(known: dict[str, Any]) -> str:
         f"{LEVELS[last]:g} m by {share(plain['reach'][last])}, {plain['reach'][last]} logs".replace(",", " ", 1),
         f"- levels: lines at y {', '.join(f'{y:g}' for y in LEVELS)} m",
         "",
-        "| logs per level | velocities shaken by | repetitions | cost of one [plain logs] | p, last line | gain | "
+        "| logs per level | velocities perturbed by | repetitions | cost of one [plain logs] | p, last line | gain | "
         "gain if the engine stopped logs at lines | siblings' correlation, second to fourth level |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
@@ -267,7 +267,7 @@ def figures(known: dict[str, Any]) -> str:
     kept = known[f"{number} logs, {change:g}"]
     lines += [
         "",
-        f"| line at y [m] | plain share | {len(kept)} repetitions of {number} logs shaken by {change:g}: mean ± "
+        f"| line at y [m] | plain share | {len(kept)} repetitions of {number} logs perturbed by {change:g}: mean ± "
         "standard error | apart [standard errors of both] | gain, all levels paid |",
         "| --- | --- | --- | --- | --- |",
     ]

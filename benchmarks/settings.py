@@ -50,6 +50,7 @@ FACTORS: dict[str, tuple[str, str]] = {
     "coarse": ("several at once, between draft and standard", ""),
     "halved": ("reference with half its step, travel and spacing", ""),
     "refined": ("step, travel and station spacing of standard, together", "of standard"),
+    "longer": ("half a cell and 33 ms instead of standard's step", "m between rings"),
     "time step": ("time step alone (travel unbounded)", "ms"),
     "travel": ("travel in a step", "cells"),
     "spacing": ("station spacing", "m"),
@@ -94,6 +95,15 @@ def _all() -> list[Setting]:
         )
         for share in (0.5, 0.25)
     ]  # fmt: skip
+    # with these, reach is not shown to differ; yet they are not standard's, because logs sink deeper at the extremes
+    # (tests/extremes: spikes between rings a metre apart, logs thicker than long)
+    longer = STANDARD._replace(time_step=0.033, travel_cells=0.5)
+    found += [
+        Setting(
+            name, "longer", spacing, longer._replace(station_spacing=spacing, spacing_cells=2.0 * spacing), "standard"
+        )
+        for name, spacing in (("longer steps", STANDARD.station_spacing), ("longer steps, rings 1 m", 1.0))
+    ]
     found += [
         Setting(f"obstacles {n:g}", "obstacles", n, STANDARD._replace(obstacle_travel=n)) for n in (0.05, 0.2, 0.3)
     ]

@@ -33,7 +33,7 @@ _ELSEWHERE = {
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("deadwood_algorithms.params.tool").VERSION
-    if name not in _ELSEWHERE and not _is_of_a_tool(name):  # modules of this package are requested here first, too
+    if name not in _ELSEWHERE and not _is_of_a_tool(name):  # modules of this package are also requested here first
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = globals()[name] = getattr(import_module(_ELSEWHERE.get(name, f"{__name__}.functions")), name)
     return found

@@ -1,4 +1,4 @@
-"""A tool called from Python: data become files, the tool runs, its result is handed back.
+"""A tool called from Python: data become files, the tool runs, its result is returned.
 
 The checks, the messages and the results are those of the command line; a wrong input raises `UserError`.
 """
@@ -28,7 +28,7 @@ Made = TypeVar("Made", bound=Result)
 
 
 class DataArray(Protocol):
-    """An xarray.DataArray whose place on Earth rioxarray knows."""
+    """An xarray.DataArray whose georeference rioxarray holds."""
 
     @property
     def dims(self) -> tuple[Any, ...]: ...
@@ -49,7 +49,7 @@ ENDINGS_OF_FILES = {"gltf": ".glb"}  # of outputs whose kind does not determine 
 
 
 def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
-    """Run the tool of that name with what was given for its parameters, ``progress`` and ``feedback`` among it."""
+    """Run the tool of that name with the given parameters, including ``progress`` and ``feedback``."""
     tool = find(name)
     assert tool is not None
     values = dict(given)
@@ -71,7 +71,7 @@ def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
                     typed[each] = _as_setting(parameters[each], value)
             ask = tool.ask_from({**typed, **{each: str(place) for each, place in places.items() if place}})
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of libraries, as on the command line
+                warnings.simplefilter("ignore")  # warnings of libraries, as on the command line
                 outcome = tool(ask, feedback)
     finally:
         feedback.pass_on()
@@ -86,7 +86,9 @@ def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
 def _place(
     tool: Tool, parameter: Parameter, outputs: Mapping[str, Any], temporary: TemporaryFolder | None
 ) -> Path | None:
-    """Where an output goes: as named, else under the tool's name; an optional one that is True beside the main one."""
+    """The place of an output: as named, else under the tool's name; an optional one that is True goes beside the main
+    one.
+    """
     value, main = outputs[parameter.name], outputs.get("output")
     if isinstance(value, str | os.PathLike):
         return Path(value)
@@ -108,7 +110,7 @@ def _place(
 
 
 def _folder_of_inputs(output: Path | None, temporary: TemporaryFolder | None) -> Path:
-    """Where data that were given become files: beside an output that is kept, because its manifest names them."""
+    """The folder in which given data become files: beside a kept output, because its manifest names them."""
     if temporary is not None:
         return temporary.path / "inputs"
     if output is None:
@@ -117,7 +119,7 @@ def _folder_of_inputs(output: Path | None, temporary: TemporaryFolder | None) ->
 
 
 def _as_file(value: Any, name: str, folder: Path, made: list[Path]) -> Path:
-    """Data as a file, which is added to those that are made for this call."""
+    """Data as a file, which is added to the files made for this call."""
     there = set(folder.iterdir()) if folder.is_dir() else set()
     place = as_file(value, name, folder)
     if place not in there:
@@ -126,7 +128,7 @@ def _as_file(value: Any, name: str, folder: Path, made: list[Path]) -> Path:
 
 
 def _as_path(parameter: Parameter, value: Any) -> Any:
-    """A path as text, several with commas between; a number where one will do."""
+    """A path as text, several with commas between; a number where one is accepted."""
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if parameter.path_like and isinstance(value, list | tuple):
@@ -137,7 +139,7 @@ def _as_path(parameter: Parameter, value: Any) -> Any:
 
 
 def _as_setting(parameter: Parameter, value: Any) -> Any:
-    """A text that is a list with commas may be a list, and a CRS an object that stands for one."""
+    """A text with commas may also be given as a list, and a CRS as an object that represents one."""
     if parameter.of_kind.crs and value is not None:
         return crs_text(value)
     if parameter.of_kind.lists and isinstance(value, list | tuple):
@@ -164,7 +166,7 @@ def _results_in(value: Any) -> Iterator[Result]:
 
 
 def _folder_of_result(parameters: Mapping[str, Parameter], places: Mapping[str, Path]) -> Path:
-    """The output folder, or the one that holds the output file."""
+    """The output folder, or the one that contains the output file."""
     output = places.get("output", Path.cwd() / "x")
     declared = parameters.get("output")
     return output if declared is not None and declared.of_kind.ending == "" else output.parent
@@ -172,7 +174,7 @@ def _folder_of_result(parameters: Mapping[str, Parameter], places: Mapping[str, 
 
 @contextmanager
 def _removed_on_failure() -> Iterator[list[Path]]:
-    """The inputs that are made for a call go with one that fails."""
+    """Remove the inputs that were made for a call if it fails."""
     made: list[Path] = []
     try:
         yield made
@@ -187,7 +189,7 @@ def _removed_on_failure() -> Iterator[list[Path]]:
 class _Told(Quiet):
     """Messages of a tool while it works: stored for its result, and shown or passed on at once if requested.
 
-    Warnings become Python's own at the end of the call, unless somebody has received them by then.
+    Warnings become Python's own at the end of the call, unless something has received them by then.
     """
 
     def __init__(self, feedback: Feedback | None, *, shown: bool) -> None:
@@ -212,7 +214,7 @@ class _Told(Quiet):
             self.to.warn(message)
 
     def pass_on(self) -> None:
-        """To Python's warnings, at the line of the caller: over `call` and the tool's function."""
+        """Pass them to Python's warnings, at the line of the caller of the tool's function."""
         close = getattr(self.to, "close", None)
         if close is not None:
             close()

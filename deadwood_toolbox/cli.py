@@ -1,8 +1,8 @@
-"""``deadwood-tool TOOL --flags``, ``list`` and ``describe``: the commands are built from the tools' declarations.
+"""``deadwood-tool TOOL OPTIONS``, ``list`` and ``describe``: the commands are built from the tools' declarations.
 
-Exit status: 0 done; 2 the user's input is at fault, said in one line; 130 interrupted; 1 a fault of ours, its traceback
+Exit status: 0 done; 2 an error in the user's input, reported in one line; 130 interrupted; 1 a bug, whose traceback is
 saved to a file. Nothing slow is imported here: ``--help`` answers at once, and the variables by which another program's
-GDAL would take over ours are gone before anything could read them.
+GDAL would interfere are removed before anything can read them.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from deadwood_toolbox.feedback import Speaker, clock, printable
 from deadwood_toolbox.interrupt import INTERRUPTED, LATE, MESSAGE, deaf, interruptible
 
 DONE, FAULT, USER_ERROR = 0, 1, 2
-# What is the user's to fix; every other OSError that no tool foresaw is a fault of ours.
+# Errors that the user can fix; every other OSError that no tool expects is a bug.
 USERS_OSERRORS = {
     errno.ENOSPC: "the disk is full",
     errno.EDQUOT: "the disk quota is used up",
@@ -61,11 +61,11 @@ def main() -> None:
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     with contextlib.suppress(AttributeError, ValueError):
-        signal.signal(signal.SIGTERM, signal.default_int_handler)  # until the tool runs, as Ctrl-C
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # until the tool runs, same as Ctrl-C
     try:
         status = run(sys.argv[1:])
         deaf()
-    except KeyboardInterrupt:  # between the two
+    except KeyboardInterrupt:  # between the two handlers
         status = INTERRUPTED
     if status == INTERRUPTED:
         os._exit(status)  # does not wait for the threads of the interrupted run, which write nothing
@@ -120,7 +120,7 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
 
 
 def _standing(tool: Tool, ask: Any) -> list[tuple[int, int] | None]:
-    """What stands where a tool's outputs shall (of a folder its manifest): another than before, once all is done."""
+    """Stamps of a tool's outputs (for a folder, of its manifest), which differ once the tool has written them."""
     found: list[tuple[int, int] | None] = []
     for parameter in tool.parameters():
         place = getattr(ask, parameter.name)
@@ -135,7 +135,7 @@ def _standing(tool: Tool, ask: Any) -> list[tuple[int, int] | None]:
 
 
 def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job | Answer | None:
-    """What a command line asks for; None where click has answered itself (``--help``)."""
+    """What a command line requests; None if click has answered itself (``--help``)."""
     if tools is None and (list(arguments) == ["list"] or all(each.startswith("-") for each in arguments)):
         command = build((), shelf.declared())
     else:
@@ -148,7 +148,7 @@ def _understand(arguments: Sequence[str], tools: Sequence[Tool] | None) -> Job |
 
 
 def _following(tool: Tool, ask: Any, outcome: Outcome) -> str:
-    """The command that mostly follows, with what was given and made in its place; of a plan nothing follows."""
+    """The command that usually follows, with the actual inputs and outputs; none after a plan."""
     if outcome.then or not tool.then or not outcome.outputs:
         return outcome.then
     given = {each.name: getattr(ask, each.name) for each in tool.parameters()}
@@ -157,7 +157,7 @@ def _following(tool: Tool, ask: Any, outcome: Outcome) -> str:
 
 
 def _report(outcome: Outcome, then: str, speaker: Speaker, seconds: float) -> None:
-    """The last lines, alike for every tool: the answer, the scenario, where it is, what mostly follows."""
+    """The last lines, the same for every tool: the answer, the scenario, the outputs, the next command."""
     if not speaker.quiet:
         facts = [f"{name.replace('_', ' ')}: {value}" for name, value in outcome.facts.items()]
         lines = list(outcome.lines) or facts
@@ -183,12 +183,12 @@ def _say(text: str) -> None:
 
 
 def _wants_json(arguments: Sequence[str]) -> bool:
-    """Whether errors of the command line itself shall be JSON too, before it is understood."""
+    """Whether errors of the command line itself are to be JSON, too, before it has been parsed."""
     return "--progress=json" in arguments or ("--progress", "json") in itertools.pairwise(arguments)
 
 
 def _verdict(error: BaseException, speaker: Speaker, verbose: bool) -> tuple[str, int]:
-    """What is reported about an error, and the exit status that it deserves."""
+    """The message for an error, and the exit status."""
     if isinstance(error, KeyboardInterrupt | Cancelled | click.Abort) or speaker.stop.is_set():
         return str(error) if isinstance(error, Cancelled) and error.args else MESSAGE, INTERRUPTED
     if isinstance(error, click.NoSuchOption):
@@ -205,7 +205,7 @@ def _verdict(error: BaseException, speaker: Speaker, verbose: bool) -> tuple[str
 
 
 def _users_oserror(error: BaseException) -> str | None:
-    """A line about a full disk and its like, also where a library has wrapped it; None for any other error."""
+    """A line about a full disk and similar errors, also if a library has wrapped them; None for any other error."""
     seen: BaseException | None = error
     while seen is not None:
         if isinstance(seen, OSError) and seen.errno in USERS_OSERRORS:
@@ -227,13 +227,13 @@ def _fail(speaker: Speaker, message: str, status: int) -> int:
 
 
 def _let_go(stream: Any) -> None:
-    """The reader is gone: discard what is still buffered, so that Python's own exit does not complain."""
+    """The reader is gone: discard what is still buffered, so that Python reports no error at exit."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _fault_of_ours(error: BaseException, verbose: bool) -> str:
-    """One line on an error that no one foresaw; its traceback goes to a file, with ``--verbose`` also to stderr."""
+    """One line about an unexpected error; its traceback goes to a file, with ``--verbose`` also to stderr."""
     trace = "".join(traceback.format_exception(error))
     saved = "could not be saved"
     with contextlib.suppress(OSError):

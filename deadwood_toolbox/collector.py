@@ -1,19 +1,19 @@
-"""Python's search for cycles of garbage, put off while a command starts: what libraries make on import stays anyway.
+"""Python's garbage collection of cycles, postponed while a command starts: objects made on import remain anyway.
 
-To look through it again and again, and once more at the end, took a quarter of the time of a run of one log (1.2 CPU
-seconds in place of 1.7). For the command line alone, whose process is its own.
+Scanning them repeatedly, and once more at the end, took a quarter of the time of a run of one log (1.2 CPU
+seconds instead of 1.7). Only for the command line, which has its own process.
 """
 
 from __future__ import annotations
 
 import gc
 
-_STARTING = 500_000  # new objects between two searches until the work begins: the libraries make about this number
+_STARTING = 500_000  # new objects between two searches until the work begins: the libraries make about that many
 _usual: tuple[int, int, int] | None = None
 
 
 def put_off() -> None:
-    """As the process starts."""
+    """Called when the process starts."""
     global _usual
     _usual = gc.get_threshold()
     gc.set_threshold(_STARTING)

@@ -22,13 +22,13 @@ from deadwood_toolbox.feedback import PROGRESS, plain
 from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
 from deadwood_toolbox.shelf import Declared
 
-GOES_ON = " `" if os.name == "nt" else " \\"  # behind a line of a command that the next one ends, by the shell
-WIDE = {"max_content_width": 110}  # as wide as the terminal, but no wider than one reads
+GOES_ON = " `" if os.name == "nt" else " \\"  # the shell's continuation mark at the end of a line
+WIDE = {"max_content_width": 110}  # as wide as the terminal, but not too wide to read
 
 
 @dataclass(frozen=True)
 class Job:
-    """What a command line asks for: a tool, the values given for it, and how to speak while it runs."""
+    """A request of a command line: a tool, its values, and how to report while it runs."""
 
     tool: Tool
     values: dict[str, Any]
@@ -47,7 +47,7 @@ class Answer:
 
 
 class _Shelf(click.Group):
-    """The top command: the tools under their groups, and a suggestion for a misspelt one."""
+    """The main command: the tools by group, and a suggestion for a misspelt one."""
 
     def __init__(self, listed: Sequence[Tool | Declared], **known: Any) -> None:
         super().__init__(**known)
@@ -72,7 +72,7 @@ class _Shelf(click.Group):
 
 
 class _ToolCommand(click.Command):
-    """One tool: its options, and the help grouped into inputs, parameters, outputs and the rest."""
+    """One tool: its options, and the help grouped into inputs, parameters, outputs and others."""
 
     def __init__(self, tool: Tool) -> None:
         self.tool = tool
@@ -137,7 +137,7 @@ def _paragraph(text: str, width: int) -> str:
 
 
 def _command(command: str, width: int) -> list[str]:
-    """A command over as many lines as it takes, each option with its value on one."""
+    """A command on as many lines as needed, each option on the same line as its value."""
     lines, line = [], ""
     for part in re.split(r" (?=--)", command):
         longer = f"{line} {part}" if line else f"    {part}"
@@ -149,7 +149,7 @@ def _command(command: str, width: int) -> list[str]:
 
 
 class _Value(click.ParamType):
-    """Text to a value by the declaration; the error is ours, so that it reads like every other one."""
+    """Convert text to a value by the declaration; the error has the same form as all others."""
 
     def __init__(self, parameter: Parameter) -> None:
         self.parameter = parameter

@@ -1,7 +1,7 @@
-"""What of its surroundings the command fixes or refuses before it starts: foreign paths, and too little address space.
+"""Conditions that the command corrects or rejects before it starts: foreign paths, and too little address space.
 
-With the PROJ_LIB of a QGIS or conda shell rasterio loses every CRS without a word (it logs one line and continues
-``crs = None``), so this runs before any GIS library is imported.
+With the PROJ_LIB of a QGIS or conda shell rasterio silently loses every CRS (it logs one line and continues
+with ``crs = None``), so this runs before any GIS library is imported.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from deadwood_algorithms.files.network import ALLOWED
 from deadwood_algorithms.params.tool import UserError
 
 FOREIGN = ("PROJ_LIB", "PROJ_DATA", "GDAL_DATA", "GDAL_DRIVER_PATH")
-# Measured: below 2.2 GB the libraries' threads find no stacks, and the compiler aborts or never ends.
+# Measured: below 2.2 GB the libraries' threads get no stacks, and the compiler aborts or hangs.
 LEAST_ADDRESS_SPACE = int(2.5 * 2**30)
 CACHE_MB = 256  # a row of tiles of 512 cells across 40 000 columns is 82 MB
 KEEP = "DEADWOOD_KEEP_GDAL_ENV"  # set to anything but 0 by users who direct these variables to their own files
@@ -58,7 +58,7 @@ def refuse_no_threads(environ: Mapping[str, str]) -> None:
 
 @contextmanager
 def as_the_command(environ: MutableMapping[str, str]) -> Iterator[None]:
-    """The surroundings of the command within another program, whose own are put back in the end."""
+    """The environment of the command within another program, whose own environment is restored at the end."""
     before = dict(environ)
     drop_foreign_paths(environ)
     stay_offline(environ)
@@ -73,7 +73,7 @@ def as_the_command(environ: MutableMapping[str, str]) -> Iterator[None]:
 
 
 def refuse_small_address_space() -> None:
-    """Refuse to work under a limit (``ulimit -v``) in which the libraries would abort, or hang, without a message."""
+    """Refuse to work under a limit (``ulimit -v``) with which the libraries would abort, or hang, without a message."""
     try:
         import resource
     except ImportError:  # Windows has no such limit

@@ -16,7 +16,7 @@ from deadwood_toolbox import collector
 
 PROGRESS = ("auto", "bar", "plain", "json", "none")
 SECONDS_BETWEEN = {"json": 0.25, "plain": 10.0}
-FIRST_AFTER_S = 2.0  # of a stage, the first plain line: even short runs show that something is happening
+FIRST_AFTER_S = 2.0  # the first plain line of a stage: even short runs show that something is happening
 YELLOW, RED = "33", "31"
 BAR = "{desc}: {percentage:3.0f} %|{bar}| {n:,.0f} of {total:,.0f}"  # in tqdm's names
 
@@ -46,7 +46,7 @@ class Speaker:
         self._bar: Any = None
 
     def progress(self, done: float, total: float, what: str) -> None:
-        """Show how far a stage is; ``what`` names the stage, and another name starts another."""
+        """Show the progress of a stage; ``what`` names the stage, and a new name starts a new one."""
         collector.begin()
         now = time.monotonic()
         if what != self._stage.what or done < self._stage.done:
@@ -54,7 +54,7 @@ class Speaker:
             self._stage = _Stage(what, now, first_done=done)
         stage = self._stage
         if stage.shown is not None and done == stage.done:
-            return  # nothing new to say
+            return  # nothing new to report
         stage.done = done
         if self.mode == "bar":
             self._show_bar(done, total, what)
@@ -72,7 +72,7 @@ class Speaker:
             self._event("note", message=message) if self.as_json else self._line(message)
 
     def detail(self, message: str) -> None:
-        """What only ``--verbose`` shows."""
+        """A message shown only with ``--verbose``."""
         if self.verbose:
             self.note(message)
 
@@ -80,7 +80,7 @@ class Speaker:
         self._event("warning", message=message) if self.as_json else self._line(message, ("warning", YELLOW))
 
     def error(self, message: str, status: int) -> None:
-        """The last word of a run that failed: exactly one line."""
+        """The last message of a run that failed: exactly one line."""
         self.close()
         line = " ".join(part.strip() for part in message.splitlines() if part.strip())
         if self.as_json:
@@ -89,7 +89,7 @@ class Speaker:
             self._line(line, ("deadwood-tool", RED))
 
     def done(self, **known: Any) -> None:
-        """The last word of a run that worked, for programs; a reader gets notes."""
+        """The last message of a successful run, for programs; a reader gets notes."""
         self.close()
         if self.as_json:
             self._event("done", **known)
@@ -117,7 +117,7 @@ class Speaker:
         self._bar.update(done - self._bar.n)
 
     def _line(self, text: str, mark: tuple[str, str] | None = None) -> None:
-        """A line, behind a word with a colon where it is marked, which on a terminal has a colour."""
+        """Print a line, preceded by a coloured mark (a word and a colon) if it has one."""
         if self._bar is not None:
             self._bar.clear()
         word, colour = mark or ("", "")
@@ -130,7 +130,7 @@ class Speaker:
         self._print(json.dumps(plain({"event": event, **known})))
 
     def _print(self, text: str) -> None:
-        """To a reader; the work continues if it is gone (``2>&1 | head``)."""
+        """Print to the reader; the work continues if the reader is gone (``2>&1 | head``)."""
         try:
             print(text, file=self.stream, flush=True)
         except BrokenPipeError:
@@ -138,7 +138,7 @@ class Speaker:
 
 
 class _Stage:
-    """One named piece of work: since when, and when it was last shown."""
+    """A named stage of work: when it began, and when it was last shown."""
 
     def __init__(self, what: str, began: float, first_done: float = 0.0) -> None:
         self.what, self.began, self.first_done = what, began, first_done
@@ -146,7 +146,7 @@ class _Stage:
         self.shown: float | None = None
 
     def is_due(self, now: float, ended: bool, every: float, mode: str) -> bool:
-        """Whether to show now; of a stage that is over before its first plain line is due nothing is shown."""
+        """Whether to show now; a stage that ends before its first plain line is due is not shown."""
         if self.shown is None:
             due = mode == "json" or now - self.began >= FIRST_AFTER_S
         else:
@@ -166,7 +166,7 @@ class _Stage:
 
 
 def clock(seconds: float) -> str:
-    """A time as one reads it: 42 s, 3 min 05 s, 2 h 10 min."""
+    """A duration for a reader: 42 s, 3 min 05 s, 2 h 10 min."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"
@@ -176,9 +176,9 @@ def clock(seconds: float) -> str:
 
 
 def printable(text: str) -> str:
-    """The text without what a terminal would obey: an id out of a file must not clear the screen or retitle it.
+    """The text without control sequences: an id from a file must not clear the screen or change the terminal's title.
 
-    Control characters but the ends of lines and tabs, and those that turn the direction of writing, stand as \\x1b.
+    Control characters except line ends and tabs, and those that change the writing direction, are shown as \\x1b.
     """
     return "".join(each if each in "\n\t" or not _is_obeyed(each) else ascii(each)[1:-1] for each in text)
 
@@ -193,7 +193,7 @@ def share(done: float, total: float) -> str:
 
 
 def plain(value: Any) -> Any:
-    """The value as JSON knows it: numbers of numpy as numbers, NaN and infinity as null, the rest as text."""
+    """The value as JSON: numpy's numbers as numbers, NaN and infinity as null, everything else as text."""
     if isinstance(value, Mapping):
         return {str(key): plain(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
@@ -206,5 +206,5 @@ def plain(value: Any) -> Any:
 
 
 def _tidy(value: float | None) -> float | None:
-    """Four significant digits are enough for a pace, and keep a line short."""
+    """Four significant digits, which are enough for a rate and keep the line short."""
     return None if value is None else float(f"{value:.4g}")

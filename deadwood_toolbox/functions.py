@@ -93,7 +93,7 @@ class AssessMobilisationResult(Result):
     """What `assess_mobilisation` leaves."""
 
     susceptibility = RasterPart("--output")
-    """How easily a log starts there, 0 to 1"""
+    """Susceptibility to the start of a log, 0 to 1"""
     release_areas = LayerPart("--release-areas", "release_areas")
     """Connected ground on which a log could start to slide, the largest first"""
     candidates = LayerPart("--assessed", "candidates")
@@ -355,7 +355,7 @@ class ImportTreesResult(Result):
     """What `import_trees` leaves."""
 
     trees = LayerPart("--output", "trees")
-    """Standing trees: rigid truncated cones, base diameter DBH, top half of it"""
+    """Standing trees: rigid truncated cones with the DBH as base diameter and half of it at the top"""
     releases = LayerPart("--snags", "releases")
     """Dead standing trees as releases: upright, where they stand"""
 
@@ -513,18 +513,18 @@ def import_trees(
     dbh_field : optional
         Field of the DBH.
     dbh_unit : one of cm, m, mm, in, girth-cm
-        Unit of the DBH. Without it: as the field's name says, else cm.
+        Unit of the DBH. Without it: the unit in the field's name, else cm.
     height_field : optional
         Field of the height.
     height_unit : one of m, dm, cm, ft
-        Unit of the height. Without it: as the field's name says, else m.
+        Unit of the height. Without it: the unit in the field's name, else m.
     species_field : optional
         Field of the species.
     crown_field : optional
         Field of the crown diameter in m.
     crown_measure : one of diameter, radius, area
-        What the crown field holds, in m or m². Without it: as the source or the field's usual name says, else
-        the diameter.
+        What the crown field holds, in m or m². Without it: from the source or the field's usual name, else the
+        diameter.
     missing_value : optional
         Number that marks a missing value. For example -1 (FINT-CH) or 0.
     read_as : optional
@@ -583,7 +583,7 @@ class FindTreesResult(Result):
     """What `find_trees` leaves."""
 
     trees = LayerPart("--output", "trees")
-    """Standing trees: rigid truncated cones, base diameter DBH, top half of it"""
+    """Standing trees: rigid truncated cones with the DBH as base diameter and half of it at the top"""
 
 
 def find_trees(
@@ -683,7 +683,7 @@ class GenerateForestResult(Result):
     """What `generate_forest` leaves."""
 
     trees = LayerPart("--output", "trees")
-    """Standing trees: rigid truncated cones, base diameter DBH, top half of it"""
+    """Standing trees: rigid truncated cones with the DBH as base diameter and half of it at the top"""
 
 
 def generate_forest(
@@ -903,7 +903,7 @@ class AddStructuresResult(Result):
     """What `add_structures` leaves."""
 
     dem = RasterPart("--output")
-    """A terrain model, in the number type of the one that it was made from"""
+    """A terrain model, with the number type of the original"""
     earthworks = LayerPart("--earthworks", "earthworks")
     """What add-structures built, and the earth that it moved"""
 
@@ -931,13 +931,13 @@ def add_structures(
     """Build embankments and ditches into a terrain model, and compute their volumes of earth.
 
     The result is the DEM with the structures, on the same grid, with the same CRS and number type, nodata
-    unchanged, ready for ``slide-logs``. Each line is the axis of one structure; ``kind`` says of which. The
-    crest (of a ditch: the bottom) is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground
-    under the line, or at ``elevation_m`` where that is given. From its edges the sides fall (rise) at
-    ``slope_deg`` until they first meet the ground. The columns ``slope_left_deg`` and ``slope_right_deg``, seen
-    along the line, override it. At the ends of the line the sides are rounded. Columns of the lines override
-    the options of the same names; an empty cell takes the option. A height follows every bump of the ground;
-    for a crest of even grade give an elevation, or the Z of the line's vertices with ``elevation_from_z``.
+    unchanged, ready for ``slide-logs``. Each line is the axis of one structure; ``kind`` is its kind. The crest
+    (of a ditch: the bottom) is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground under
+    the line, or at ``elevation_m`` where that is given. From its edges the sides fall (rise) at ``slope_deg``
+    until they first meet the ground. The columns ``slope_left_deg`` and ``slope_right_deg``, seen along the
+    line, override it. At the ends of the line the sides are rounded. Columns of the lines override the options
+    of the same names; an empty cell takes the option. A height follows every bump of the ground; for a crest of
+    even grade give an elevation, or the Z of the line's vertices with ``elevation_from_z``.
 
     Structures are built in the order of their rows, with heights relative to the original ground: overlapping
     volume is counted once, with the first structure, and a ditch after an embankment cuts into it. Volumes are
@@ -1066,13 +1066,13 @@ class SlideLogsResult(Run):
     summary_file = "summary.json"
 
     deposits = LayerPart("run.gpkg", "deposits")
-    """Where each released log ended: its centre of mass; every log has its row"""
+    """Where each released log ended: its centre of mass; one row for every log"""
     deposited_logs = LayerPart("run.gpkg", "deposited_logs")
     """The logs as they lie at the end: a line from base to tip"""
     trajectories = LayerPart("run.gpkg", "trajectories")
-    """The path of the centre of mass of the logs that are kept"""
+    """The path of the centre of mass of the logs with a stored trajectory"""
     reach = LayerPart("run.gpkg", "reach")
-    """Each line or polygon: how probably logs reach it; of all logs of the run"""
+    """Each line or polygon: the probability that logs of the run reach it"""
     reached_by = LayerPart("run.gpkg", "reached_by")
     """One row for each log and line that it reached, where the log was released: where do arrivals come
     from?"""
@@ -1085,23 +1085,23 @@ class SlideLogsResult(Run):
     block_hits = LayerPart("run.gpkg", "block_hits")
     """Every boulder that was hit, and the energy and impulse that it absorbed"""
     poses = TablePart("poses.parquet")
-    """poses.parquet: one row for each kept pose, world coordinates; ordered by log, then time"""
+    """poses.parquet: one row for each stored pose, world coordinates; ordered by log, then time"""
     hit_count = RasterPart("hit_count.tif")
-    """How many logs overlapped the cell with any part of their outline in plan at any time, each log once"""
+    """Number of logs whose plan outline overlapped the cell at any time, each log once"""
     reach_probability = RasterPart("reach_probability.tif")
-    """Share of all logs that overlapped the cell with any part of their outline in plan at any time"""
+    """Share of all logs whose plan outline overlapped the cell at any time"""
     deposit_count = RasterPart("deposit_count.tif")
-    """How many logs lie on the cell at the end"""
+    """Number of logs that come to rest on the cell"""
     speed_max = RasterPart("speed_max.tif")
     """Largest speed of a log over the cell"""
     energy_max = RasterPart("energy_max.tif")
     """Largest kinetic energy of a log over the cell"""
     jump_max = RasterPart("jump_max.tif")
-    """How high logs jump over the cell"""
+    """Heights of logs that pass the cell"""
     danger = RasterPart("danger.tif")
     """Share of passing logs that later reach the line; NaN where fewer logs passed than --danger-least"""
     danger_count = RasterPart("danger_count.tif")
-    """The counts behind danger.tif, with --danger-counts: those of several runs add up"""
+    """The counts behind danger.tif, with --danger-counts: those of several runs can be added"""
 
 
 def slide_logs(
@@ -1383,7 +1383,8 @@ class RunSitesResult(Result):
     summary_file = "summary.json"
 
     overview = TablePart("overview.csv")
-    """Many sites side by side: one row for each site and line, one of a site without lines or that failed"""
+    """Many sites side by side: one row for each site and line, one row for a site that has no lines or that
+    failed"""
     sites = LayerPart("overview.gpkg", "sites")
     """The sites, where their logs start: the rows of overview.csv"""
 
@@ -1484,7 +1485,7 @@ def run_sites(
     that slide the same logs are scenarios and are not added up (use compare-scenarios). `report` adds a page of
     the first 12 sites.
 
-    If a site fails, one line says why, and the others are finished; the exit status is then 2. `resume`
+    If a site fails, one line gives the reason, and the others are finished; the exit status is then 2. `resume`
     continues an interrupted run, also in the middle of a site, and a run with failures once their causes are
     fixed: what is finished and unchanged is not slid again. Each site is the run that slide-logs would make of
     it, bit for bit. With scheduler all sites share its workers, which are started once.
@@ -1681,13 +1682,13 @@ class CountHitsResult(Result):
     """What `count_hits` leaves."""
 
     hits = RasterPart("--output")
-    """How many of the chosen logs overlap the cell at any time"""
+    """Number of the chosen logs that overlap the cell at any time"""
     speed = RasterPart("--speed")
-    """Quantiles of the largest speed of each log in each cell; a band each"""
+    """Quantiles of the largest speed of each log in each cell; one band for each"""
     energy = RasterPart("--energy")
-    """Quantiles of the largest kinetic energy of each log in each cell; a band each"""
+    """Quantiles of the largest kinetic energy of each log in each cell; one band for each"""
     jump = RasterPart("--jump")
-    """Quantiles of the largest clearance of each log above the terrain in each cell; a band each"""
+    """Quantiles of the largest clearance of each log above the terrain in each cell; one band for each"""
     danger = RasterPart("--danger")
     """Share of passing logs that later reach the line; NaN where fewer logs passed than --danger-least"""
 
@@ -1772,13 +1773,14 @@ class ReachLinesResult(Result):
     """What `reach_lines` leaves."""
 
     reach = LayerPart("--output", "reach")
-    """Each line or polygon: how probably logs reach it, and how fast and hard they arrive"""
+    """Each line or polygon: the probability that logs reach it, and with which speed and energy they arrive"""
     arrivals = LayerPart("--output", "arrivals")
     """One row for each log and line: the log's centre of mass when its outline first touches the line"""
     attribution = LayerPart("--output", "attribution")
-    """One row for each release and line: which release hits what; drawn from the release to where logs touch"""
+    """One row for each release and line: which release reaches which object; drawn from the release to the
+    place of contact"""
     origins = LayerPart("--output", "origins")
-    """The arrivals, each where its log was released: from where is a line hit"""
+    """The arrivals, each where its log was released: from where are lines reached"""
 
 
 def reach_lines(
@@ -2024,7 +2026,7 @@ class BreakTreesResult(Result):
     """What `break_trees` leaves."""
 
     reach_breaking = LayerPart("--output", "reach_breaking")
-    """Each line or polygon: logs that reach it with rigid trees, and where those that would break take
+    """Each line or polygon: logs that reach it with rigid trees, and if those that would break absorb
     nothing"""
     broken = LayerPart("--output", "broken")
     """Every tree that a log would break"""
@@ -2114,7 +2116,8 @@ class SiteBarriersResult(Result):
     summary_file = "summary.json"
 
     pareto = TablePart("pareto.csv")
-    """One row for each candidate alone, by what is left; then one per chosen set of barriers"""
+    """One row for each single candidate, sorted by the remaining reach; then one for each chosen set of
+    barriers"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """The run's own barriers and those chosen, with the effect of each when all stand; as slide-logs reads
     them"""
@@ -2236,18 +2239,19 @@ class MapIntensityResult(Result):
     summary_file = "classes.json"
 
     intensity = RasterPart("intensity.tif")
-    """Class of the ENERGY, from 1; 0 where no log passed; classes.json says what each is"""
+    """Class of the ENERGY, from 1; 0 where no log passed; classes.json has the meaning of each"""
     passage = RasterPart("passage.tif")
-    """Class of the share of the logs that pass, from 1; 0 where no log passed; classes.json says what each
-    is"""
+    """Class of the share of the logs that pass, from 1; 0 where no log passed; classes.json has the meaning of
+    each"""
     return_class = RasterPart("return_class.tif")
-    """Class of the return period, from 1; 0 where no log passed; classes.json says what each is"""
+    """Class of the return period, from 1; 0 where no log passed; classes.json has the meaning of each"""
     matrix = RasterPart("matrix.tif")
-    """Class of both, from 1; 0 where no log passed; classes.json says what each is"""
+    """Class of both, from 1; 0 where no log passed; classes.json has the meaning of each"""
     return_period = RasterPart("return_period.tif")
     """Mean time between events that reach the cell; NaN where no log passed"""
     lines = TablePart("lines.csv")
-    """Each line by the least energy that reaches it; the last eight but one only with a frequency"""
+    """Each line, by the minimum energy that reaches it; the columns of rates and return periods only with a
+    frequency"""
     process_area = LayerPart("process_area.gpkg", "process_area")
     """The outline of the ground that at least this share of the logs pass; an indication map"""
 
@@ -2349,9 +2353,9 @@ class MapOriginsResult(Result):
     origins = RasterPart("origins.tif")
     """Origin of the logs that reach the lines, by release cell"""
     sources = LayerPart("origins.gpkg", "sources")
-    """One row for each line and least share: the cells from which at least this share of the logs reach it"""
+    """One row for each line and minimum share: the cells from which at least this share of the logs reach it"""
     affected = LayerPart("origins.gpkg", "affected")
-    """One row for each release area and least share: the cells that at least this share of its logs pass"""
+    """One row for each release area and minimum share: the cells that at least this share of its logs pass"""
 
 
 def map_origins(
@@ -2384,8 +2388,8 @@ def map_origins(
     Releases over all ground on which logs could start, with a density that follows the susceptibility:
 
     The shares are those of logs that have started. assess-mobilisation rates how favourable a place is for a
-    start; the product of the two is not computed. A place where no log was released is empty, which says
-    nothing about it.
+    start; the product of the two is not computed. A place where no log was released is empty: nothing is known
+    about it.
 
     Parameters
     ----------
@@ -2418,7 +2422,7 @@ class LateralSpreadResult(Result):
     """What `lateral_spread` leaves."""
 
     spread = LayerPart("--output", "spread")
-    """Each release: the sector that holds its deposits"""
+    """Each release: the sector that contains its deposits"""
     azimuths = LayerPart("--output", "azimuths")
     """Each deposit as seen from the centre of its release"""
 
@@ -2479,8 +2483,7 @@ class FitFlightResult(Result):
     """What `fit_flight` leaves."""
 
     flights = LayerPart("--output", "flights")
-    """The path of the centre of mass between take-off and landing; a straight line where no parabola joins
-    them"""
+    """The path of the centre of mass between take-off and landing; a straight line if no parabola joins them"""
     clearances = LayerPart("--output", "clearances")
     """Where a flight crosses a barrier: a point on its top"""
 
@@ -2509,9 +2512,9 @@ def fit_flight(
     that of the terrain before the take-off, in the direction of the flight, because a sliding log leaves the
     ground along it; or it is given. The layer ``flights`` holds the path of the centre of mass with take-off
     speed, duration, apex, landing speed and angle, the largest height above the terrain, and a ``verdict``.
-    With barriers, the layer ``clearances`` says how far the underside of the log, with its axis parallel to the
-    velocity, passes above the top of each barrier that the flight crosses. ``plots`` draws a profile of each
-    flight.
+    With barriers, the layer ``clearances`` gives how far the underside of the log, with its axis parallel to
+    the velocity, passes above the top of each barrier that the flight crosses. ``plots`` draws a profile of
+    each flight.
 
     Verdicts: ``above_launch_line`` (the landing point is not below the line along which the log takes off: no
     speed reaches it), ``cuts_terrain`` (the ground in between protrudes into the flight by more than
@@ -2571,9 +2574,9 @@ class CompareScenariosResult(Result):
     table = TablePart("table.csv")
     """The same for a spreadsheet: shares in percent, rounded as far as the intervals allow"""
     comparison = TablePart("comparison.csv")
-    """Every quantity of every scenario with its 95 % interval, and its difference to the first"""
+    """Every quantity of every scenario with its 95 % interval, and its difference from the first"""
     moved = LayerPart("changes.gpkg", "moved")
-    """From where to where each log's deposit moved, between the first scenario and another"""
+    """Displacement of each log's deposit, from the first scenario to another"""
     changed = LayerPart("changes.gpkg", "changed")
     """Logs that reach a line in one of two scenarios only, where they were released"""
 
@@ -2733,10 +2736,10 @@ def calibrate_friction(
     if everything else is right (the scores are defined in `calibration/score.py`). The observation is one of
 
     - observed: deposits, as points (with error_m, the error of the place and of what the model cannot
-      represent) or as   areas in which logs came to rest (the width of a road). A field release_id says which
-      release each came from. They   count as a sample of an unknown number of logs: each is compared with the
+      represent) or as   areas in which logs came to rest (the width of a road). A field release_id gives the
+      release of each. They   count as a sample of an unknown number of logs: each is compared with the
       simulated logs that came to rest on the   terrain model, and the number that leave it has no influence. If
-      all logs of the event were found, search_complete   says so; a coefficient with which logs leave must then
+      all logs of the event were found, set   search_complete; a coefficient with which logs leave must then
       explain why none did;
     - reached and not_reached: lines or areas that event_logs of the event's logs reached, or did not reach.
       Both   together define a stop line: with too little friction logs go beyond, with too much they do not get
@@ -2867,7 +2870,7 @@ def calibrate_friction(
         Continue an interrupted run.
     observed : point or polygon
         Observed deposits: points, or areas in which logs came to rest. The centres of the logs; a field
-        release_id says from which release each came.
+        release_id gives the release of each.
     error_m : m, > 0, default 10
         Error of the observed points and of what the model cannot represent. Standard deviation in each
         direction.
@@ -2904,7 +2907,7 @@ class CompareFidelityResult(Result):
     summary_file = "comparison.json"
 
     comparison = TablePart("comparison.csv")
-    """Every quantity at every fidelity, and its difference to the finest"""
+    """Every quantity at every fidelity, and its difference from the finest"""
 
 
 def compare_fidelity(
@@ -2978,8 +2981,8 @@ def compare_fidelity(
     The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of
     your number of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 %
     interval of such a run, for every line. Without lines, the deposit distance and the hit raster are compared
-    with the distance between two halves of the logs. If too few logs were compared to show it, the tool says
-    so, and about how many would: among trees up to twice the number of the run.
+    with the distance between two halves of the logs. If too few logs were compared to show it, the tool reports
+    this, and about how many would: among trees up to twice the number of the run.
 
     Errors beyond the finest fidelity compared, and errors of the inputs, are not included: friction and terrain
     model matter more.
@@ -3132,9 +3135,9 @@ class VaryResult(Result):
     runs = TablePart("runs.csv")
     """One row for each run of the same logs: the values of the factors, and the results"""
     tornado = TablePart("tornado.csv")
-    """One row for each outcome and factor: its effect alone between the ends of its range"""
+    """One row for each outcome and factor: its effect alone, between the ends of its range"""
     indices = TablePart("indices.csv")
-    """One row for each outcome and factor: its share of the variance over all ranges; with a design only"""
+    """One row for each outcome and factor: its share of the variance over all ranges; only with a design"""
 
 
 def vary(
@@ -3212,7 +3215,7 @@ def vary(
       logs. The design has (factors + 2) x samples runs.
 
     The folder holds `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row for each run) and
-    `summary.json` with a sentence that names the most influential input, or says that this many logs do not
+    `summary.json` with a sentence that names the most influential input, or states that this many logs do not
     decide it.
 
     You choose the ranges: a wide one makes its factor strong. The default ranges are suggestions (rolling
@@ -3349,7 +3352,7 @@ def vary(
         restitution 0:0.2, tree_friction 0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor
         0.9:1.1, log_density_factor 0.7:1.3, tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity
         draft:standard, orientation upright:random-lying (the logs' posture at the start; also random). Factors
-        multiply what the layers say.
+        multiply the values of the layers.
     design : one of ends, latin, sobol, default latin
         How to vary: the ends of each range alone, or also all together. latin: a Latin hypercube; sobol:
         Sobol's sequence, which needs SciPy. Both give the indices.
@@ -3441,7 +3444,9 @@ def explore(
 
     The page is served on this machine's loopback address only, to whoever has the token in the printed address.
     Ctrl-C ends it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a
-    share is accurate to a few percentage points; its interval says how many.
+    share is accurate to a few percentage points; its interval shows how many. Of a terrain model of more than
+    25 million cells the layers and the 500 m around them are read; a log that leaves these counts as one that
+    left the terrain model.
 
     Parameters
     ----------
@@ -3605,7 +3610,7 @@ def make_report(
 
     For several runs of the same releases the page also has the paired differences of `compare-scenarios`, with
     maps. If an input of a run (the terrain model, the trees) is no longer in its place, the page omits it and
-    says so. Its figures are rounded for reading: numbers for further work are in the run's own files.
+    states this. Its figures are rounded for reading: numbers for further work are in the run's own files.
 
     Parameters
     ----------
@@ -3716,7 +3721,7 @@ class ReproducePaperResult(Result):
     findings = TablePart("findings.csv")
     """The same as a table"""
     sensitivity = TablePart("sensitivity.csv")
-    """The findings with one chosen number of the twin moved"""
+    """The findings with one chosen number of the twin changed"""
 
 
 def reproduce_paper(
@@ -3822,8 +3827,8 @@ def warm_up(
 ) -> WarmUpResult:
     """Compile the engine for this machine before the first run: once after each installation or update.
 
-    The compiled code is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and serves every
-    tool and QGIS; an engine is compiled only once. `shapes` also compiles the kernels of point clouds
+    The compiled code is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and is used by
+    every tool and QGIS; an engine is compiled only once. `shapes` also compiles the kernels of point clouds
     (`slide-logs --shape`), which otherwise happens with the first of them.
 
     Parameters
@@ -3844,7 +3849,7 @@ class DemoResult(Result):
     summary_file = "demo.json"
 
     dem = RasterPart("dem.tif")
-    """A terrain model, in the number type of the one that it was made from"""
+    """A terrain model, with the number type of the original"""
     release_area = LayerPart("release_area.gpkg", "release_area")
     """The circle in which the logs of the demo start"""
     releases = LayerPart("releases.gpkg", "releases")
@@ -3852,7 +3857,7 @@ class DemoResult(Result):
     forest = LayerPart("forest.gpkg", "forest")
     """The outline of the forest of the demo"""
     lines = LayerPart("road.gpkg", "lines")
-    """Roads, railways, houses: what must not be reached, as lines or outlines"""
+    """Roads, railways, houses and other objects that must not be reached, as lines or outlines"""
     barriers = LayerPart("barriers.gpkg", "barriers")
     """Protection works: thin rigid plates, vertical from the terrain up, infinitely strong"""
 
@@ -3875,7 +3880,7 @@ def demo(
     m, a forest as if mapped that leaves a gully free, and a random forest of the same density. The same logs
     then slide through the mapped forest, through the random one and without forest, and `report.html` shows the
     three side by side. Every step is done by the tools themselves, and the folder holds their inputs and
-    outputs: the manifests say how to repeat each step.
+    outputs: its manifests are enough to repeat each step.
 
     The paper found for its own slope that by far the most logs reach the road without forest, that a random
     forest lets no more through than the mapped one, and that the deposits spread wider with a forest than

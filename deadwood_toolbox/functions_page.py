@@ -17,7 +17,7 @@ from deadwood_algorithms.schemas.written import WRITTEN
 from deadwood_toolbox import parameters
 
 PLACE = Path(__file__).with_name("functions.py")
-LINE, WIDTH = 120, 112  # of the code, and of the text in it
+LINE, WIDTH = 120, 112  # line lengths of the code, and of the text in it
 OUTPUT, OPTIONAL_OUTPUT = "str | os.PathLike[str] | None", "str | os.PathLike[str] | bool | None"
 HEAD = '''\
 """Each tool as a function, and what it leaves as a class.
@@ -63,16 +63,16 @@ TYPES = {
     "field": "str",
     "crs": "str | int",
 }
-OF_PATHS = {"raster": "TerrainInput"}  # of parameters that take several paths; of the other kinds PathsInput
+OF_PATHS = {"raster": "TerrainInput"}  # types of parameters that take several paths; PathsInput for other kinds
 OF_EVERY_TOOL = (
     ("progress", "bool", "Show on standard error what is done, and what the tool notes and warns of."),
     ("feedback", "Feedback, optional", "An object of your own that hears all that; see docs/python.md."),
 )
-SKIPPED = ("scene.gpkg",)  # of the QGIS project; its layers are the inputs
+SKIPPED = ("scene.gpkg",)  # belongs to the QGIS project; its layers are the inputs
 
 
 def source(tools: Sequence[Tool]) -> str:
-    """The whole file."""
+    """The content of the file."""
     names = sorted(each for tool in tools for each in (python_name(tool), class_name(tool)))
     listed = "__all__ = [\n" + "".join(f'    "{each}",\n' for each in names) + "]\n"
     blocks = [block for tool in tools for block in (_class(tool), _function(tool))]
@@ -107,7 +107,7 @@ def _class(tool: Tool) -> str:
 
 
 def _has_place(output: Output) -> bool:
-    """Whether one attribute can stand for it: no name with a word in capitals, no folder within the folder."""
+    """Whether a single attribute can represent it: no name with a word in capitals, no folder within the folder."""
     file, _, layer = output.place.partition("|layername=")
     folders = "/" in file or file in SKIPPED
     return not (folders or re.search(r"[A-Z]{2}", file + layer) or file in ("manifest.json", "failed.json"))
@@ -182,13 +182,13 @@ def _docstring(tool: Tool, declared: Sequence[Parameter]) -> Iterator[str]:
 
 
 def _description(text: str) -> str:
-    """Without the indented examples, which are of the command line."""
+    """The description without the indented examples, which are for the command line."""
     kept = [part for part in text.split("\n\n") if not part.lstrip("\n").startswith("    ")]
     return "\n\n".join(kept)
 
 
 def _in_python(tool: Tool, text: str) -> str:
-    """The flags of the tool by the names that its parameters have in Python."""
+    """Replace the flags of the tool by the names of its parameters in Python."""
     names = {each.flag: each.name for each in tool.parameters()}
     return re.sub(
         r"`+deadwood-tool[^`]*`+|--[a-z][a-z0-9-]*[a-z0-9]", lambda found: names.get(found[0], found[0]), text

@@ -5,7 +5,7 @@ ends in an orderly way. After ``ASKED_S`` follows ``KeyboardInterrupt`` in the m
 removes what it had begun; if it is raised in a callback from which Python drops exceptions (of a weak reference, of
 ``ctypes``), it is repeated. Python runs a handler only between two bytecodes of the main thread, so a long native call
 delays that too; after ``GRACE_S`` the watchdog thread, which the C side notifies of a signal through the wake-up
-socket, ends the process. Even then only temporary files remain: results get their names at the very end.
+socket, removes the temporary files and ends the process: results get their names at the very end.
 
 A program that starts the tool (such as QGIS) may set ``DEADWOOD_STOP_WITH_STDIN``: the end of standard input then
 counts as Ctrl-C. That works on Windows too, which has no SIGTERM, and ends the tool when the program itself dies.
@@ -22,6 +22,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from types import FrameType
 
 INTERRUPTED = 130
@@ -35,9 +36,11 @@ LOOK_S = 0.05  # how soon an interrupt that was dropped is raised again
 
 @contextlib.contextmanager
 def interruptible(stop: threading.Event) -> Iterator[None]:
-    """Within it the first signal sets ``stop`` and the second raises ``KeyboardInterrupt``; more are not heard."""
+    """Inside the block, the first signal sets ``stop`` and the second raises ``KeyboardInterrupt``; others are
+    ignored.
+    """
     if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread may set handlers; its own signals are its caller's business
+        yield  # only the main thread may set handlers; otherwise signals are up to the caller
         return
 
     raised = False
@@ -46,7 +49,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
         nonlocal raised
         if not stop.is_set():
             stop.set()
-        elif not raised:  # one more must not interrupt the tidying up
+        elif not raised:  # a further signal must not interrupt the cleanup
             raised = True
             raise KeyboardInterrupt
 
@@ -74,7 +77,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
     try:
         yield
     finally:
-        finished.set()  # before the handlers go, or the watchdog's own interrupt could meet the default one
+        finished.set()  # before the handlers are removed, or the watchdog's interrupt could reach the default one
         for number, handler in before.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(before_wakeup)
@@ -85,7 +88,7 @@ def interruptible(stop: threading.Event) -> Iterator[None]:
 
 
 def deaf() -> None:
-    """From here on signals are ignored: the work is done, and Python's own end must not turn into -15."""
+    """Ignore signals from now on: the work is done, and Python's own exit must not become -15."""
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(AttributeError, ValueError):
             signal.signal(number, signal.SIG_IGN)
@@ -99,16 +102,23 @@ def _watch(ears: socket.socket, finished: threading.Event, dropped: threading.Ev
         _thread.interrupt_main()  # calls the handler again
         while not finished.wait(LOOK_S):
             if time.monotonic() > end:
+                left = "".join(f"; {each} is left, the next run to this output removes it" for each in _tidied())
                 with contextlib.suppress(OSError):
-                    os.write(2, f"deadwood-tool: {MESSAGE}\n".encode())
+                    os.write(2, f"deadwood-tool: {MESSAGE}{left}\n".encode())
                 os._exit(INTERRUPTED)
             if dropped.is_set():
                 dropped.clear()
                 _thread.interrupt_main()
 
 
+def _tidied() -> list[Path]:
+    """Remove temporary outputs in the place of the main thread, which hears nothing; gives what is left of them."""
+    outputs = sys.modules.get("deadwood_algorithms.files.outputs")  # an import could wait for the main thread's
+    return outputs.remove_unfinished() if outputs else []
+
+
 def _wait_for_end(finished: threading.Event) -> None:
-    """Read standard input to its end, then interrupt as Ctrl-C does."""
+    """Read standard input to its end, then interrupt like Ctrl-C."""
     with contextlib.suppress(OSError):
         while os.read(0, 4096):
             pass

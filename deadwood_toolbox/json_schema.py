@@ -1,7 +1,7 @@
-"""What a file of parameters may hold, as JSON Schema: ``deadwood-tool describe TOOL --json-schema``.
+"""The possible content of a file of parameters, as JSON Schema: ``deadwood-tool describe TOOL --json-schema``.
 
 For editors that complete and check a ``--config`` file, and for programs that make forms. Whether a file exists, and
-what only a tool itself can say (that two options do not go together), no schema says.
+what only a tool itself can check (that two options conflict) is not in the schema.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ LARGEST_INTEGER = 2**63 - 1
 
 
 def schema_of(tool: Tool) -> dict[str, Any]:
-    """Of the parameters of one tool."""
+    """The schema of the parameters of one tool."""
     declared = list(tool.parameters())
     properties = {each.name: _property(each) for each in declared}
     for each in declared:
@@ -38,7 +38,7 @@ def schema_of(tool: Tool) -> dict[str, Any]:
 
 
 def schemas_of(tools: Sequence[Tool]) -> dict[str, Any]:
-    """Of all tools, by their names."""
+    """The schemas of all tools, by name."""
     return {
         "$schema": DRAFT,
         "$comment": f"of version {VERSION}",
@@ -56,12 +56,12 @@ def _property(parameter: Parameter) -> dict[str, Any]:
         facts["default"] = plain(parameter.default)
     forms = _forms(parameter)
     if parameter.default is not None or parameter.optional:
-        forms.append({"type": "null"})  # as if it were not there
+        forms.append({"type": "null"})  # the same as a missing parameter
     return facts | (forms[0] if len(forms) == 1 else {"anyOf": forms})
 
 
 def _forms(parameter: Parameter) -> list[dict[str, Any]]:
-    """What stands for a value in JSON."""
+    """The possible JSON forms of a value."""
     kind = parameter.of_kind
     number = _number(parameter)
     if parameter.choices:

@@ -45,7 +45,7 @@ def page() -> str:
 
 
 def title_of(what: Any) -> str:
-    """Its name; with the tools that write it where others bear the same name."""
+    """Its name, with the tools that write it if others have the same name."""
     same = {id(each.what) for each in WRITTEN if each.what.name == what.name}
     if len(same) < 2 or what in BROUGHT:
         return what.name
@@ -65,7 +65,7 @@ def _shown(output: Output) -> str:
 
 
 def section(what: Any) -> str:
-    """What is known of one layer, raster, table or JSON file."""
+    """The section about one layer, raster, table or JSON file."""
     title = f"### {title_of(what)}"
     if isinstance(what, Layer):
         kept = " Beside these, all columns of the layer that it was made from." if what.keeps_source else ""
@@ -83,7 +83,7 @@ def section(what: Any) -> str:
 
 
 def _scale(what: RasterFile) -> str:
-    """The scale on which the first band is shown, wherever it is."""
+    """The scale on which the first band is shown everywhere."""
     if what.look not in LOOKS:
         return ""
     look = LOOKS[what.look]

@@ -1,4 +1,4 @@
-"""Put what a command has printed into its place in the README, so that no hand types a measured number.
+"""Insert the output of a command into the README, so that no measured number is typed by hand.
 
 In a checkout: ``deadwood-tool demo --output demo | python -m deadwood_toolbox.measured demo``.
 """

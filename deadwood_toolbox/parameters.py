@@ -1,7 +1,7 @@
 """A tool's declaration rendered: values from text and JSON, option, help line, and description in JSON.
 
-Text from a flag and values from a file go through the same checks (``Tool.check``), so a wrong number reads the same
-wherever it stood.
+Text from a flag and values from a file go through the same checks (``Tool.check``), so an invalid number gives the same
+message wherever it came from.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from deadwood_algorithms.files.configs import closest, read_config
 from deadwood_algorithms.params.tool import VERSION, Parameter, Tool, UserError
 
-__all__ = ["closest", "read_config"]  # of the algorithms; the rest is here
+__all__ = ["closest", "read_config"]  # re-exported from the algorithms; everything else is defined here
 LARGEST_INTEGER = 2**63 - 1
 LONGEST_LEFT = 76  # columns of the help: a flag with more choices has them on the right
 
@@ -38,7 +38,7 @@ def ask_from(tool: Tool, values: Mapping[str, Any]) -> Any:
 
 
 def section(parameter: Parameter) -> str:
-    """Under which heading of the help a parameter stands."""
+    """The heading of a parameter in the help."""
     if parameter.is_output or parameter.name in ("overwrite", "resume", "plan"):
         return "Outputs"
     if parameter.group:
@@ -58,12 +58,12 @@ def by_section(tool: Tool) -> dict[str, list[Parameter]]:
 
 
 def off(flag: str) -> str:
-    """What switches a switch off: ``--no-report``; of ``--no-browser``, ``--browser``."""
+    """The flag that switches a switch off: ``--no-report``; for ``--no-browser``, ``--browser``."""
     return f"--{flag[5:]}" if flag.startswith("--no-") else f"--no-{flag[2:]}"
 
 
 def bounds(parameter: Parameter) -> str:
-    """The range of a number as a reader writes it: ``0 < x <= 5``."""
+    """The range of a number for a reader: ``0 < x <= 5``."""
     low, high = parameter.minimum, parameter.maximum
     if high is not None and high >= LARGEST_INTEGER:
         high = None
@@ -76,13 +76,13 @@ def bounds(parameter: Parameter) -> str:
 
 
 def default_text(parameter: Parameter) -> str:
-    """The default as one types it."""
+    """The default as it would be typed."""
     values = parameter.default if isinstance(parameter.default, tuple) else (parameter.default,)
     return ",".join(f"{each:.10g}" if isinstance(each, float) else str(each) for each in values)
 
 
 def facts(parameter: Parameter) -> str:
-    """What is worth knowing beside the label: unit, range, geometry, and default or that it is required."""
+    """Facts in addition to the label: unit, range, geometry, and the default or that it is required."""
     if parameter.default is not None and not parameter.is_switch:
         last = f"default {default_text(parameter)}"
     elif parameter.is_switch or parameter.optional:
@@ -94,7 +94,7 @@ def facts(parameter: Parameter) -> str:
 
 
 def help_line(parameter: Parameter) -> tuple[str, str]:
-    """The two columns of the help: how the flag is written, and its meaning."""
+    """The two columns of the help: the flag and its meaning."""
     metavar = parameter.metavar if len(parameter.metavar) <= LONG_CHOICES else "NAME"
     left = parameter.flag + (f" / {off(parameter.flag)}" if parameter.is_switch else f" {metavar}")
     known = facts(parameter)
@@ -108,11 +108,11 @@ def help_line(parameter: Parameter) -> tuple[str, str]:
     )
 
 
-LONG_CHOICES = 40  # letters: with more, they would push their meaning off the screen
+LONG_CHOICES = 40  # characters: longer choices would push the meaning off the screen
 
 
 def describe(tool: Tool) -> dict[str, Any]:
-    """Everything that is declared of a tool, as plain JSON values: what the QGIS plugin and other programs read."""
+    """The complete declaration of a tool as plain JSON values, for the QGIS plugin and other programs."""
     return {
         "name": tool.name,
         "label": tool.label,

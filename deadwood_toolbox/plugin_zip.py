@@ -26,16 +26,17 @@ from deadwood_toolbox import parameters
 from deadwood_toolbox.feedback import plain
 
 SOURCE = Path(__file__).parent / "qgis_plugin"
-FOLDER = "deadwood"  # in the zip, and thereby the plugin's name for QGIS
+FOLDER = "deadwood"  # folder in the zip, and therefore the plugin's name in QGIS
 KINDS = {".py", ".svg", ".model3"}
-# Of the site: in a checkout beside the package, in an installed one within it.
+# Pictures of the site: beside the package in a checkout, inside the package if installed.
 SITE_PICTURES = tuple(each / "docs" / "pictures" for each in (SOURCE.parents[1], SOURCE.parent))
 DISTRIBUTION = "deadwood-toolbox"
-# Line of metadata.txt -> name of the URL in pyproject.toml. The first two, and an address, plugins.qgis.org asks for.
+# Line of metadata.txt -> name of the URL in pyproject.toml. plugins.qgis.org requires the first two and an e-mail
+# address.
 URLS = {"repository": "repository", "tracker": "issues", "homepage": "homepage"}
 ASKED_FOR = ("email", "repository", "tracker")
 MO_HEADER = "Content-Type: text/plain; charset=UTF-8\n"
-DAY = (2000, 1, 1, 0, 0, 0)  # of every file in the zip: same version, same bytes
+DAY = (2000, 1, 1, 0, 0, 0)  # date of every file in the zip: same version, same bytes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,9 +71,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def declarations() -> dict[str, Any]:
-    """What ``describe --json`` says of all tools: the plugin's dialogs, so that they show where the tool is missing.
+    """The output of ``describe --json`` for all tools, from which the plugin makes its dialogs even without the
+    toolbox.
 
-    And the words and colours of the page of `explore`, which the panel in QGIS has, too.
+    It includes the texts and colours of the page of `explore`, which the panel in QGIS also uses.
     """
     from deadwood_algorithms.explore import web_page
     from deadwood_algorithms.tools.explore import FRICTION
@@ -83,7 +85,7 @@ def declarations() -> dict[str, Any]:
 
 
 def contacts() -> dict[str, str]:
-    """What the package says of its authors' address and its places on the web, as lines of ``metadata.txt``."""
+    """The authors' e-mail address and the web addresses of the package, as lines of ``metadata.txt``."""
     try:
         fields: Any = metadata.metadata(DISTRIBUTION)
     except metadata.PackageNotFoundError:  # run from a checkout that is not installed
@@ -98,7 +100,9 @@ def contacts() -> dict[str, str]:
 
 
 def licence() -> str:
-    """The text of the licence, which plugins.qgis.org wants in the zip, from the checkout or the installed package."""
+    """The text of the licence, which plugins.qgis.org requires in the zip, from the checkout or the installed
+    package.
+    """
     beside = SOURCE.parents[1] / "LICENSE"
     if beside.is_file():
         return beside.read_text(encoding="utf-8")
@@ -106,7 +110,7 @@ def licence() -> str:
 
 
 def checked_wheel(path: Path | None) -> Path | None:
-    """The wheel, if it is the toolbox's of this version: another one would be installed beside dialogs of this one."""
+    """The wheel, verified to be the toolbox of this version, because the dialogs belong to this version."""
     wanted = f"{DISTRIBUTION.replace('-', '_')}-{VERSION}-"
     if path is not None and not (path.name.startswith(wanted) and path.suffix == ".whl" and path.is_file()):
         raise UserError(f"--wheel is {path}, but must be a file {wanted}*.whl (pip wheel --no-deps . makes it)")
@@ -118,7 +122,9 @@ def pack(path: Path, manifest: dict[str, Any], known: Mapping[str, str], *, whee
 
     And, if one is given, the toolbox's wheel.
     """
-    from deadwood_algorithms.report.words import read_catalogue  # with what reads results, which no other start needs
+    from deadwood_algorithms.report.words import (
+        read_catalogue,
+    )  # imported here, because it loads what only the reading of results needs
 
     files: dict[str, str | bytes] = {}
     files |= {each.relative_to(SOURCE).as_posix(): each.read_text(encoding="utf-8") for each in _sources()}
@@ -144,7 +150,7 @@ def compiled(messages: Mapping[str, str]) -> bytes:
     """A catalogue in gettext's binary form (.mo), which the standard library reads but does not write."""
     texts = sorted((key.encode(), value.encode()) for key, value in {"": MO_HEADER, **messages}.items())
     columns = [key for key, _ in texts], [value for _, value in texts]
-    place = 28 + 16 * len(texts)  # of the first text, after the head and two tables of lengths and places
+    place = 28 + 16 * len(texts)  # position of the first text, after the header and two tables of lengths and positions
     tables, body = b"", b""
     for column in columns:
         for text in column:
@@ -155,7 +161,7 @@ def compiled(messages: Mapping[str, str]) -> bytes:
 
 
 def pictures() -> list[Path]:
-    """What the help pages show (`help_pages.PICTURES`, which only QGIS can import)."""
+    """The pictures of the help pages (`help_pages.PICTURES`, which only QGIS can import)."""
     wanted = set(re.findall(r'"(\w+\.webp)"', (SOURCE / "help_pages.py").read_text(encoding="utf-8")))
     folder = next((each for each in SITE_PICTURES if each.is_dir()), None)
     return [folder / name for name in sorted(wanted)] if folder else []

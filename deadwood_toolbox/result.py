@@ -59,13 +59,13 @@ class Part(Generic[Content]):
         return result._read[self.name]
 
     def file_of(self, result: Result) -> Path | None:
-        """Where the file would stand; None of an output that was not asked for."""
+        """The place of the file; None for an output that was not requested."""
         if self.place.startswith("--"):
             return result.outputs.get(self.place.removeprefix("--").replace("-", "_"))
         return result.folder / self.place
 
     def is_in(self, result: Result) -> bool:
-        """Whether the result has it."""
+        """Whether the result contains this part."""
         file = self.file_of(result)
         return file is not None and file.is_file()
 
@@ -104,21 +104,21 @@ class Result:
     Attributes
     ----------
     tool : str
-        Its name.
+        Name of the tool.
     outputs : dict of str to Path
-        Its files and folders by the parameters that name them.
+        Files and folders by the parameters that name them.
     folder : Path
-        Where they are: the output folder, or the one that contains the output file. Without an ``output`` it is a
+        The output folder, or the one that contains the output file. Without an ``output`` it is a
         temporary one, which is removed with this object.
     facts : dict
         The content of the tool's summary.
     text : str
-        What the command line would print.
+        The text that the command line would print.
     notes, warnings : tuple of str
         Messages during the run.
     """
 
-    summary_file = ""  # of the tools that write one
+    summary_file = ""  # for tools that write one
 
     def __init__(
         self,
@@ -138,7 +138,7 @@ class Result:
 
     @property
     def path(self) -> Path:
-        """The main output: what another tool takes."""
+        """The main output, which other tools take as input."""
         if "output" not in self.outputs:
             raise UserError(f"{self.tool} leaves no output that another tool could take")
         return self.outputs["output"]
@@ -153,21 +153,21 @@ class Result:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """What the tool's JSON file says, such as ``summary.json``; of a tool that writes none, its facts."""
+        """The content of the tool's JSON file, such as ``summary.json``; the facts of a tool that writes none."""
         if not self.summary_file or not (self.folder / self.summary_file).is_file():
             return self.facts
         return json.loads((self.folder / self.summary_file).read_text(encoding="utf-8"))
 
     @property
     def manifest(self) -> dict[str, Any]:
-        """What made it: the record with its ``run_id``, the inputs with their SHA-256, the values that counted."""
+        """The record of its origin: ``run_id``, inputs with their SHA-256, the values used."""
         from deadwood_algorithms.files.embedded import record_in
         from deadwood_algorithms.files.input_files import made_from
 
         return made_from(self.path) if self.path.is_dir() else record_in(self.path) or {}
 
     def report(self) -> Path:
-        """The page that the tool has written, for a browser."""
+        """The page written by the tool, for a browser."""
         page = self.folder / "report.html"
         if not page.is_file():
             raise UserError(f"{self.folder}: {self.tool} has written no report here")
@@ -229,7 +229,7 @@ class Run(Result):
 
 
 class TemporaryFolder:
-    """A folder that is removed when nothing holds this object any more, at the latest when Python ends."""
+    """A folder that is removed when this object is no longer referenced, at the latest when Python exits."""
 
     def __init__(self) -> None:
         import tempfile

@@ -1,17 +1,17 @@
-"""The sample data that come with the toolbox: a synthetic slope (`sample_data/README.md`)."""
+"""The sample data included in the toolbox: a synthetic slope (`sample_data/README.md`)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
 
-# In an installed package, and in a checkout.
+# Places in an installed package, and in a checkout.
 PLACES = (Path(__file__).parent / "sample_data", Path(__file__).parents[1] / "sample_data")
 
 
 @dataclass(frozen=True)
 class SampleData:
-    """Paths of a synthetic slope and of what stands on it; nothing of it is measured, and it is free to use (CC0)."""
+    """Paths of a synthetic slope and its layers; nothing of it is measured, and it is free to use (CC0)."""
 
     folder: Path
     dem: str = field(init=False)  # terrain model of 300 x 500 m, cells of 0.5 m, EPSG:2056
@@ -34,7 +34,7 @@ class SampleData:
 
 
 def sample_data() -> SampleData:
-    """The sample slope: a place to try every tool. The files are read only; copy them to change them."""
+    """The sample slope: a place to try every tool. Do not change the files; work on copies."""
     found = next((each for each in PLACES if (each / "dem.tif").is_file()), None)
     if found is None:
         raise FileNotFoundError(f"the sample data are missing in {PLACES[0]}; install the toolbox again")

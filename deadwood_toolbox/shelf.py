@@ -1,11 +1,11 @@
 """The tools by name; a tool that is not named here does not exist for the command line.
 
-``deadwood-tool TOOL --help`` imports that tool's file alone, and ``deadwood-tool --help`` none: it reads their last
+``deadwood-tool TOOL --help`` imports only that tool's file, and ``deadwood-tool --help`` none: it reads their last
 lines (``declared``). Such a file imports at its top only what starts quickly: the standard library, numpy, shapely, and
-siblings that keep the same rule.
+sibling modules that follow the same rule.
 The engine (numba), geopandas, pandas, pyarrow, rasterio, pyogrio, pyproj and matplotlib are imported where they are
-used: inside functions, such as a tool's ``run``. A test imports this file with all its tools and looks at what came
-with it.
+used: inside functions, such as a tool's ``run``. A test imports this file with all its tools and checks what else was
+imported.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ NAMES = (
     "warm-up",
     "demo",
 )
-OLD_NAMES = ("list-presets",)  # still run in this version, and no more shown: list --presets
+OLD_NAMES = ("list-presets",)  # still work in this version, but are not shown: use list --presets
 TOOLS: tuple[Tool, ...]
 
 
@@ -64,7 +64,7 @@ def find(name: str) -> Tool | None:
 
 @dataclass(frozen=True)
 class Declared:
-    """What the list of tools says of one."""
+    """The entry of a tool in the list of tools."""
 
     name: str
     group: str
@@ -72,7 +72,7 @@ class Declared:
 
 
 def declared() -> tuple[Declared, ...]:
-    """All tools as their files declare them in the end, read and not imported: numpy alone takes 0.2 s."""
+    """All tools, from the last lines of their files, which are parsed and not imported: numpy alone takes 0.2 s."""
     return tuple(_declared(name) for name in NAMES)
 
 

@@ -39,7 +39,7 @@ def report_messages() -> Catalog:
 
 
 def plugin_messages() -> Catalog:
-    """Every text that QGIS shows; the comment says where it stands first."""
+    """Every text that QGIS shows; the comment names its first place."""
     made = Catalog(charset="utf-8")
     for file, _, english, _, _ in sorted(extract_from_dir(PLUGIN), key=lambda each: each[:2]):
         made.add(english, auto_comments=[file])
@@ -52,7 +52,7 @@ def plugin_messages() -> Catalog:
 
 
 def panel_phrases() -> Iterator[str]:
-    """The phrases of the page of `explore` that the panel says, by the names that are in its sources."""
+    """The phrases of the page of `explore` that the panel uses, by the names in its sources."""
     source = "".join(each.read_text(encoding="utf-8") for each in sorted(PLUGIN.glob("explore_*.py")))
     names = set(re.findall(r'"(\w+)"', source))
     beginnings = tuple(re.findall(r'f"(\w+_)\{', source)) + tuple(f"{name}_" for name in names)
@@ -64,7 +64,7 @@ def panel_phrases() -> Iterator[str]:
 
 
 def declared_texts() -> Iterator[tuple[str, str]]:
-    """Of each tool that QGIS lists: names and summary, the paragraphs of its help, its parameters; and where it is."""
+    """The texts of each tool in QGIS (name, summary, paragraphs of the help, parameters), each with its place."""
     for tool in TOOLS:
         if not tool.in_qgis:
             continue
@@ -88,13 +88,13 @@ class Domain:
     name: str
     folder: Path
     template: Callable[[], Catalog]
-    fuzzy: bool  # whether what has changed a little keeps its translation, to be looked at
+    fuzzy: bool  # whether a slightly changed text keeps its translation, to be checked
 
     def file_of(self, language: str) -> Path:
         return self.folder / language / "LC_MESSAGES" / f"{self.name}.po"
 
     def updated(self, language: str) -> Catalog:
-        """The catalogue of a language with the messages of today."""
+        """The catalogue of a language, updated with the present messages."""
         with self.file_of(language).open("rb") as file:
             found = read_po(file, locale=language)
         found.update(

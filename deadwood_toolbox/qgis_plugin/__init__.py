@@ -11,7 +11,7 @@ from typing import Any
 
 
 def classFactory(iface: Any) -> Any:
-    """The plugin; ``iface`` is None where QGIS has no window."""
+    """The plugin; ``iface`` is None if QGIS has no window."""
     from .plugin import Plugin
 
     return Plugin(iface)

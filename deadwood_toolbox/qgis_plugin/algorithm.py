@@ -98,8 +98,8 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
     def prepareAlgorithm(
         self, parameters: dict[str, Any], context: QgsProcessingContext, feedback: QgsProcessingFeedback
     ) -> bool:
-        """In QGIS's own thread, where its layers live: see to it that everything the tool shall read is in files."""
-        child.command()  # fails at once with how to install what is missing
+        """In QGIS's own thread, which owns the layers: make sure that everything the tool reads is in files."""
+        child.command()  # fails immediately and explains how to install what is missing
         self.inputs = Inputs(self, parameters, context, feedback)
         self.inputs.collect(self.tool["parameters"])
         check_places(self.inputs, context, feedback)

@@ -14,14 +14,14 @@ from qgis.PyQt.QtCore import QProcess
 from .finding import Missing, environment, find, how_to_install
 from .language import _
 
-LOOK_MS = 100  # between two looks at the Cancel button
-GRACE_MS = 5000  # for the child to tidy up, before it is ended by force
-BETWEEN_TEXTS_S = 10.0  # each text of the progress is a line in the log
+LOOK_MS = 100  # between two checks of the Cancel button
+GRACE_MS = 5000  # for the child to clean up, before it is killed
+BETWEEN_TEXTS_S = 10.0  # between two texts of the progress, each of which is a line in the log
 
 
 @dataclass
 class Said:
-    """What the tool has said: its last words on standard error, and the lines for a reader."""
+    """The output of the tool: the end of standard error, and the lines for a reader."""
 
     outputs: dict[str, str] = field(default_factory=dict)
     facts: dict[str, Any] = field(default_factory=dict)
@@ -30,7 +30,7 @@ class Said:
 
 
 def command() -> tuple[str, ...]:
-    """The command's words, or the words on how to install it."""
+    """The words of the command; if it is missing, an exception that explains how to install it."""
     found = find()
     if isinstance(found, Missing):
         raise QgsProcessingException(f"{found.why}.\n{how_to_install()}")
@@ -70,7 +70,7 @@ def run(
 
 
 def end(child: QProcess) -> None:
-    """End the child: ask it twice over (a closed pipe, which Windows knows too, and SIGTERM), then by force."""
+    """End the child: request it in two ways (a closed pipe, which also works on Windows, and SIGTERM), then kill it."""
     child.closeWriteChannel()
     child.terminate()
     if not child.waitForFinished(GRACE_MS):
@@ -79,7 +79,7 @@ def end(child: QProcess) -> None:
 
 
 class Ears:
-    """Takes the child's output apart: whole lines, JSON or not."""
+    """Splits the child's output into lines, JSON or text."""
 
     def __init__(self, feedback: QgsProcessingFeedback, worded: Callable[[str], str] = lambda line: line) -> None:
         self.feedback, self.worded = feedback, worded

@@ -47,10 +47,10 @@ GEOMETRIES = {
 }
 # Declaration, name, label, whether it is optional -> the definition of a parameter, or a list of them.
 Widget = Callable[[dict[str, Any], str, str, bool], Any]
-LARGEST_SPIN = 2**31 - 1  # of a spin box of whole numbers
+LARGEST_SPIN = 2**31 - 1  # largest value of an integer spin box
 DECIMALS = 4
 OPEN = "OPEN_RESULTS"
-LAYER = "_LAYER"  # ends the second parameter of a number that may be a layer
+LAYER = "_LAYER"  # suffix of the second parameter of a number that may be a layer
 
 
 def definitions(tool: dict[str, Any]) -> Iterator[QgsProcessingParameterDefinition]:
@@ -76,13 +76,13 @@ def definitions(tool: dict[str, Any]) -> Iterator[QgsProcessingParameterDefiniti
 
 
 def is_hidden(declared: dict[str, Any], tool: dict[str, Any]) -> bool:
-    """Whether QGIS asks for it itself: before it replaces a file, but not before it replaces a folder."""
+    """Whether QGIS itself asks the user for it: it asks before it replaces a file, but not a folder."""
     folders = (p["widget"] == "output_folder" and p["required"] for p in tool["parameters"])
     return declared["name"] == "overwrite" and not any(folders)
 
 
 def part_outputs(tool: dict[str, Any]) -> Iterator[QgsProcessingOutputDefinition]:
-    """What models chain on beside the output itself: the layers and rasters in a folder, the layers of a file."""
+    """Further outputs for models: the layers and rasters in a folder, the layers of a file."""
     for declared in tool["parameters"]:
         for part in declared["parts"]:
             name, label = part_name(part).upper(), title_of(part)
@@ -157,7 +157,7 @@ def _folder(declared: dict[str, Any], name: str, label: str, optional: bool) -> 
 
 
 def _results(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterString:
-    """A text, so that models and scripts give it one; the dialog shows a list of folders, or of folders and files."""
+    """A text parameter for models and scripts; the dialog shows a list of folders, or of folders and files."""
     made = QgsProcessingParameterString(name, label, optional=optional)
     facts = {"class": f"{__package__}.widgets.FolderList", "files": declared["widget"] == "results"}
     made.setMetadata({"widget_wrapper": facts})
@@ -196,7 +196,7 @@ def _numbers(declared: dict[str, Any], name: str, label: str, optional: bool) ->
 
 
 def _destination(make: Callable[..., QgsProcessingParameterDefinition], **facts: Any) -> Widget:
-    """The widget of an output; one that need not be made is off at first."""
+    """The widget of an output; an optional one is initially off."""
 
     def build(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
         made = make(name, label, optional=optional, **facts)

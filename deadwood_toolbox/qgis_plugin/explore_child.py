@@ -21,7 +21,7 @@ from .finding import environment
 from .language import _
 
 LENGTH_BYTES = 4  # of the length before a frame, and of the one before its header
-ALIGNED = 8  # bytes: where each array starts
+ALIGNED = 8  # alignment of arrays [bytes]
 KINDS = {"<f4": "f", "<f8": "d", "<u2": "H", "<u4": "I", "<i4": "i", "<i8": "q", "|u1": "B"}
 
 
@@ -50,7 +50,7 @@ class Frame:
 
 
 class Frames:
-    """Puts together what comes in pieces."""
+    """Assembles frames from pieces of the stream."""
 
     def __init__(self) -> None:
         self.rest = bytearray()
@@ -68,7 +68,7 @@ class Frames:
 
 
 class Heard(QgsProcessingFeedback):
-    """What the tool says on standard error while it loads: the last text, and the warnings."""
+    """The tool's standard error while it loads: the last text, and the warnings."""
 
     def __init__(self, tell: Any) -> None:
         super().__init__(False)
@@ -105,7 +105,7 @@ class Engine(QObject):
         """Start it; if the toolbox is missing, the exception explains how to install it."""
         words = [*command(), "explore", *arguments, "--stdio", "--progress=json"]
         surroundings = environment()
-        surroundings.remove("DEADWOOD_STOP_WITH_STDIN")  # its messages come that way, and it ends with them
+        surroundings.remove("DEADWOOD_STOP_WITH_STDIN")  # messages come on standard input, and it ends with that anyway
         self.process = process = QProcess(QgsApplication.instance())
         process.setProcessEnvironment(surroundings)
         process.readyReadStandardOutput.connect(self._read)
@@ -119,7 +119,7 @@ class Engine(QObject):
             self.process.write((json.dumps(message) + "\n").encode())
 
     def end(self) -> None:
-        """Let go of it: its input ends, and with it the process, by force where that takes too long."""
+        """End it: close its input, which ends the process; kill it if that takes too long."""
         process, self.process = self.process, None
         if process is None:
             return
@@ -150,7 +150,7 @@ class Engine(QObject):
             self.ears.hear(bytes(self.process.readAllStandardError()), b"")
 
     def _failed(self, error: QProcess.ProcessError) -> None:
-        """Only a process that never started reports this alone; other failures show in its end, too."""
+        """Only needed for a process that never started; other failures also end the process."""
         if error == QProcess.ProcessError.FailedToStart and self.process is not None:
             why = self.process.errorString()
             self.end()

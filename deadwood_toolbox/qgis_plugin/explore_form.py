@@ -89,7 +89,7 @@ class Form(QScrollArea):
         }
 
     def bound(self, limits: Mapping[str, float]) -> None:
-        """Take over what the engine takes at most."""
+        """Apply the engine's upper bounds."""
         self.n.setMaximum(int(limits["n_max"]))
         self.radius.setMaximum(limits["radius_max"])
         self.numbers["friction"].setMaximum(limits["friction_max"])
@@ -99,7 +99,7 @@ class Form(QScrollArea):
             each.clear()
 
     def refresh(self, *, answered: bool, compared: bool) -> None:
-        """What can be pressed, and how many trees are selected."""
+        """Update the buttons and the number of selected trees."""
         trees = self.layer("trees")
         selected = trees.selectedFeatureCount() if trees is not None else 0
         if selected == 1:
@@ -188,6 +188,6 @@ def _spin(low: float, high: float, value: float, digits: int, unit: str) -> QDou
 
 
 def _narrow(box: QComboBox) -> None:
-    """A long name in it shall not make the panel wide."""
+    """Prevent a long name from widening the panel."""
     box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
     box.setMinimumContentsLength(12)

@@ -34,9 +34,9 @@ from qgis.PyQt.QtGui import QColor, QImage, QPainter, QPen, QPolygonF, QTransfor
 from .language import _
 
 OPAQUE = 0.72
-EXACT_CELLS = 0.25  # how far a cell may lie from its place
-DEEPEST = 6  # halvings of the picture
-DOT = 5.0  # pixels
+EXACT_CELLS = 0.25  # largest displacement of a cell
+DEEPEST = 6  # largest number of halvings of the picture
+DOT = 5.0  # size of a dot [pixels]
 HALO = "#ffffff"
 
 
@@ -107,7 +107,7 @@ class Hits:
 
 
 class Overlay(QgsMapCanvasItem):
-    """Draws the hits that it was given last; the map under it is not rendered again."""
+    """Draws the latest hits; the map below is not rendered again."""
 
     def __init__(self, canvas: QgsMapCanvas, looks: dict[str, Any]) -> None:
         super().__init__(canvas)
@@ -118,7 +118,7 @@ class Overlay(QgsMapCanvasItem):
         self.stops = {each["reason"]: each for each in looks["stops"]}
         self.hits: Hits | None = None
         self.picture = QImage()
-        self.drawn = QImage()  # the whole view, as it was drawn last
+        self.drawn = QImage()  # the whole view, as last drawn
         self.view: Any = None
         self.shown: Callable[[], None] | None = None  # called when something new is on the screen
         self.setZValue(50)  # under rubber bands and the selection's marks
@@ -176,7 +176,7 @@ class Overlay(QgsMapCanvasItem):
                 painter.setPen(QPen(QColor(colour), width))
                 painter.drawPolyline(ring)
         except QgsCsException:
-            drawn.fill(Qt.GlobalColor.transparent)  # the map's CRS does not reach here
+            drawn.fill(Qt.GlobalColor.transparent)  # outside the area of the map's CRS
         finally:
             painter.end()
         return drawn

@@ -33,7 +33,7 @@ from .language import _, translated
 from .overlap import check_places
 
 RESTART_MS = 400  # after a change of layers, so that several changes are one restart
-MOST_DEATHS = 3  # of a process without an answer in between; then it is not started again
+MOST_DEATHS = 3  # after so many deaths without an answer in between, the process is not started again
 
 
 class Panel(QDockWidget):
@@ -46,9 +46,13 @@ class Panel(QDockWidget):
         self.overlay = Overlay(self.canvas, manifest["explore"])
         self.engine: Engine | None = None
         self.scene: Scene | None = None
-        self.number, self.asked, self.edited = 0, 0, 0  # of messages: the last one, the last release, the last edit
+        self.number, self.asked, self.edited = (
+            0,
+            0,
+            0,
+        )  # numbers of the last message, the last release and the last edit
         self.deaths = 0
-        self.question: dict[str, Any] = {}  # asked last, and the one that is answered on the map
+        self.question: dict[str, Any] = {}  # the latest request, and the one whose answer is on the map
         self.answered: dict[str, Any] = {}
         self.place: Any = None  # where logs start, in the CRS of the map that was clicked, and that CRS
         self.fell: list[int] = []
@@ -100,7 +104,7 @@ class Panel(QDockWidget):
             self.tell(str(error))
 
     def _arguments(self) -> list[str]:
-        """The command's words, as a dialog of the toolbox makes them: what no file holds is saved for the tool."""
+        """The words of the command, made as in the dialogs: data that are not in a file are saved for the tool."""
         algorithm = ToolAlgorithm(self.declaration)
         algorithm.initAlgorithm()
         context, heard = QgsProcessingContext(), Heard(self.tell)
@@ -119,7 +123,7 @@ class Panel(QDockWidget):
             self.tell(_("Loading the scene: {what} …").format(what=what))
 
     def _watch(self) -> None:
-        """What is saved in a chosen layer later on, or filtered, makes the scene a new one."""
+        """Watch the chosen layers: saved edits or a new filter change the scene."""
         self._unwatch()
         for name, layer in self.form.chosen().items():
             if isinstance(layer, QgsVectorLayer):
@@ -170,7 +174,7 @@ class Panel(QDockWidget):
         super().closeEvent(event)
 
     def remove(self) -> None:
-        """Before the plugin goes."""
+        """Called before the plugin is unloaded."""
         self.stop()
         project = QgsProject.instance()
         project.layersWillBeRemoved.disconnect(self._layers_go)
@@ -188,7 +192,7 @@ class Panel(QDockWidget):
             self.canvas.unsetMapTool(self.tool)
 
     def _layers_change(self, *_signal: Any) -> None:
-        """Another scene: the displayed results do not belong to it."""
+        """The scene has changed: the displayed results do not belong to it."""
         self._refresh()
         if self.engine is not None:
             self._end()
@@ -243,12 +247,12 @@ class Panel(QDockWidget):
     # --- questions ---------------------------------------------------------------------------------------------------
 
     def clicked(self, point: Any, *, moving: bool = False) -> None:
-        """Logs from this place of the map."""
+        """Release logs at this place of the map."""
         self.place = point, self.canvas.mapSettings().destinationCrs()
         self.ask(moving=moving)
 
     def ask(self, *_signal: Any, moving: bool = False) -> None:
-        """Ask with the values as they stand; few logs while the mouse moves."""
+        """Send a request with the present values; few logs while the mouse moves."""
         if self.place is None:
             return
         if self.engine is None:
@@ -337,7 +341,7 @@ class Panel(QDockWidget):
         self.form.legend.setText(self.words.legend(shown.facts))
 
     def shown_hits(self) -> tuple[Hits, int]:
-        """The hits on the map, and of how many logs they are."""
+        """The hits on the map, and the number of logs."""
         if self.base is None or self.scene is None:
             raise RuntimeError("nothing has been answered yet")
         if self.changed is not None and self.shows_felled():
@@ -357,7 +361,7 @@ class Panel(QDockWidget):
         """Forget the place, the answer and the felled trees."""
         self.place = None
         self.form.felled.setChecked(False)
-        self.asked = self.edited = self.number = self.number + 1  # what still comes is of no interest
+        self.asked = self.edited = self.number = self.number + 1  # ignore answers that still arrive
         self._show_nothing()
 
     def _refresh(self) -> None:
@@ -368,7 +372,7 @@ class Panel(QDockWidget):
         self.form.state.setText(text)
 
     def warn(self, text: str) -> None:
-        """Say what shall not be overwritten by the next answer."""
+        """Show a message that the next answer must not overwrite."""
         self.iface.messageBar().pushWarning(_("Explore: sliding logs"), text)
 
     # --- keep --------------------------------------------------------------------------------------------------------
@@ -423,7 +427,7 @@ class Panel(QDockWidget):
         values = {name.upper(): self.answered[name] for name in ("friction", "fidelity")}
         dialog = processing.createAlgorithmDialog("deadwood:slidelogs", {**layers, **values, "OUTPUT": self.run_folder})
         dialog.setObjectName("deadwoodExploreRun")
-        self.dialogs.append(dialog)  # QGIS keeps its window only, and Run would do nothing
+        self.dialogs.append(dialog)  # QGIS only keeps its window; without this reference Run would do nothing
         dialog.show()
         message = _("The releases and changed layers are in {file}; run the dialog to slide them.")
         self.tell(message.format(file=beside))

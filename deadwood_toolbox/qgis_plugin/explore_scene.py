@@ -1,4 +1,4 @@
-"""The scene that the engine has loaded, as the panel knows it: its corner, its lines' names, its trees by place."""
+"""The panel's record of the scene loaded by the engine: its corner, the names of its lines, its trees by place."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .explore_child import Frame
 from .explore_overlay import Hits
 
 CORNERS = 48  # of a circle
-NEAR_M = 0.5  # two versions of PROJ may place a tree so far apart
+NEAR_M = 0.5  # largest difference of a tree's place between two versions of PROJ
 
 
 class Scene:

@@ -1,4 +1,4 @@
-"""What the panel says of an answer, as HTML: words, and digits that an interval bears, are those of the page."""
+"""The panel's texts about an answer, as HTML: phrases and rounding are those of the page."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Words:
         return _table(rows) + _quiet(note)
 
     def fidelity(self, fidelities: list[dict[str, Any]], name: str) -> str:
-        """What the fidelity itself is off by."""
+        """The error of the fidelity itself."""
         if name == fidelities[-1]["name"]:
             return _quiet(self.say("error_none", fidelity=name))
         found = next((each for each in fidelities if each["name"] == name), None)
@@ -80,7 +80,7 @@ class Words:
         return _quiet(self.say("error_known", fidelity=name, value=value, low=low, high=high))
 
     def legend(self, answer: Mapping[str, Any]) -> str:
-        """What the colours say: hits of cells, and where logs ended."""
+        """The meaning of the colours: hits of cells, and where logs ended."""
         cells = "".join(f'<td width="5" bgcolor="{each["colour"]}">&nbsp;</td>' for each in self.ramp)
         least, most = (self.say("percent", p=f"{100.0 * self.ramp[k]['share']:g}") for k in (0, -1))
         said = (
@@ -101,7 +101,7 @@ class Words:
 
 
 def digits_of(width: float) -> int:
-    """Digits after the point that an interval of that width [points] bears."""
+    """Decimals that an interval of this width [points] justifies."""
     return 0 if width >= 10.0 else 1 if width >= 0.5 else 2
 
 

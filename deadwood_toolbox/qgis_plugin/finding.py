@@ -60,7 +60,7 @@ def read_manifest() -> dict[str, Any]:
 
 
 def own_folder() -> Path:
-    """Of the environment that the plugin makes (`environment_setup`): in QGIS's profile, with which it goes."""
+    """The folder of the environment that the plugin makes (`environment_setup`), in QGIS's profile."""
     return Path(QgsApplication.qgisSettingsDirPath()) / DISTRIBUTION
 
 
@@ -69,7 +69,7 @@ def script_in(environment: Path) -> Path:
 
 
 def find() -> Found | Missing:
-    """The command to start, in the order of the search; a place that somebody named is never passed over silently."""
+    """The command to start, in the order of the search; a place named by the user is never skipped silently."""
     for place, how in ((QgsSettings().value(SETTING, ""), _("the setting")), (os.environ.get(VARIABLE, ""), VARIABLE)):
         if place:
             command = _command(Path(str(place)).expanduser())
@@ -91,7 +91,7 @@ def find() -> Found | Missing:
 
 
 def _command(place: Path) -> tuple[str, ...] | None:
-    """The command behind a path: the script, a Python, or a folder that has the script in it."""
+    """The command behind a path: the script, a Python, or a folder that contains the script."""
     if place.is_dir():
         inside = (place / SCRIPT, place / BIN / SCRIPT, place / ".venv" / BIN / SCRIPT)
         return next(((str(each),) for each in inside if each.is_file()), None)
@@ -103,7 +103,7 @@ def _command(place: Path) -> tuple[str, ...] | None:
 
 
 def _usual_folders() -> list[Path]:
-    """Of pip, pipx and uv, and the environment that packed this plugin, if that was noted."""
+    """Folders of pip, pipx and uv, and the environment that packed this plugin, if recorded."""
     home = Path.home()
     local = Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
     roaming = Path(os.environ.get("APPDATA", home / "AppData" / "Roaming"))
@@ -121,7 +121,7 @@ def _usual_folders() -> list[Path]:
 
 
 def environment() -> QProcessEnvironment:
-    """QGIS's environment without what would lead another Python and another GDAL astray."""
+    """QGIS's environment variables without those that would mislead another Python and another GDAL."""
     clean = QProcessEnvironment.systemEnvironment()
     foreign = ("PROJ_LIB", "PROJ_DATA", "GDAL_DATA", "GDAL_DRIVER_PATH")
     for name in clean.keys():  # noqa: SIM118 (no mapping)

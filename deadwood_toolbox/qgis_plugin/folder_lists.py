@@ -175,7 +175,7 @@ class InBatch(WidgetWrapper):
 
 
 class InModel(WidgetWrapper):
-    """A step of a model: its value is a list of sources, of which QGIS makes a list of places when the model runs."""
+    """A step of a model: its value is a list of sources, which QGIS turns into a list of places when the model runs."""
 
     def createWidget(self, files: bool) -> QWidget:
         self.rows = Rows(self.parameterDefinition().description(), files=files)

@@ -17,7 +17,7 @@ from .finding import HERE
 from .help_text import labelled, paragraphs
 from .language import _
 
-# What a tool leaves, as the toolbox's site shows it; packed into the zip (`plugin_zip`).
+# Pictures of results, as on the toolbox's site; packed into the zip (`plugin_zip`).
 PICTURES = {
     "slide-logs": "view_3d.webp",
     "make-report": "report_map.webp",
@@ -41,7 +41,7 @@ code { font-size: 0.9em; }
 
 
 def page_of(tool: dict[str, Any]) -> str:
-    """The address of a tool's page, which is written where it is not yet."""
+    """The address of a tool's page, which is written if it does not exist yet."""
     path = Path(QgsProcessingUtils.tempFolder()) / "deadwood_help" / f"{tool['name']}.html"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)

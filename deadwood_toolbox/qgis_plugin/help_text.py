@@ -1,4 +1,4 @@
-"""A tool's docstring as HTML for the panel beside its dialog: flowing paragraphs, lists, and commands as they stand."""
+"""A tool's docstring as HTML for the panel beside its dialog: flowing paragraphs, lists, and unchanged commands."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def title(part: str) -> str:
 
 
 def labelled(message: str, tool: dict[str, Any]) -> str:
-    """A line of the tool in the dialog's words: labels in place of flags, but not in a command that it proposes."""
+    """A line of the tool in the dialog's words: labels instead of flags, except in a proposed command."""
     said, command, rest = message.partition("deadwood-tool ")
     names = {each["flag"]: f"'{each['label']}'" for each in tool["parameters"]}
     return FLAG.sub(lambda found: names.get(found[0], found[0]), said) + command + rest

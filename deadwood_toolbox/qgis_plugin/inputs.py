@@ -1,4 +1,5 @@
-"""QGIS's values as arguments of the command: layers of the map become files, and files what the command line takes.
+"""QGIS's values as arguments of the command: layers of the map become files, and files become what the command line
+accepts.
 
 A layer is passed as the file from which it is read, unless the map holds what the file does not: a selection, a
 filter, unsaved edits, virtual or joined fields, cells without data, another CRS, or no file at all. Then it is saved
@@ -34,12 +35,12 @@ from .definitions import LAYER, is_hidden, proposed
 from .language import _
 
 LAYERNAME = "|layername="
-# With --fidelity auto a run keeps its work beside that of --resume in folders of these names too (auto_run, a test).
+# With --fidelity auto, a run also keeps unfinished work in folders with these names (auto_run, a test).
 AUTO_KEEPS = (".auto", ".auto-draft", ".auto-standard", ".auto-fine", ".auto-reference")
 
 
 class Inputs:
-    """The words for one start of a tool, and what they stand for.
+    """The words for one start of a tool, and their meaning.
 
     Attributes
     ----------
@@ -48,7 +49,7 @@ class Inputs:
     outputs : dict
         Declared name of each output -> its path.
     layers : list of (declared parameter, layer or path)
-        Of every raster and vector input, for the checks before the start.
+        Every raster and vector input, for the checks before the start.
     """
 
     def __init__(
@@ -72,7 +73,7 @@ class Inputs:
     def collect(self, declared: list[dict[str, Any]]) -> None:
         message = {"parameters": declared}
         for each in declared:
-            for old in each["old_names"]:  # of a model or script made for the version before
+            for old in each["old_names"]:  # from a model or script made for the previous version
                 if old.upper() in self.parameters:
                     self.parameters.setdefault(each["name"].upper(), self.parameters[old.upper()])
             if is_hidden(each, message):
@@ -140,7 +141,7 @@ class Inputs:
         return self._plain(declared, name)
 
     def _plain(self, declared: dict[str, Any], name: str) -> str:
-        """Numbers and words, as given where that can be: the tool's own line is the clearest on a wrong one."""
+        """Numbers and words, unchanged if possible: the tool's own message is the clearest about a wrong one."""
         default = declared["default"]
         value = self.parameters.get(name, proposed(declared))
         if isinstance(value, QgsProperty):
@@ -167,7 +168,7 @@ class Inputs:
     # --- layers ----------------------------------------------------------------------------------------------------
 
     def _layer(self, declared: dict[str, Any], value: Any) -> str:
-        """The file of a layer, made for the tool where the map holds more than the file."""
+        """The file of a layer, made for the tool if the map holds more than the file."""
         selected, limit, condition = False, -1, ""
         if isinstance(value, QgsProcessingFeatureSourceDefinition):
             selected, limit = value.selectedFeaturesOnly, value.featureLimit
@@ -212,7 +213,7 @@ class Inputs:
         return self._save(layer, request, why)
 
     def _loaded(self, value: str, *, load: bool) -> QgsMapLayer | None:
-        """The layer of the map that a text names (id, name or source); a path is loaded only where that is needed."""
+        """The layer of the map that a text names (id, name or source); a path is loaded only if necessary."""
         options = [each for each in value.split("|")[1:] if not each.startswith("layername=")]
         return QgsProcessingUtils.mapLayerFromString(value, self.context, load or bool(options))
 
@@ -242,7 +243,7 @@ class Inputs:
         return path
 
     def write_copies(self, feedback: QgsProcessingFeedback) -> None:
-        """Write what no virtual raster can be, in the thread that waits for the tool, not in that of the window."""
+        """Write what cannot be a virtual raster, in the thread that waits for the tool, not in that of the window."""
         for name, copy in self.copies:
             feedback.pushInfo(_("{layer}: being saved").format(layer=name))
             if not copy.write(feedback):
@@ -278,7 +279,7 @@ def each_place(value: Any) -> list[str]:
 
 
 def _file_of(layer: QgsVectorLayer) -> str:
-    """The file of a layer as the command line names it; empty where it is in none."""
+    """The file of a layer as the command line names it; empty if it is in none."""
     if layer.providerType() != "ogr":
         return ""
     decoded = QgsProviderRegistry.instance().decodeUri("ogr", layer.source())
@@ -289,7 +290,7 @@ def _file_of(layer: QgsVectorLayer) -> str:
 
 
 def _held_by_the_map(layer: QgsVectorLayer, path: str) -> list[str]:
-    """What of a layer is not in its file."""
+    """Properties of a layer that are not in its file."""
     if not path:
         return [_its_source(layer)]
     why = []

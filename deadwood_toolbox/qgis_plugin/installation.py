@@ -18,7 +18,7 @@ from qgis.PyQt.QtGui import QIcon
 from .finding import HERE, SETTING, VARIABLE, Missing, environment, find, how_to_install, read_manifest
 from .language import START, _, group_label
 
-START_MS = 60_000  # the first start after an installation compiles what Python reads
+START_MS = 60_000  # the first start after an installation compiles Python's bytecode
 
 
 def report() -> tuple[bool, str]:

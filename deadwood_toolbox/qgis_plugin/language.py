@@ -15,13 +15,13 @@ from qgis.core import QgsApplication
 
 from .help_text import pieces, title
 
-START = "Start"  # the group of what one begins with
+START = "Start"  # the group of the first steps
 LOCALE = Path(__file__).parent / "locale"
 
 
 @lru_cache(maxsize=1)
 def catalogue() -> gettext.NullTranslations:
-    """Of the language that QGIS has been started in, such as ``de`` or ``de_CH``."""
+    """The catalogue of QGIS's language, such as ``de`` or ``de_CH``."""
     return gettext.translation("plugin", LOCALE, [QgsApplication.locale()], fallback=True)
 
 
@@ -31,7 +31,7 @@ def _(english: str) -> str:
 
 
 def title_of(part: str) -> str:
-    """What a layer or file of a result is called in the map and in models."""
+    """The name of a layer or file of a result in the map and in models."""
     return _(title(part))
 
 
@@ -42,7 +42,7 @@ def group_label(name: str) -> str:
 
 
 def translated(tool: dict[str, Any]) -> dict[str, Any]:
-    """A tool's declaration with all that a reader sees in QGIS's language."""
+    """A tool's declaration with all visible texts in QGIS's language."""
     parameters = [
         {**each, **{name: _(each[name]) for name in ("label", "help", "unit")}} for each in tool["parameters"]
     ]

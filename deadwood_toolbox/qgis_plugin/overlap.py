@@ -61,7 +61,7 @@ def check_places(inputs: Inputs, context: QgsProcessingContext, feedback: QgsPro
 
 
 def _layer(source: QgsMapLayer | str, widget: str) -> QgsMapLayer | None:
-    """A layer of the map, or what QGIS opens at a path; None where it opens nothing or nothing is in it."""
+    """A layer of the map, or what QGIS opens at a path; None if it opens nothing or is empty."""
     if isinstance(source, QgsMapLayer):
         return source
     name = source.partition("|")[0].replace("\\", "/").rpartition("/")[2]

@@ -1,4 +1,4 @@
-"""The toolbox's own environment, which the plugin can make: which Python makes it, and what goes into it."""
+"""The toolbox's own environment, which the plugin can make: which Python makes it, and what is installed."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def remove(place: Path) -> None:
 
 
 def library_of(line: str) -> str:
-    """The library that a line of pip's is about; empty for the lines in between."""
+    """The library in a line of pip's output; empty for other lines."""
     found = re.match(r"\s*(?:Collecting|Downloading|Using cached|Processing|Building wheel for)\s+([^\s;(]+)", line)
     return re.split(r"[=<>!~-]", re.split(r"[/\\]", found[1])[-1])[0] if found else ""
 

@@ -29,7 +29,7 @@ class Plugin:
         self.designers: list[Any] = []
 
     def initProcessing(self) -> None:
-        """Called by QGIS with a window, and all that ``qgis_process`` calls."""
+        """Called by QGIS with a window; the only method that ``qgis_process`` calls."""
         self.provider = Provider(read_manifest())
         QgsApplication.processingRegistry().addProvider(self.provider)
         self.provider.refreshAlgorithms()  # now with the model of its own tools
@@ -68,7 +68,7 @@ class Plugin:
         self.panel.raise_()
 
     def check(self) -> None:
-        """Tell in a message box what was found, or how to install what was not."""
+        """Show in a message box what was found, or how to install it."""
         works, text = report()
         icon = QMessageBox.Icon.Information if works else QMessageBox.Icon.Warning
         box = QMessageBox(icon, "Deadwood Toolbox", text, QMessageBox.StandardButton.Ok, self.iface.mainWindow())
@@ -79,12 +79,12 @@ class Plugin:
         self.refresh()
 
     def refresh(self) -> None:
-        """The algorithms, and with them the toolbox's warning."""
+        """Refresh the algorithms, and with them the toolbox's warning."""
         if self.provider is not None:
             self.provider.refreshAlgorithms()
 
     def set_up(self) -> None:
-        """The window that installs, repairs and removes the toolbox's own environment."""
+        """Show the window that installs, repairs and removes the toolbox's own environment."""
         if self.dialog is None:
             from .setup_dialog import SetupDialog
 

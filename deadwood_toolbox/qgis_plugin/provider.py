@@ -43,7 +43,7 @@ class Provider(QgsProcessingProvider):
         return str(HERE / "icons" / "deadwood.svg")
 
     def warningMessage(self) -> str:
-        """Shown above the tools in the toolbox; empty where all is well."""
+        """Shown above the tools in the toolbox; empty if all is well."""
         found = find()
         if isinstance(found, Missing):
             return f"{found.why}. " + _("Plugins > Deadwood Toolbox > Set up… installs it.")
@@ -71,4 +71,4 @@ class Provider(QgsProcessingProvider):
         self.addAlgorithm(StartHere())
         self.addAlgorithm(CheckInstallation())
         if QgsApplication.processingRegistry().providerById(self.id()) is not None:
-            self.addAlgorithm(SlopeToReport())  # whose steps are found once the provider is known
+            self.addAlgorithm(SlopeToReport())  # whose steps are only found once the provider is registered

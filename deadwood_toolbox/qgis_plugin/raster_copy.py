@@ -26,8 +26,13 @@ from qgis.core import (
 
 from .language import _
 
-NOTHING = -3.4028234663852886e38  # in a cell without data: the lowest number of four bytes, which no height is
-SHORT = (Qgis.DataType.Byte, Qgis.DataType.Int16, Qgis.DataType.UInt16, Qgis.DataType.Float32)  # four bytes hold these
+NOTHING = -3.4028234663852886e38  # value of a cell without data: the lowest 4-byte float, which is not a height
+SHORT = (
+    Qgis.DataType.Byte,
+    Qgis.DataType.Int16,
+    Qgis.DataType.UInt16,
+    Qgis.DataType.Float32,
+)  # types that four bytes can hold
 
 
 def held_by_the_map(layer: QgsRasterLayer, path: str) -> list[str]:
@@ -50,7 +55,7 @@ def held_by_the_map(layer: QgsRasterLayer, path: str) -> list[str]:
 
 
 def view(layer: QgsRasterLayer, path: str) -> bool:
-    """Write a virtual raster of a layer that is in a file, if there can be one; whether there is."""
+    """Write a virtual raster of a layer that is in a file, if possible; returns whether it was."""
     from osgeo import gdal  # QGIS's own
 
     provider = layer.dataProvider()
@@ -63,7 +68,7 @@ def view(layer: QgsRasterLayer, path: str) -> bool:
     nothing = [_nothing(provider, band) for band in bands]
     file = provider.dataSourceUri()
     links = max(1, *(len(each) - 1 for each in nothing))
-    for link in range(1, links + 1):  # each takes one value for the next, of which the last is the nodata
+    for link in range(1, links + 1):  # each replaces one value by the next, the last of which is the nodata value
         target = path if link == links else f"{os.path.splitext(path)[0]}_{link}.vrt"
         _link(source, file, target, [each[link - 1 : link + 1] for each in nothing], layer.crs())
         source, file = gdal.Open(target), target
@@ -71,7 +76,7 @@ def view(layer: QgsRasterLayer, path: str) -> bool:
 
 
 def _is_scaled(band: object) -> bool:
-    """Whether QGIS shows other numbers than the file has, or a mask, of which a virtual raster would know nothing."""
+    """Whether QGIS shows other numbers than those in the file, or a mask, which a virtual raster would ignore."""
     from osgeo import gdal
 
     scaled = band.GetScale() not in (None, 1.0) or band.GetOffset() not in (None, 0.0)  # type: ignore[attr-defined]
@@ -118,7 +123,7 @@ def _link(
 
 @dataclass(frozen=True)
 class Copy:
-    """A raster to be written, which no longer needs the layer: its thread may be another one."""
+    """A raster to be written, which no longer needs the layer and may be written in another thread."""
 
     source: QgsRasterDataProvider
     crs: QgsCoordinateReferenceSystem
@@ -126,7 +131,7 @@ class Copy:
     path: str
 
     def write(self, feedback: QgsProcessingFeedback) -> bool:
-        """Write the raster with its nodata and its CRS as the map has them; whether that worked."""
+        """Write the raster with its nodata and its CRS as the map has them; returns whether that worked."""
         source = self.source
         bands = list(range(1, source.bandCount() + 1))
         kinds = {source.dataType(band) for band in bands}
@@ -163,7 +168,7 @@ def _band(
     feedback: QgsProcessingFeedback,
 ) -> bool:
     declared = source.userNoDataValues(band)
-    source.setUserNoDataValue(band, [])  # or they are bits beside the block, which are not written
+    source.setUserNoDataValue(band, [])  # otherwise they are bits beside the block, which are not written
     parts = QgsRasterIterator(source)
     parts.startRasterRead(band, *size, source.extent())
     while not feedback.isCanceled():

@@ -1,4 +1,4 @@
-"""Results into the map: every layer with the style that it carries, readable names, one group per run."""
+"""Results into the map: every layer with its stored style, readable names, one group per run."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ ORDER = (
     "trees",
 )
 LAST = ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max", "energy_max", "jump_max", "dem")
-# What a run shows at first; the rest waits unticked in the group.
+# Layers of a run that are visible at first; the others are unticked in the group.
 SHOWN = ("reach", "deposits", "hit_count")
 RANK = "deadwood/rank"
 
 
 class Results:
-    """What a tool has left: the outputs that were asked for, and the files it names in them."""
+    """The results of a tool: the requested outputs, and the files it names in them."""
 
     def __init__(self, tool: dict[str, Any], asked: dict[str, str], left: dict[str, str]) -> None:
         self.tool, self.asked, self.left = tool, asked, left
 
     def parts(self) -> Iterator[tuple[str, str]]:
-        """The declared parts of the outputs that exist, and where."""
+        """The declared parts of the outputs that exist, and their places."""
         for declared in self.tool["parameters"]:
             base = self.asked.get(declared["name"])
             for part in declared["parts"]:
@@ -60,7 +60,7 @@ class Results:
                     yield part, f"{path}|layername={layer}" if layer else path
 
     def load(self, context: QgsProcessingContext, opens: bool) -> None:
-        """Have QGIS load what the user wants to see: the ticked files, and a folder's layers where asked for."""
+        """Have QGIS load what the user wants to see: the ticked files, and a folder's layers if requested."""
         waiting = context.layersToLoadOnCompletion()
         for declared in self.tool["parameters"]:
             path = self.asked.get(declared["name"])
@@ -122,7 +122,7 @@ def announce(
     shown: Collection[str] = SHOWN,
     titles: Mapping[str, str] | None = None,
 ) -> None:
-    """Have QGIS load layers into a group, ticked where they are among those to be shown, or none of them is."""
+    """Have QGIS load layers into a group, ticked if they are among those to be shown, or if none is."""
     for name, source in sources:
         title = (titles or {}).get(name) or title_of(name)
         details = QgsProcessingContext.LayerDetails(title, project, title)
@@ -161,7 +161,7 @@ class Arrival(QgsProcessingLayerPostProcessorInterface):
             self.alive.remove(self)
 
     def _move(self, layer: QgsMapLayer, project: QgsProject) -> None:
-        """Into the group of the run, at the place of its rank."""
+        """Move it into the group of the run, at the position of its rank."""
         root = project.layerTreeRoot()
         node = root.findLayer(layer.id())
         if node is None:

@@ -1,4 +1,4 @@
-"""The page in Settings > Options: the path of the tool, where it is not found by itself."""
+"""The page in Settings > Options: the path of the tool, if it is not found automatically."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Page(QgsOptionsPageWidget):
         self.state.setText(found.why if isinstance(found, Missing) else in_use.format(command=" ".join(found.command)))
 
     def check(self) -> None:
-        """Check with the path as it stands on the page, which is thereby kept."""
+        """Check with the path on the page, which is thereby saved."""
         self.apply()
         self.state.setText(report()[1])
 

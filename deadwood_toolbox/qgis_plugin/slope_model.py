@@ -24,7 +24,7 @@ FRICTION = "friction"
 
 
 def labels() -> dict[str, str]:
-    """Of the model's parameters, which a file can have in one language only."""
+    """Labels of the model's parameters, which a file can have in one language only."""
     return {
         "dem": _("Terrain model"),
         "areas": _("Release areas, or points"),

@@ -1,4 +1,6 @@
-"""The first entry of the toolbox: a slope that has everything, run and laid on the map, and the way to one's own."""
+"""The first entry of the toolbox: a complete example slope, run and added to the map, and how to go on with one's
+own.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ from .language import START, _, group_label
 from .results import announce, layers_of
 
 LOGS, OUTPUT, REPORT = "LOGS", "OUTPUT", "REPORT"
-# What of the demo is laid on the map, from the top down: file, and the layers in it that matter first.
+# Parts of the demo that are added to the map, from the top down: file, and its most important layers first.
 LAYERS = (
     ("run_mapped/run.gpkg", ("reach", "deposits")),
     ("release_area.gpkg", ("release_area",)),

@@ -1,6 +1,6 @@
 """Widgets that QGIS does not have: a list of folders (`folder_lists`), and a number that a layer may replace.
 
-Named in the metadata of a parameter's definition (`definitions`), from where Processing's dialogs make them.
+Named in the metadata of a parameter's definition (`definitions`), from which Processing's dialogs make them.
 """
 
 from __future__ import annotations

@@ -62,6 +62,10 @@ LEAST_TURN = 1e-2  # [-] of g dt: a contact plane that turns by less counts as u
 
 MERGED = 0.1  # [-] of the radius: candidates of one ring that are closer than this are one contact (with 0.3 a
 # rim on two cells touched only one of them)
+# [-] cosine of the ground's slope in a ring's plane below which the ring's first candidate is mirrored (37 degrees): in
+# a channel with such sides the one at 45 degrees from one wall's is up to 30 degrees from the other's
+CHANNEL = 0.8
+STEEP_LOG = 0.25  # [-] squared horizontal part of the axis up to which it is too steep for that (60 degrees)
 ANY_POINT = 1e-6  # [-] sine of axis and ground's normal below which no point of a ring is deeper than another
 REFINED = 0.3  # [-] of the radius: candidates nearer to the ground are sought again, perpendicular to it
 

@@ -1,9 +1,10 @@
 """Contacts of a log with the terrain: candidate points on rings (contact stations) along its axis.
 
 On each ring, the deepest point along the local normal of the terrain, or the highest crest under the ring's stretch
-of the side (``crests``), and two points at 45 degrees beside it, which find the walls of a channel; on the end
-faces, eight points of the rim and the centre. They are points of the smooth cone, not vertices fixed to the body, so a
-log rolls without the rolling resistance of a polygon.
+of the side (``crests``), and two points at 45 degrees beside it, which find the walls of a channel. Where the ground
+below is steep, also the mirror image of the first point in the vertical: in a steep channel the two beside the first
+are over the same wall. On the end faces, eight points of the rim and the centre. They are points of the smooth cone,
+not vertices fixed to the body, so a log rolls without the rolling resistance of a polygon.
 """
 
 from __future__ import annotations
@@ -13,14 +14,15 @@ import math
 from .compiled import inlined, kernel
 from .contacts import ground_contact
 from .crests import along_side, crest
-from .limits import ANY_POINT, FLAT_TOLERANCE, MERGED, REFINED
+from .limits import ANY_POINT, CHANNEL, FLAT_TOLERANCE, MERGED, REFINED, STEEP_LOG
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .ring_look import ABOVE, SLOPE_X, SLOPE_Y, look
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import friction_at, lid_distance, surface
 from .vectors import cross
 
-CANDIDATES = 9  # eight points on the rim of an end face and its centre; the rings between use the first three
+CANDIDATES = 9  # eight points on the rim of an end face and its centre; the rings between use one or three, and MIRROR
+MIRROR = 3  # candidate of a ring between the ends that mirrors its first
 
 _DIAGONAL = math.sqrt(0.5)
 
@@ -117,13 +119,21 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         ex, ey, ez = scale * ex, scale * ey, scale * ez
         fx, fy, fz = cross((dx, dy, dz), (ex, ey, ez))
         side = 0 < k < stations - 1
+        # squared depth of the ring's lowest point below its centre; ez * ez is its first candidate's
+        lowest = a * a * (1.0 - dz * dz)
+        channel = side and 1.0 - dz * dz > STEEP_LOG and ez * ez < CHANNEL * CHANNEL * lowest
+        mirror_cos, mirror_sin = (ez * ez - fz * fz) / lowest, 2.0 * ez * fz / lowest
         ox1, oy1, oz1, ox2, oy2, oz2 = math.inf, 0.0, 0.0, math.inf, 0.0, 0.0
         before, other_gap = count, math.inf
-        for m in range(CANDIDATES if k == 0 or k == stations - 1 else points):
+        for number in range((points + 1 if channel else points) if side else CANDIDATES):
+            mirrored = side and number == points
+            m = MIRROR if mirrored else number
             if m == 0:
                 ce, cf = 1.0, 0.0
             elif m < 3:
                 ce, cf = _DIAGONAL, _DIAGONAL if m == 1 else -_DIAGONAL
+            elif mirrored:
+                ce, cf = mirror_cos, mirror_sin
             elif m < 5:
                 ce, cf = 0.0, 1.0 if m == 3 else -1.0
             elif m < 7:
@@ -131,13 +141,14 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
             else:
                 # the last of the rim, and the centre of the face, where ground may penetrate a standing log
                 ce, cf = -1.0 if m == 7 else 0.0, 0.0
-            # a point this far above the tangent plane is out of the terrain's reach
-            if above > a * size * ce:
+            # a point of an end face this far above the tangent plane is out of the terrain's reach. On the side it
+            # would also have to be out of reach once it is sought again: the other wall of a shallow channel is not
+            if not side and above > a * size * ce:
                 continue
             rx, ry, rz = ce * ex + cf * fx, ce * ey + cf * fy, ce * ez + cf * fz
             px, py = cx + rx, cy + ry
             height, gx, gy = surface(terrain, i0, j0, px, py)
-            if m < 3 and cz + rz - height < REFINED * a:
+            if (m < 3 or mirrored) and cz + rz - height < REFINED * a:
                 # once more, perpendicular to the ground found there: deeper by up to 8 % of the radius, and exact on a
                 # plane
                 hx, hy, hz, other, kx, ky = _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy)

@@ -16,6 +16,7 @@ from slope_case import EAST, NORTH, points, write_layer
 
 from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.explore.session import Session
+from deadwood_algorithms.files.accounts import accounting
 from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.params.where import Where
 from deadwood_algorithms.simulate.simulation import open_simulation
@@ -82,6 +83,7 @@ class Asked:
 
     session: Session
     ask: explore.Ask
+    accounts: dict[str, Any] = field(default_factory=dict)
     frames: list[Frame] = field(default_factory=list)
 
     def release(self, stale: Callable[[], bool] = lambda: False, **changes: Any) -> Frame:
@@ -95,7 +97,7 @@ class Asked:
     def keep(self, name: Any, slide: Any = None, *, run_too: bool = True) -> Frame:
         answer = self.session.answer
         assert answer is not None
-        keeper = explore.keeper_of(self.ask, Quiet())
+        keeper = explore.keeper_of(self.ask, Quiet(), self.accounts)
         keeper = replace(keeper, slide=slide) if slide else keeper
         return keeper.keep(self.session.layers, answer.question, answer.changes, name, run_too)
 
@@ -109,9 +111,9 @@ class Asked:
 def opened(layers: dict[str, str], **values: Any) -> Iterator[Asked]:
     ask = explore.TOOL.ask_from({**layers, "time_limit_s": 60.0, **values})
     where = Where(2)
-    with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, Quiet()) as simulation:
+    with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, Quiet()) as simulation, accounting() as said:
         scene = scene_on(simulation, None, Quiet())
-        yield Asked(Session(simulation, scene, explore.defaults_of(ask, scene.friction)), ask)
+        yield Asked(Session(simulation, scene, explore.defaults_of(ask, scene.friction)), ask, said)
 
 
 def whole_picture(frame: Frame, rows: int = ROWS, columns: int = COLUMNS) -> np.ndarray:

@@ -41,6 +41,32 @@ def test_a_signal_ends_a_run_in_two_seconds(start_toy, tmp_path, number, how, wi
         assert list(tmp_path.iterdir()) == []
 
 
+STUCK = """
+import hashlib, sys, threading
+from deadwood_algorithms.files.outputs import output_folder
+from deadwood_toolbox.interrupt import interruptible
+with interruptible(threading.Event()), output_folder(sys.argv[1]) as folder:
+    (folder / "half").write_bytes(bytes(2**20))
+    print("ready", flush=True)
+    hashlib.pbkdf2_hmac("sha256", b"deadwood", b"toolbox", 150_000_000)
+"""
+
+
+def test_native_code_that_hears_nothing_leaves_no_temporary_files(checkout, tmp_path):
+    """The watchdog removes them in its place; a lock, which its owner's end frees, may stay."""
+    program = subprocess.Popen(
+        [sys.executable, "-c", STUCK, str(tmp_path / "result")], env=checkout, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    assert program.stdout is not None
+    assert program.stdout.readline() == "ready\n"
+    assert [each.name[:16] for each in tmp_path.iterdir() if each.is_dir()] == [".result.partial-"]
+    program.send_signal(signal.SIGINT)
+    _, said = program.communicate(timeout=20)
+    assert (program.returncode, said) == (130, "deadwood-tool: interrupted; nothing was left under a final name\n")
+    assert [each.name for each in tmp_path.iterdir() if not each.name.endswith(".lock")] == []
+
+
 def test_a_second_signal_does_not_disturb_the_tidying_up(start_toy, tmp_path):
     program = start_toy("toy-walk", "--dem", "x", "--output", tmp_path / "result", "--quiet", "--wait-s", "30")
     wait_for((tmp_path / "result.part" / "proj.txt").exists)

@@ -46,7 +46,7 @@ def test_the_table_has_a_row_a_finding_and_the_cloud_beside_it() -> None:
 
 def test_a_turned_verdict_is_bold_and_named() -> None:
     rows = paper_page.panel(HERE, "klosters").splitlines()
-    assert rows[0] == "| klosters: what is moved | `more` | `less` |"
+    assert rows[0] == "| klosters: what is changed | `more` | `less` |"
     assert rows[3] == "| wide strips | 9 (8 to 10): **holds** | 6 (5 to 7): holds |"
     assert rows[4] == "| rougher | -2 (-3 to -1): does not hold |  |"
     told = paper_page.moves(HERE).splitlines()

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.params.where import Where
+from deadwood_algorithms.scene.counts import NOT_RUN
 from deadwood_algorithms.scene.inputs import SceneInputs
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -35,7 +37,7 @@ Arrays = dict[str, NDArray[Any]]
 class Variant:
     """One member of an ensemble.
 
-    what : the words for its progress; scene, logs : from the scene and the logs as they were read to its own
+    what : shown with its progress; scene, logs : make its own scene and logs from those that were read
     """
 
     what: str
@@ -48,8 +50,8 @@ class Variant:
 class Ensemble:
     """The logs of a simulation, to be slid in several variants, in chunks that are kept.
 
-    layers : the scene as it was read; its window grows where logs come near its sides, for those that follow, too
-    released : all logs of the layer; logs : an even draw of them
+    layers : the scene as it was read; its window grows if logs come near its sides, also for later variants
+    released : all logs of the layer; logs : a random subset of them
     """
 
     simulation: Simulation
@@ -70,7 +72,7 @@ class Ensemble:
     ) -> list[list[Arrays]]:
         """For each variant, the stored outcomes of each chunk of logs.
 
-        wanted : names of `outcomes_of_logs`; hits : whether the cells hit are stored too
+        wanted : names of `outcomes_of_logs`; hits : whether the cells that were hit are stored, too
         borders : numbers of logs after which a chunk ends
         """
         load_kernels(self.layers.shape, self.feedback)
@@ -94,7 +96,7 @@ class Ensemble:
         return found
 
     def _slide(self, variant: Variant, parts: Sequence[slice], before: int, total: int, *, hits: bool) -> Arrays:
-        """Slide the first of these parts; the workers of a scheduler may start on the others."""
+        """Slide the first of these chunks; the workers of a scheduler may already start on the others."""
         logs = variant.logs(self.logs.logs) if variant.logs else self.logs.logs
         some = self.logs.take(parts[0])
 
@@ -116,7 +118,9 @@ class Ensemble:
         return did
 
     def _scene_of(self, variant: Variant, on: SceneLayers) -> SceneLayers:
-        """The variant's own scene, made once for all its chunks: the workers of a scheduler know it as the same."""
+        """The variant's scene, made once for all its chunks, so that a scheduler's workers recognise it as the same
+        one.
+        """
         if variant.scene is None:
             return on
         if self._made is None or self._made[0] is not variant or self._made[1] is not on:
@@ -132,12 +136,13 @@ def open_ensemble(
     with open_simulation(inputs, fidelity, where, feedback) as simulation:
         layers, released = read_released_scene(simulation, feedback)
         logs = released.take(hash_order(released.logs.log_id, seed)[:most])
+        account("releases", count_of(len(released), len(logs), {NOT_RUN: len(released) - len(logs)}))
         look(simulation, layers, logs, seed, feedback)
         yield Ensemble(simulation, layers, released, logs, feedback)
 
 
 def outcomes_of_logs(result: Result, lines: Items, releases: Releases) -> Arrays:
-    """By log; ``cpu_s`` of all together."""
+    """Outcomes of each log; ``cpu_s`` is the total."""
     end, start = result.end_position, result.release_position
     by_name = ("speed_max", "jump_max", "penetration_max", "energy_error", "steps", "unconverged")
     return {
@@ -152,7 +157,9 @@ def outcomes_of_logs(result: Result, lines: Items, releases: Releases) -> Arrays
 
 
 def cells_hit(rasters: Rasters, layers: SceneLayers) -> Arrays:
-    """The cells that logs hit, numbered in the whole DEM, for these are few of a large terrain; and how many did."""
+    """The cells that logs hit, numbered in the whole DEM because they are few in a large one, and how many logs hit
+    each.
+    """
     count, grid = rasters.totals(("hit_count",))["hit_count"], layers.dem
     row, column = np.nonzero(count)
     cells = (row + grid.first[1]) * grid.frame.shape[1] + column + grid.first[0]
@@ -160,7 +167,7 @@ def cells_hit(rasters: Rasters, layers: SceneLayers) -> Arrays:
 
 
 def joined(parts: Sequence[Arrays], name: str) -> NDArray[Any]:
-    """An array of all logs, from those of their chunks."""
+    """One array over all logs, joined from the arrays of the chunks."""
     return np.concatenate([part[name] for part in parts])
 
 

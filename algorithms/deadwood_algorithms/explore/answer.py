@@ -46,8 +46,9 @@ class Hits:
 
     @staticmethod
     def taken(rasters: Rasters, part: Part) -> Hits:
-        """What was drawn, all of it in this part of the rasters, which are empty again: they are as large as the
-        terrain model, and pages of their memory that nothing is drawn on, or looked at, are never given out."""
+        """Take out what was drawn, restricted to this part of the rasters, which are then empty again: they are as
+        large as the terrain model, but the system never allocates pages of them that nothing is drawn on or read
+        from."""
         grid = np.zeros((part.rows, part.columns), np.uint32)
         for each in rasters.workers:
             drawn = each.hits[(*part.slices, HITS)]
@@ -57,7 +58,7 @@ class Hits:
 
     @staticmethod
     def summed(parts: Sequence[Hits], less: Sequence[Hits] = ()) -> Hits:
-        """Together, without those of ``less``, which are among them."""
+        """The sum of these, minus those of ``less``, which are among them."""
         boxes = [each.part for each in parts if each.count.size]
         if not boxes:
             return NOWHERE
@@ -90,7 +91,7 @@ NOWHERE = Hits((0, 0), np.zeros((0, 0), np.uint32))
 
 @dataclass(frozen=True)
 class Ways:
-    """Where logs went: the plan of their axes at every pose that was kept, (n, 2) each, and whose they are."""
+    """Where logs went: the plan position of both ends at every stored pose, (n, 2) each, and the log of each pose."""
 
     log: NDArray[np.int64]
     base: NDArray[np.float64]
@@ -125,9 +126,9 @@ class Batch:
 
 @dataclass
 class Base(Batch):
-    """In the original scene: includes what determines which logs a change can affect."""
+    """Outcomes in the original scene, with what determines which logs a change can affect."""
 
-    log: NDArray[np.int64]  # to which an obstacle mattered, and the obstacle's row
+    log: NDArray[np.int64]  # which an obstacle affected, and the obstacle's row
     item: NDArray[np.int64]
     by_barrier: NDArray[np.bool_]
     ways: Ways
@@ -136,7 +137,7 @@ class Base(Batch):
 
 @dataclass
 class Changed(Batch):
-    """In the changed scene; ``concerned`` logs were slid again, of the others it is known that nothing changes."""
+    """Outcomes in the changed scene; ``concerned`` logs were slid again; for the others nothing changes."""
 
     concerned: int
 
@@ -146,7 +147,7 @@ class Answer:
     """A request and the part of it that is answered.
 
     layers : the original scene; edited : the changed one
-    base, changed : the batches that have slid in either; hits, hits_changed : of all of these
+    base, changed : the batches that have slid in either scene; hits, hits_changed : of all of these
     spare : empty rasters that were used before, whose memory is reused
     """
 
@@ -215,11 +216,11 @@ class Answer:
         return Changed(part, reach, reason, end, held, Hits.summed([base.hits, more], less=[gone]), rows.size)
 
     def poses_after(self, logs: int) -> Poses:
-        """The poses of the first logs in the changed scene: these few are simply slid again, all of them."""
+        """The poses of the first logs in the changed scene; these few are always slid again."""
         return self._slide(self.edited, slice(0, logs), lambda: False)[0].poses
 
     def concerned(self, base: Base) -> NDArray[np.int64]:
-        """The logs of a batch that the changes can matter to: all, where they change the rule of the steps."""
+        """The logs of a batch that the changes can affect: all, if the changes alter the rule of steps."""
         rule = Rerun(self.simulation, self.releases).rule_of_steps
         if rule(self.edited) != rule(self.layers):
             return np.arange(base.number)
@@ -252,8 +253,8 @@ class Answer:
         return result, hits
 
     def _where(self, poses: Poses, start: Start) -> Part:
-        """A part of the terrain model that contains everything that was drawn: each outline is that of two stored poses
-        and of what lies between them. It is wider than necessary, by the movement of a few steps.
+        """A part of the terrain model that contains everything that was drawn: each outline covers two stored poses
+        and the movement between them. It is wider than necessary, by the movement of a few steps.
         """
         dem, fidelity = self.layers.dem, self.simulation.fidelity
         ends = np.concatenate([poses.base[:, :2], poses.tip[:, :2]])
@@ -271,7 +272,7 @@ class Answer:
 
 
 def trees_that_hold(layers: SceneLayers, result: Result) -> Counter[int]:
-    """How many logs each tree holds at the end. What else does is numbered behind the trees, of which one scene may
+    """How many logs each tree holds at the end. Other obstacles are numbered after the trees, of which one scene may
     have more than another."""
     held = held_by(layers, result)
     return Counter({tree: n for tree, n in held.items() if 0 <= tree < layers.scene.tree_count})
@@ -294,7 +295,7 @@ def some_poses(poses: Poses, logs: int) -> Poses:
 
 
 def shapes_of(changes: Changes) -> NDArray[Any]:
-    """What is added, in plan."""
+    """The plan shapes of added objects."""
     trees = [shapely.Point(place) for place in changes.plant[:, :2]]
     return np.array(
         [*trees, *(shapely.LineString(each.points) for each in (*changes.barriers, *changes.lying_logs))], object

@@ -1,4 +1,4 @@
-"""What an answer and a scene are sent as: facts and arrays, in metres from the terrain model's south-west corner."""
+"""The messages for an answer and a scene: facts and arrays, in metres from the terrain model's south-west corner."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from deadwood_algorithms.stats.endings import left_dem
 from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
 
-MOST_HOLDERS = 30  # trees that hold logs, those first that hold most
+MOST_HOLDERS = 30  # trees that hold logs, sorted by how many they hold
 COARSE = 400  # cells of the heights for the 3-D view, at most, along the longer side
 VARIANTS = BEFORE, AFTER = "before", "after"  # which scene the poses are of
 Corner = Sequence[float]  # world coordinates of the south-west corner [m]
@@ -98,7 +98,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Fram
 
 
 def fidelity_facts(name: str) -> dict[str, Any]:
-    """A fidelity and how far it is off from the finest on the benchmark's slopes, in the mean [points]."""
+    """A fidelity, and its mean difference from the finest on the benchmark's slopes [points]."""
     if name not in REACH_ERRORS:
         return {"name": name, "error_points": None, "ci_low": None, "ci_high": None}
     mean = REACH_ERRORS[name].mean
@@ -110,7 +110,7 @@ def local(points: NDArray[np.float64], corner: Corner) -> list[list[float]]:
 
 
 def line_facts(items: Items, corner: Corner) -> list[dict[str, Any]]:
-    """One entry a line or polygon; of several parts or rings each is a list of points."""
+    """One entry for each line or polygon; each of its parts or rings is a list of points."""
     found = []
     for name, shape in zip(items.ids, items.geometry, strict=True):
         whole = shapely.boundary(shape) if shapely.get_dimensions(shape) == 2 else shape
@@ -149,13 +149,13 @@ def block_facts(layers: SceneLayers, corner: Corner) -> list[dict[str, Any]]:
 
 
 def hits_frame(answer: Answer, began: float, corner: Corner) -> Frame:
-    """What is answered so far, in the scene as it was read."""
+    """The answer so far, in the scene as it was read."""
     facts = {"op": "hits", "id": answer.question.number, "reach": reach_facts(answer, answer.base)}
     return pictured(answer, facts, answer.base, "hits", answer.hits, began, corner)
 
 
 def difference_frame(answer: Answer, asked: Any, began: float, corner: Corner) -> Frame:
-    """What the changes do to the logs that have slid in the changed scene, too: the same before and after."""
+    """The effect of the changes on the logs that have slid in both scenes: the same logs before and after."""
     changed = answer.changed
     base = answer.base[: len(changed)]
     done = changed[-1].rows.stop
@@ -202,7 +202,7 @@ def pictured(
     began: float,
     corner: Corner,
 ) -> Frame:
-    """With the cells that were hit, row 0 in the north, and where the logs ended."""
+    """Adds the cells that were hit, row 0 in the north, and where the logs ended."""
     column, south = box.first
     done, most = batches[-1].rows.stop, box.count.max(initial=0)
     count = np.minimum(box.count, 65535) if most > 65535 else box.count
@@ -231,7 +231,7 @@ def pictured(
 
 
 def holder_facts(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, int]]:
-    """The trees that hold most logs; planted ones are numbered after those of the layer."""
+    """The trees that hold the most logs; planted ones are numbered after those of the layer."""
     sums: Counter[int] = Counter()
     for each in batches:
         sums.update(each.held)
@@ -240,7 +240,7 @@ def holder_facts(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, int
 
 
 def poses_frame(answer: Answer, most: int, variant: str, number: Any, corner: Corner) -> Frame:
-    """The poses of the first logs in the scene as it was read or as changed: of log k the rows offsets[k] to
+    """The poses of the first logs in the original or the changed scene: log k has the rows offsets[k] to
     offsets[k + 1], its id from the releases."""
     logs = min(most, answer.base[-1].rows.stop)
     if variant == AFTER:

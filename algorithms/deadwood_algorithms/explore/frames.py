@@ -1,4 +1,4 @@
-"""What goes between the session and its fronts: JSON messages in, binary frames of facts and arrays out."""
+"""The protocol between the session and its front ends: JSON messages in, binary frames of facts and arrays out."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ALIGNED = 8  # bytes: where each array of a frame starts
 
 @dataclass(frozen=True)
 class Frame:
-    """An answer: facts that JSON can say, and arrays by name."""
+    """An answer: facts as JSON, and arrays by name."""
 
     facts: Mapping[str, Any]
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
@@ -35,7 +35,7 @@ class Frame:
 
     @staticmethod
     def unpacked(block: bytes) -> Frame:
-        """What ``packed`` made; for tests, benchmarks and fronts in Python."""
+        """The inverse of ``packed``; for tests, benchmarks and front ends in Python."""
         facts, first = header_of(block)
         arrays = {}
         for each in facts.pop("arrays"):
@@ -48,7 +48,7 @@ class Frame:
 
 
 def header_of(block: bytes) -> tuple[dict[str, Any], int]:
-    """The facts of a packed frame, what its arrays are among them, and where the arrays begin."""
+    """The facts of a packed frame, including the description of its arrays, and where the arrays begin."""
     first = 4 + int.from_bytes(block[:4], "little")
     return json.loads(block[4:first]), first
 

@@ -32,7 +32,7 @@ from deadwood_algorithms.schemas import BARRIERS, LYING_LOGS
 
 Layer = geopandas.GeoDataFrame
 NAME = re.compile(r"\w[\w. -]{0,79}")
-DRAWN = "drawn"  # how what was drawn is called, with its number
+DRAWN = "drawn"  # name of a drawn object, followed by its number
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""What the page of `explore` says, in English, by the names that its scripts ask for.
+"""The texts of the page of `explore`, in English, by the names that its scripts ask for.
 
-What is in braces is filled in by the page. A name with ``_one`` is used where ``n`` is 1.
+Placeholders in braces are filled in by the page. A name with ``_one`` is used where ``n`` is 1.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What may be asked of a session: messages become records, and what cannot be is refused in words for the page."""
+"""Requests to a session: messages become records; invalid ones are rejected with a text for the page."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sizes:
-    """What the released logs are like: each size is drawn evenly between two."""
+    """Sizes of the released logs: each is drawn uniformly between two values."""
 
     dbh_cm: tuple[float, float]
     length_m: tuple[float, float]
@@ -45,7 +45,7 @@ class Sizes:
 class Question:
     """Logs to be released: around a point or in a polygon, in world coordinates [m], and how they slide.
 
-    friction : None for that of the layers; number : whatever the front called it
+    friction : None for that of the layers; number : the request's number, as given by the front end
     """
 
     area: Any
@@ -92,7 +92,7 @@ class Changes:
 class Defaults:
     """Values that apply where a message gives none.
 
-    friction : None if a layer holds it, which then cannot be replaced by a number that the page knows
+    friction : None if it comes from a layer, which then cannot be replaced by a single number
     """
 
     sizes: Sizes
@@ -151,7 +151,9 @@ def record(value: Any, name: str) -> Mapping[str, Any]:
 
 
 def points_of(message: Mapping[str, Any], name: str, least: int, grid: Grid) -> Array:
-    """Places on the terrain model, from metres from its south-west corner to world coordinates; shape (n, 2)."""
+    """Places on the terrain model, converted from metres from its south-west corner to world coordinates; shape (n,
+    2).
+    """
     pairs = entries(message, name, MOST_VERTICES)
     west, south, east, north = grid.bounds
     if len(pairs) < least:
@@ -168,7 +170,7 @@ def points_of(message: Mapping[str, Any], name: str, least: int, grid: Grid) -> 
 
 
 def question_of(message: Mapping[str, Any], defaults: Defaults, grid: Grid) -> Question:
-    """A requested release."""
+    """The request in a message to release logs."""
     shape = record(message.get("shape"), "shape")
     radius = 0.0
     if "circle" in shape:
@@ -218,7 +220,7 @@ def sizes_of(message: Mapping[str, Any], defaults: Sizes) -> Sizes:
 
 
 def changes_of(message: Mapping[str, Any], trees: int, grid: Grid) -> Changes:
-    """The whole set of changes; an empty one is the scene as it was read."""
+    """The complete set of changes; an empty one means the scene as it was read."""
     fell = entries(message, "fell", MOST_FELLED)
     if any(isinstance(each, bool) or not isinstance(each, int) or not 0 <= each < trees for each in fell):
         raise UserError(
@@ -259,6 +261,6 @@ def drawn_of(thing: Mapping[str, Any], what: str, column: Column, grid: Grid) ->
 
 
 def size_of(thing: Mapping[str, Any], column: Column) -> float:
-    """A size within what its layer's column may hold."""
+    """A size within the bounds of its layer's column."""
     low = column.least if column.least is not None else max(column.minimum or 0.0, DBH_CM[0] / 100.0)
     return number_in(thing, column.name, low, column.maximum or math.inf)

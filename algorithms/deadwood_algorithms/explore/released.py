@@ -23,8 +23,8 @@ NAME = "explored"
 
 
 def releases_layer(question: Question, defaults: Mapping[str, Any], grid: Grid) -> geopandas.GeoDataFrame:
-    """One row a log, numbered from 1: each draws from the seed and its own number, so the first ones of many are those
-    of few. A thick log is long: one draw decides both sizes.
+    """One row for each log, numbered from 1: each draws from the seed and its own number, so the first of many logs are
+    the same as of few. A thick log is long: one draw decides both sizes.
 
     defaults : of the columns that nothing draws (`DefaultLog`)
     """
@@ -54,6 +54,6 @@ def releases_layer(question: Question, defaults: Mapping[str, Any], grid: Grid) 
 
 
 def drawn(between: tuple[float, float], share: Any) -> Any:
-    """Evenly between two numbers, rounded but never beyond them."""
+    """Uniform draws between two numbers, rounded but never beyond them."""
     low, high = between
     return np.clip(np.round(low + share * (high - low), DECIMALS), low, high)

@@ -15,7 +15,7 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.pictures import lit, span_of, stretched
 from deadwood_algorithms.params.tool import UserError
 
-TILE = 256  # [px] side of a tile
+TILE = 256  # side of a tile [px]
 SPAN_CELLS = 1024  # greatest side, in cells of the level, whose shading defines black and white on all levels
 KEPT = 256  # tiles, some 40 kB each
 Array = NDArray[np.float32]
@@ -65,7 +65,7 @@ class Relief:
         top, left = row * TILE, column * TILE
         if not (0 <= top < heights.shape[0] and 0 <= left < heights.shape[1]):
             raise UserError(f"there is no tile {column}, {row} on level {level}")
-        first = max(0, top - 1), max(0, left - 1)  # a cell more all around, so that tiles meet without a seam
+        first = max(0, top - 1), max(0, left - 1)  # one more cell on all sides, so that tiles join without a seam
         part = heights[first[0] : top + TILE + 1, first[1] : left + TILE + 1]
         if min(part.shape) < 2:
             light = np.full(part.shape, np.nan)
@@ -86,7 +86,7 @@ class Relief:
 
 
 def halved(heights: NDArray[np.floating]) -> Array:
-    """Means of two by two cells, of those that have a height; a last odd row or column stands alone."""
+    """Means of two by two cells, over those that have a height; a last odd row or column is averaged alone."""
     rows, columns = (-(-size // 2) for size in heights.shape)
     total, number = np.zeros((rows, columns), np.float32), np.zeros((rows, columns), np.uint8)
     for i in (0, 1):

@@ -1,7 +1,7 @@
-"""The page's server: on the loopback address alone, for those who have its token, and one engine process behind it.
+"""The page's server: on the loopback address only, for clients that have its token, with one engine process behind it.
 
-This process holds no scene and imports no engine, so that the page is answered whatever the engine does. It hands
-messages on to a process that `stdio` serves, and its frames back. Where that process is lost, the page is notified, and
+This process holds no scene and does not import the engine, so it always answers the page. It passes
+messages on to a process served by `stdio`, and its frames back. If that process is lost, the page is notified, and
 another one is started.
 """
 
@@ -33,11 +33,11 @@ from deadwood_algorithms.explore.frames import MOST_MESSAGE, Frame, header_of, m
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 
 HOST = "127.0.0.1"
-MOST_UNSENT = 64 << 20  # bytes that a page which does not read may leave waiting
-OPENED_ELSEWHERE = 4001  # code of closing a socket: the page there is not to connect again by itself
+MOST_UNSENT = 64 << 20  # bytes that may wait for a page that does not read
+OPENED_ELSEWHERE = 4001  # closing code of a socket: that page must not reconnect by itself
 TILE_S = 30.0
 END_S = 0.3  # the command itself has little more than half a second to end in its own order
-MOST_LOST, LOST_S = 3, 60.0  # engine processes lost within such a time: no further one is started
+MOST_LOST, LOST_S = 3, 60.0  # if so many engine processes are lost within this time, no further one is started
 ENGINE_LOST = "the engine process was lost and has been started again; the last request is being repeated"
 ENGINE_GONE = "the engine process keeps failing and is not started again; see the terminal"
 
@@ -50,7 +50,7 @@ class EngineProcess:
     def __init__(
         self, command: Sequence[str], first: str, heard: Callable[[Any, bytes], None], ended: Callable[[], None]
     ) -> None:
-        apart: dict[str, Any] = {"start_new_session": True}  # a Ctrl-C of the terminal is this process's affair
+        apart: dict[str, Any] = {"start_new_session": True}  # a Ctrl-C in the terminal is handled by this process
         if sys.platform == "win32":
             apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
         here = {**os.environ, "PYTHONPATH": os.pathsep.join(each for each in sys.path if each)}
@@ -65,7 +65,7 @@ class EngineProcess:
         self.lines.put(line)
 
     def end(self) -> None:
-        """Its input ends, and so does it; if not, it is made to."""
+        """Close its input, which ends it; if it does not end, it is killed."""
         self.lines.put(None)
         try:
             self.process.wait(END_S)
@@ -90,7 +90,7 @@ class EngineProcess:
 
 
 def read_frame(stream: IO[bytes]) -> bytes:
-    """The next frame; nothing at the end, also where that comes in the middle of one."""
+    """The next frame; None at the end, also if that comes in the middle of a frame."""
     length = int.from_bytes(stream.read(4), "little")
     block = stream.read(length)
     return block if len(block) == length else b""
@@ -125,7 +125,7 @@ class Desk:
 
     @property
     def cookie(self) -> str:
-        """Cookies know no ports: that of another server on this machine has another name."""
+        """Cookies do not distinguish ports: that of another server on this machine has another name."""
         return f"deadwood_{self.port}"
 
     def start(self) -> None:
@@ -191,7 +191,7 @@ class Desk:
         if self.engine is None:
             return b""
         self.asked += 1
-        number = -self.asked  # no number of the page's
+        number = -self.asked  # a number that the page never uses
         waiting = self.tiles[number] = self.loop.create_future()
         self.engine.tell(json.dumps({"op": "tile", "id": number, "level": level, "column": column, "row": row}))
         try:
@@ -203,7 +203,7 @@ class Desk:
 
 
 def said_again(feedback: Feedback, header: dict[str, Any]) -> None:
-    """What the engine process says, as this process's own."""
+    """Repeat a message of the engine process as one of this process."""
     if header.get("how") == "progress":
         feedback.progress(header["done"], header["total"], header["text"])
     elif header.get("how") == "warn":
@@ -220,7 +220,7 @@ class Guarded(tornado.web.RequestHandler):
         return self.settings["desk"]
 
     def set_default_headers(self) -> None:
-        """Of every answer, errors as well."""
+        """Headers of every response, including errors."""
         self.clear_header("Server")
         for name, value in headers_of(self.desk).items():
             self.set_header(name, value)
@@ -240,7 +240,7 @@ class Guarded(tornado.web.RequestHandler):
 
 
 def headers_of(desk: Desk) -> dict[str, str]:
-    """Nothing from elsewhere, nothing within another page, nothing kept."""
+    """Headers that forbid foreign content, framing by another page, and caching."""
     sockets = " ".join(f"ws://{each}" for each in desk.hosts)
     return {
         "Content-Security-Policy": (
@@ -282,12 +282,12 @@ class TileFile(Guarded):
 
 
 class Socket(Guarded, tornado.websocket.WebSocketHandler):
-    """The page. There is one at a time, for there is one session: opening another one is announced in the first."""
+    """The page's socket. There is only one session, so only one page: opening another one is announced in the first."""
 
     unsent = 0
 
     def check_origin(self, origin: str) -> bool:
-        return True  # ``prepare`` has looked
+        return True  # ``prepare`` has checked it
 
     def open(self, *_: str, **__: str) -> None:
         before, self.desk.page = self.desk.page, self
@@ -339,7 +339,7 @@ def serve(command: Sequence[str], first: str, port: int, feedback: Feedback, ope
             while not served.done():
                 wait([served], timeout=0.1)
         except KeyboardInterrupt:
-            if not feedback.cancelled():  # else it is the same Ctrl-C again, while all is being ended
+            if not feedback.cancelled():  # otherwise it is the same Ctrl-C again, while everything is being closed
                 raise
         finally:
             ended.set()

@@ -37,11 +37,11 @@ from deadwood_algorithms.simulate.sinking import Sinking
 from deadwood_engine import FIDELITIES, place_logs
 
 Send = Callable[[Frame], None]
-TRIED = 0.5, 0.25, 0.75, 0.1, 0.9  # shares of the terrain model's sides, where logs may be released to warm up
+TRIED = 0.5, 0.25, 0.75, 0.1, 0.9  # shares of the terrain model's sides at which logs may be released for the warm-up
 
 
 class Session:
-    """One scene, the question asked last, and the changes that are in force.
+    """One scene, the latest request, and the active changes.
 
     simulation, layers : the scene as it was read, whole
     """
@@ -62,7 +62,7 @@ class Session:
         self.answer = None
 
     def release(self, message: Mapping[str, Any], send: Send, stale: Stale) -> None:
-        """Slide the logs of a question: first in the scene as it was read, then as changed."""
+        """Slide the logs of a request: first in the scene as it was read, then as changed."""
         began = time.perf_counter()
         question = question_of(message, self.defaults, self.layers.dem)
         self.answer = self._answer(question)
@@ -81,11 +81,11 @@ class Session:
         if self.answer:
             self.answer.with_changes(changes)
         else:
-            changed_scene(self.layers, changes)  # what the engine refuses is refused now
+            changed_scene(self.layers, changes)  # what the engine rejects is rejected now
         self.changes = changes
 
     def poses(self, message: Mapping[str, Any], send: Send) -> None:
-        """The ways of the first logs of the question asked last."""
+        """The trajectories of the first logs of the latest request."""
         most = whole_in(message, "max", 1, MOST_POSED, 100)
         if self.answer is None or not self.answer.base:
             raise UserError("no logs have been released yet; click on the map first")
@@ -93,7 +93,7 @@ class Session:
         send(poses_frame(self.answer, most, variant, message.get("id"), self.layers.dem.bounds[:2]))
 
     def _answer(self, question: Question) -> Answer:
-        """An answer that is still empty."""
+        """An empty answer to a request."""
         layers, defaults = self.layers, self.simulation.inputs.defaults
         laws = {"rolling_friction": question.rolling_friction, "restitution": question.restitution}
         simulation = replace(
@@ -137,7 +137,7 @@ class Session:
 
 @dataclass
 class Told:
-    """Who gets an answer, as what, since when; changes : whether their effect is reported, too."""
+    """Who gets an answer, of which kind, since when; changes : whether their effect is reported, too."""
 
     send: Send
     number: Any

@@ -25,14 +25,14 @@ from deadwood_algorithms.explore.relief import Relief
 from deadwood_algorithms.explore.session import Session
 from deadwood_algorithms.params.tool import UserError
 
-LENGTH_BYTES = 4  # of the length before a frame
+LENGTH_BYTES = 4  # bytes of the length that precedes a frame
 GRACE_S = 2.0  # time for the process to finish its work after the end of its input
 MOST_WAITING = 1000  # messages; beyond that the sender is told to wait
 REPLACED = ("release", "edit")  # by a newer one
 
 
 class Out:
-    """Where frames go, one after the other, whatever thread sends them."""
+    """Writes frames one after the other, from whatever thread they come."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self.stream, self.lock = stream, threading.Lock()
@@ -48,7 +48,7 @@ class Out:
 
 
 def own_stdout() -> Out:
-    """Standard output for frames alone: whatever else prints goes to standard error."""
+    """Standard output reserved for frames: anything else that prints goes to standard error."""
     sys.stdout.flush()
     stream = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
@@ -57,7 +57,7 @@ def own_stdout() -> Out:
 
 @dataclass
 class Front:
-    """A session, its pipes, and what waits to be answered."""
+    """A session, its pipes, and the messages that wait for an answer."""
 
     session: Session
     relief: Relief
@@ -124,11 +124,11 @@ class Front:
                 session.release(message, send, stale)
         elif name == "edit":
             if turn["edit"] != self.newest["edit"]:
-                return  # the newer one holds the whole set
+                return  # the newer message contains the complete set
             if turn["release"] == self.newest["release"]:
                 session.edit(message, send, stale)
             else:
-                session.change(message)  # the logs released since then are reported with it
+                session.change(message)  # the logs released next are reported with it
         elif name == "poses":
             session.poses(message, send)
         elif name == "keep":

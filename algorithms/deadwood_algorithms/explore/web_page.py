@@ -1,6 +1,6 @@
-"""The page of `explore` as its server hands it out: words and colours filled in, and the files that it loads.
+"""The page of `explore` as its server delivers it: with texts and colours filled in, and the files that it loads.
 
-Without the engine and without matplotlib: the server's process is to be small, and there at once.
+It imports neither the engine nor matplotlib, because the server process must be small and start quickly.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ from deadwood_algorithms.schemas.looks import (
 
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 PAGE = resources.files("deadwood_algorithms.explore") / "page"
-SHARED = {"view3d.js": resources.files("deadwood_algorithms.report") / "view3d.js"}  # what reports have, too
-RAMP_STEPS = 4  # between two stops of the scale of shares
+SHARED = {"view3d.js": resources.files("deadwood_algorithms.report") / "view3d.js"}  # also used by reports
+RAMP_STEPS = 4  # steps between two stops of the scale of shares
 # Classes of slope, from [deg], in colours from light to dark that colour-blind readers can distinguish (YlOrBr).
 SLOPE = ((20.0, "#ffffd4"), (30.0, "#fed98e"), (35.0, "#fe9929"), (40.0, "#d95f0e"), (45.0, "#993404"))
 CHANGED, CHANCE = RUNS[1], "#dddddd"  # what the user changed; cells whose difference chance explains
 
 
 def facts() -> dict[str, Any]:
-    """What the page's scripts get: words, the report's colours, and how logs end, by the engine's own numbers."""
+    """Data for the page's scripts: texts, the report's colours, and the stop reasons by the engine's numbers."""
     return {
         "language": "en",
         "words": PHRASES,
-        "ramp": ramp(LOOKS["shares"]),  # as every other map of hits
+        "ramp": ramp(LOOKS["shares"]),  # as on every other map of hits
         "stops": [
             dict(zip(("reason", "label", "colour", "shape"), (reason, *ENDS[reason]), strict=True))
             for reason in schemas.STOP_REASONS
@@ -69,7 +69,7 @@ def facts() -> dict[str, Any]:
 
 
 def ramp(look: Look) -> list[dict[str, Any]]:
-    """Colours from few to many, each with its share: the stops of a scale, and even steps between two of them."""
+    """Colours from low to high, each with its share: the stops of a scale, and even steps between them."""
     stops = list(zip(look.stops, map(rgb, look.colours), strict=True))
     found = []
     for (low, dark), (high, bright) in pairwise(stops):

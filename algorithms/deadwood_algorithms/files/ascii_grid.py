@@ -1,7 +1,7 @@
-"""What GDAL passes over in an ESRI ASCII grid without a word, and what would put a slope or its heights wrong.
+"""Defects of an ESRI ASCII grid that GDAL accepts silently and that would give wrong positions or heights.
 
-Tried with GDAL 3.10: values missing at the end of a file, and words among them, are read as 0 m; a header that mixes
-``xllcenter`` with ``yllcorner`` puts the grid at the origin. And why GDAL does not know a grid for one at all: a byte
+Tested with GDAL 3.10: values missing at the end of a file, and words among them, are read as 0 m; a header that mixes
+``xllcenter`` with ``yllcorner`` puts the grid at the origin. Also why GDAL does not recognise a grid at all: a byte
 order mark, UTF-16, an empty first line.
 """
 
@@ -16,14 +16,14 @@ from deadwood_algorithms.params.tool import UserError
 
 HEADER_BYTES = 2000
 CHUNK_BYTES = 2**24
-NUMBER_BYTES = np.zeros(256, bool)  # what numbers, nan and inf are written with, decimal commas and Fortran's 1d5 too
+NUMBER_BYTES = np.zeros(256, bool)  # characters of numbers, nan and inf, including decimal commas and Fortran's 1d5
 NUMBER_BYTES[list(b" \t\r\n\v\f+-.,0123456789eEdDnNaAiIfF#")] = True
 MARKS = {b"\xef\xbb\xbf": "UTF-8 with a byte order mark", b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 KEYS = {"ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy", "nodata_value"}
 
 
 def refuse_broken_ascii(path: str | Path, columns: int, rows: int) -> None:
-    """Raise ``UserError`` where the header is mixed, or the number of values is not the one it promises."""
+    """Raise ``UserError`` if the header is mixed, or the number of values is not the one that it announces."""
     keys = header_keys(path)
     if ("xllcenter" in keys) != ("yllcenter" in keys):
         raise UserError(
@@ -40,7 +40,7 @@ def refuse_broken_ascii(path: str | Path, columns: int, rows: int) -> None:
 
 
 def why_not_ascii(path: str | Path) -> str | None:
-    """Why a file that looks like an ASCII grid is not known for one; None if it does not look like one."""
+    """Why a file that looks like an ASCII grid is not recognised as one; None if it does not look like one."""
     with Path(path).open("rb") as source:
         head = source.read(HEADER_BYTES)
     if b"ncols" not in head.replace(b"\0", b"").lower():
@@ -57,9 +57,9 @@ def why_not_ascii(path: str | Path) -> str | None:
 
 
 def _refuse_words(path: str | Path, header_lines: int) -> None:
-    """Raise ``UserError`` for a word among the numbers, which GDAL would read as 0 m, with its row in the grid."""
+    """Raise ``UserError`` for a word among the numbers, which GDAL would read as 0 m; names its row in the grid."""
     with Path(path).open("rb") as source:
-        for _ in range(header_lines):  # where the lines end with CR alone, this is the whole file: nothing is checked
+        for _ in range(header_lines):  # if the lines end with CR only, this is the whole file, and nothing is checked
             source.readline()
         row = 0
         while piece := source.read(CHUNK_BYTES):
@@ -88,7 +88,7 @@ def header_keys(path: str | Path) -> list[str]:
 
 
 def count_words(path: str | Path) -> int:
-    """How many words, apart by white space, a file holds; in pieces, for such grids can be large."""
+    """Number of words, separated by white space, in a file; it is read in pieces because such grids can be large."""
     count, within = 0, False
     with Path(path).open("rb") as source:
         while piece := source.read(CHUNK_BYTES):

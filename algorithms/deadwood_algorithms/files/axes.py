@@ -21,7 +21,7 @@ XY_NAMES = (
     ("lon", "lat"),
     ("tree_x", "tree_y"),
 )
-# Else what is left of a name without the words of `BESIDE`, of the axis to the east and of the one to the north.
+# Otherwise what remains of a name without the words of `BESIDE`: for the easting, and for the northing.
 AXES = (
     (("x",), ("y",)),
     (("e", "east", "easting", "ost", "est", "este"), ("n", "north", "northing", "nord", "norte")),
@@ -39,7 +39,7 @@ BESIDE = re.compile(
 
 
 class Axes(NamedTuple):
-    """The columns of the easting and the northing, by what their numbers become metres, and if they are degrees."""
+    """The columns of the easting and the northing, the factor that makes them metres, and whether they are degrees."""
 
     x: object
     y: object
@@ -48,7 +48,7 @@ class Axes(NamedTuple):
 
 
 def axes_of(columns: Iterable[object]) -> Axes | None:
-    """The columns of the coordinates; None where no pair, or more than one of a kind, is named so."""
+    """The columns of the coordinates; None if there is no such pair of names, or more than one."""
     names = {str(column).strip().lower(): column for column in columns}
     plain = dict(names)
     for each in names:  # X [m], Y (LV95)
@@ -69,7 +69,7 @@ def _axes(x: object, y: object, degrees: bool) -> Axes:
 
 
 def _only(names: Iterable[str], words: tuple[str, ...]) -> str | None:
-    """The one name that is such an axis; before those that could be anything (N.), the one that says coordinate."""
+    """The only name of such an axis; one with the word coordinate takes precedence over ambiguous ones (N.)."""
     found = {name: said for name in names if (said := _axis(name, words)) is not None}
     if len(found) > 1:
         found = {name: said for name, said in found.items() if said} or {
@@ -79,7 +79,7 @@ def _only(names: Iterable[str], words: tuple[str, ...]) -> str | None:
 
 
 def _axis(name: str, words: tuple[str, ...]) -> bool | None:
-    """None where the name is no such axis, else whether other words beside it say that it is one."""
+    """None if the name is no such axis, otherwise whether other words in it confirm that it is."""
     if name in words:
         return False
     parts = [part for part in re.split(r"[\W_]+", re.sub(r"(?<=[a-z])(?=koord|coord)", " ", name)) if part]

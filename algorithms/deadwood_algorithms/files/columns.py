@@ -1,4 +1,4 @@
-"""Columns of a layer as arrays, or the file, layer, field and row where one is wrong."""
+"""Columns of a layer as arrays; errors name file, layer, field and row."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.quantities import is_gap
-from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.counts import rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
     import pandas
 
-# What a median that is too large mostly is, by the unit that was wanted.
+# The usual unit of a median that is too large, by the expected unit.
 WRONG_UNITS = {
     "cm": "if these are millimetres, divide by 10",
     "m": "if these are centimetres, divide by 100; if feet, multiply by 0.3048",
@@ -39,9 +39,9 @@ def number_column(
     gaps: bool = False,
     missing_value: float | None = None,
 ) -> np.ndarray:
-    """A column as float64, every value finite and within bounds; a missing column takes ``default`` when there is one.
+    """A column as float64, every value finite and within bounds; a missing column takes ``default`` if there is one.
 
-    An empty cell in a column that exists is refused, for a gap in somebody's data is not a wish for the default;
+    An empty cell in an existing column is rejected, because a gap in the data is not a request for the default;
     with ``gaps`` it is NaN, and so is a cell that holds ``missing_value``.
     """
     import pandas
@@ -70,7 +70,7 @@ def number_column(
 
 
 def _gap_words(column: Any) -> np.ndarray:
-    """Which cells hold a word for a gap (k.A., n/d, #NV) in place of a number."""
+    """Which cells contain a word for a gap (k.A., n/d, #NV) instead of a number."""
     import pandas
 
     if pandas.api.types.is_numeric_dtype(column):
@@ -79,7 +79,7 @@ def _gap_words(column: Any) -> np.ndarray:
 
 
 def schema_column(frame: pandas.DataFrame, column: schemas.Column, default: Any = None) -> np.ndarray:
-    """A column within the bounds of its schema; also the option that stands for it must be of a possible size."""
+    """A column within the bounds of its schema; the option that replaces it must be within them, too."""
     values = number_column(
         frame,
         column.name,
@@ -107,7 +107,7 @@ def filled_column(
     exclusive: bool = False,
     maximum: float | None = None,
 ) -> np.ndarray:
-    """An optional column as float64; its gaps take the value of the option, and are NaN without one."""
+    """An optional column as float64; its gaps take the value of the option, or NaN without one."""
     values = np.full(len(frame), np.nan)
     if name in frame:
         values = number_column(frame, name, minimum=minimum, exclusive=exclusive, maximum=maximum, gaps=True)
@@ -115,7 +115,9 @@ def filled_column(
 
 
 def id_column(frame: pandas.DataFrame, name: str) -> np.ndarray:
-    """Ids as int64 where all are whole numbers, else as text; 64-bit numbers stored as floats become whole again."""
+    """Ids as int64 if all are whole numbers, otherwise as text; 64-bit numbers stored as floats become integers
+    again.
+    """
     column = frame[name]
     gap = np.asarray(column.isna())
     if gap.any():
@@ -134,7 +136,7 @@ def warn_implausible(
     values: np.ndarray, column: schemas.Column, where: str, feedback: Feedback, *, fix: str | None = None
 ) -> None:
     """Warn if most values, or single ones, are implausible for a tree or log: usually a wrong unit."""
-    values = values[np.isfinite(values)]
+    rows, values = np.flatnonzero(np.isfinite(values)), values[np.isfinite(values)]
     if column.usual is None or not values.size:
         return
     low, high = column.usual
@@ -146,9 +148,8 @@ def warn_implausible(
         fix = fix or WRONG_UNITS.get(column.unit, "check the unit")
         feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too large; {fix}")
     elif float(values.max()) > high:
-        count = int((values > high).sum())
         feedback.warn(
-            f"{where}: {column.name} exceeds {high:g} {column.unit} in {counted(count, 'row')}, up to "
+            f"{where}: {column.name} exceeds {high:g} {column.unit} in {rows_named(rows[values > high])}, up to "
             f"{values.max():g}; check these, and their unit"
         )
 
@@ -160,7 +161,7 @@ def field_names(frame: pandas.DataFrame) -> str:
 
 def _complaint(value: Any, minimum: float | None, exclusive: bool, maximum: float | None) -> str:
     below = isinstance(value, (int, float)) and minimum is not None and value <= minimum
-    maximum = None if below else maximum  # one bound is violated; the other is irrelevant
+    maximum = None if below else maximum  # only the violated bound is reported
     bounds = [f"greater than {minimum:g}" if exclusive else f"at least {minimum:g}"] if minimum is not None else []
     bounds += [f"at most {maximum:g}"] if maximum is not None else []
     wanted = "a number " + " and ".join(bounds) if bounds else "a finite number"

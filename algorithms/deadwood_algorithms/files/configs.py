@@ -1,6 +1,6 @@
 """A file of parameters: names and values, the manifest of an earlier run, or a result that carries its record.
 
-Standard library only, but for the record in a GeoTIFF.
+Standard library only, except for the record in a GeoTIFF.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ UNHEARD = Quiet().note
 
 
 def value_from_json(parameter: Parameter, value: Any) -> Any:
-    """The value that is in a file of parameters, in the form in which the flag would give it."""
+    """A value from a file of parameters, in the form in which the flag would give it."""
     kind = parameter.of_kind
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if number and kind.number_as_text:
         return str(value)
-    as_it_is = kind.json_as_it_is or (number and kind.number_or_text)  # Tool.check refuses what does not fit
+    as_it_is = kind.json_as_it_is or (number and kind.number_or_text)  # Tool.check rejects what does not fit
     if not as_it_is and (not isinstance(value, str) or not value.strip()):
         raise UserError(f"'{parameter.name}' is {json.dumps(value)}, but must be text ({parameter.label})")
     return kind.from_value(parameter, value)
@@ -52,7 +52,7 @@ def read_config(
     changed : callable, optional
         Called for each input that has changed since the manifest was made; without it that is an error.
     given : collection of str
-        Parameters that are given otherwise, whose inputs do not matter.
+        Parameters that are given in another way, so that their inputs in the file do not matter.
     """
     content = _content(path)
     then, records = None, {}
@@ -71,7 +71,7 @@ def read_config(
     for name, value in content.items():
         if name not in known:
             raise UserError(f"--config {path}: {tool.name} has no parameter '{name}'{closest(name, known)}")
-        if value is not None:  # null means: as if it were not there
+        if value is not None:  # null is the same as a missing parameter
             try:
                 values[name] = value_from_json(known[name], value)
             except UserError as error:
@@ -86,7 +86,7 @@ def read_config(
 
 
 def _content(path: str) -> Any:
-    """What is in the file, or the record that it carries."""
+    """The content of the file, or the record that it contains."""
     try:
         if Path(path).exists() and not Path(path).is_file():
             raise UserError(f"--config {path} is not a file (a folder, a pipe or a device); write it to a file first")
@@ -155,6 +155,6 @@ def _found(named: str, now: Path, then: str | None, note: Callable[[str], None])
 
 
 def closest(word: str, known: Mapping[str, Any]) -> str:
-    """A question that names the known word nearest to a misspelt one, or nothing."""
+    """A question that names the known word closest to a misspelt one; empty if none is close."""
     near = difflib.get_close_matches(word, known, n=1)
     return f"; did you mean '{near[0]}'?" if near else ""

@@ -1,4 +1,4 @@
-"""Coordinate reference systems: what a user wrote, what a file says, and whether two are one."""
+"""Coordinate reference systems: as written by a user, as stored in a file, and whether two are the same."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pyproj.exceptions import CRSError, ProjError
 
 from deadwood_algorithms.params.tool import UserError
 
-# A CRS is used beyond its area: UTM zone 32 for all of Germany, which reaches 3 degrees farther.
+# A CRS is often used beyond its area: UTM zone 32 for all of Germany, which extends 3 degrees farther.
 AREA_MARGIN_DEG = 3.5
 EXCHANGED = (
     "x and y are exchanged (in Swiss and Austrian surveys Y is the easting): name the fields, --x-field for the "
     "easting and --y-field for the northing, or exchange them in the layer"
 )
-LV03_TO_LV95 = (2_000_000.0, 1_000_000.0)  # what LV95 adds to LV03 [m]; true within 2 m
+LV03_TO_LV95 = (2_000_000.0, 1_000_000.0)  # offset of LV95 from LV03 [m]; accurate to 2 m
 
 
 def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
@@ -30,7 +30,7 @@ def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
     return crs
 
 
-LOCAL = "local"  # the word for metric coordinates on a local grid, without a position on the globe
+LOCAL = "local"  # denotes metric coordinates on a local grid, without a position on the globe
 LOCAL_CRS = pyproj.CRS.from_wkt(
     'ENGCRS["local metres",EDATUM["local site"],CS[Cartesian,2],AXIS["easting (X)",east,ORDER[1]],'
     'AXIS["northing (Y)",north,ORDER[2]],LENGTHUNIT["metre",1]]'
@@ -38,12 +38,14 @@ LOCAL_CRS = pyproj.CRS.from_wkt(
 
 
 def is_local(crs: pyproj.CRS) -> bool:
-    """Whether a CRS is a local grid, which nothing converts to another."""
+    """Whether a CRS is a local grid, which cannot be converted to any other."""
     return horizontal(crs).is_engineering
 
 
 def refuse_local(own: pyproj.CRS, target: pyproj.CRS, where: str) -> None:
-    """Refuse to bring a place on the globe into local coordinates, or vice versa; ``where`` says whose."""
+    """Refuse to convert a place on the globe to local coordinates, or vice versa; ``where`` names the file in
+    messages.
+    """
     if is_local(own) == is_local(target):
         return
     one, other = ("local" if is_local(each) else crs_name(each) for each in (own, target))
@@ -60,11 +62,11 @@ def parse_crs(name: str, where: str = "--crs") -> pyproj.CRS:
     try:
         return pyproj.CRS.from_user_input(name)
     except CRSError as error:
-        raise UserError(f"{where} is '{name}', which names no CRS; write it as EPSG:2056") from error
+        raise UserError(f"{where} is '{name}', which is not a known CRS; name it like EPSG:2056") from error
 
 
 def crs_name(crs: pyproj.CRS) -> str:
-    """EPSG:2056 where the CRS has a code, else its name."""
+    """EPSG:2056 if the CRS has a code, otherwise its name."""
     authority = crs.to_authority()
     if authority:
         return ":".join(authority)
@@ -74,7 +76,7 @@ def crs_name(crs: pyproj.CRS) -> str:
 
 
 def same_crs(one: pyproj.CRS, other: pyproj.CRS) -> bool:
-    """Whether two CRS place a position alike, axis order and height apart."""
+    """Whether two CRS give the same position, apart from axis order and height."""
     one, other = horizontal(one), horizontal(other)
     if is_local(one) or is_local(other):
         return is_local(one) and is_local(other)
@@ -85,16 +87,16 @@ def same_crs(one: pyproj.CRS, other: pyproj.CRS) -> bool:
 
 
 def accuracy_words(source: pyproj.CRS, target: pyproj.CRS, bounds: Sequence[float]) -> str:
-    """How well positions within ``bounds`` (of the source) are brought over: the accuracy that PROJ states.
+    """How accurately positions within ``bounds`` (of the source) are transformed, as stated by PROJ.
 
-    The operation that PROJ's default picks (and so geopandas) is the most accurate one whose grids are installed here.
+    PROJ (and therefore geopandas) selects by default the most accurate operation whose grids are installed here.
     """
     source, target = horizontal(source), horizontal(target)
     west, south, east, north = bounds
     try:
         x, y = (west + east) / 2.0, (south + north) / 2.0
         used = pyproj.Transformer.from_crs(source, target, always_xy=True)
-        used.transform(x, y)  # only now is one of several candidates chosen
+        used.transform(x, y)  # only this selects one of several candidates
         operation = used.get_last_used_operation()
         accuracy, name = operation.accuracy, operation.description
     except ProjError:
@@ -107,27 +109,27 @@ def accuracy_words(source: pyproj.CRS, target: pyproj.CRS, bounds: Sequence[floa
 
 
 def near_its_area(crs: pyproj.CRS, x: float, y: float) -> bool:
-    """Whether a place [m] is in the area in which its CRS is used, or not far beyond; true where no area is known."""
+    """Whether a place [m] is in the area of use of its CRS, or not far beyond; true if no area is known."""
     code = crs.to_epsg()
     area = crs.area_of_use or (pyproj.CRS.from_epsg(code).area_of_use if code else None)
     if area is None:
         return True
     longitude, latitude = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True).transform(x, y)
-    width, beyond = (area.east - area.west) % 360.0, AREA_MARGIN_DEG  # some areas hold the date line
+    width, beyond = (area.east - area.west) % 360.0, AREA_MARGIN_DEG  # some areas contain the date line
     east_of_west = (longitude - area.west + beyond) % 360.0 if math.isfinite(longitude) else math.inf
     within = math.isfinite(latitude) and area.south - beyond <= latitude <= area.north + beyond
     return within and (width == 0.0 or east_of_west <= width + 2.0 * beyond)
 
 
 class FarOff(NamedTuple):
-    """Why a place is not near the area of its CRS: x and y exchanged, or numbers of another CRS; or not known."""
+    """Why a place is not near the area of its CRS: x and y exchanged, numbers of another CRS, or unknown."""
 
     exchanged: bool
     likely: str
 
 
 def far_off(crs: pyproj.CRS, x: float, y: float) -> FarOff | None:
-    """What is likely wrong with a place [m]; None where it is near the area of its CRS."""
+    """What is probably wrong with a place [m]; None if it is near the area of its CRS."""
     if near_its_area(crs, x, y):
         return None
     likely = swiss_code(x, y)
@@ -135,7 +137,7 @@ def far_off(crs: pyproj.CRS, x: float, y: float) -> FarOff | None:
 
 
 def swiss_code(x: float, y: float) -> str:
-    """The CRS of Switzerland, new or old, whose numbers these look like; else nothing."""
+    """The Swiss CRS, new or old, to which these numbers probably belong; otherwise empty."""
     for code, (east, north) in (("EPSG:2056", LV03_TO_LV95), ("EPSG:21781", (0.0, 0.0))):
         if 480_000 < x - east < 840_000 and 70_000 < y - north < 300_000:
             return code
@@ -145,10 +147,11 @@ def swiss_code(x: float, y: float) -> str:
 def misplacement(
     x: np.ndarray, y: np.ndarray, bounds: tuple[float, float, float, float], crs: pyproj.CRS | None = None
 ) -> str:
-    """The usual mistake, and its fix, by which places [m] are off ``bounds`` (west, south, east, north); or nothing.
+    """The usual mistake, and its fix, that explains why places [m] are outside ``bounds`` (west, south, east, north);
+    or empty.
 
     In Swiss and Austrian surveys Y is the easting and X the northing; LV03 lacks the leading digits of LV95. Numbers
-    may also be kilometres, or degrees, which only ``crs`` (that of the bounds) can tell.
+    may also be kilometres, or degrees, which can only be detected with ``crs`` (that of the bounds).
     """
     west, south, east, north = bounds
 
@@ -173,7 +176,7 @@ def misplacement(
 
 
 def misnamed(crs: pyproj.CRS, x: np.ndarray, y: np.ndarray) -> str:
-    """The same without a DEM: by which mistake places [m] are nowhere near the area of their CRS; or nothing."""
+    """The same without a DEM: the mistake that explains why places [m] are far from the area of their CRS; or empty."""
     east, north = float(np.nanmedian(x)), float(np.nanmedian(y))
     far = far_off(crs, east, north)
     if far is None:

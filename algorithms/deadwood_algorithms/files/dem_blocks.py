@@ -1,6 +1,6 @@
-"""A DEM for tools that ask for heights at some places: whole where it is small, else only the blocks asked for.
+"""A DEM for tools that need heights at some places: read whole if it is small, otherwise only in the blocks needed.
 
-Either answers alike: the same heights, the same cells outside.
+Both give the same results: the same heights, the same cells outside.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet
 
 WHOLE_CELLS = 25_000_000  # a DEM of at most this many cells is read whole: 100 MB of heights, read in a second
-KEPT = 16  # blocks, those used last
+KEPT = 16  # blocks kept in memory, the most recently used ones
 
 
 @dataclass
@@ -92,7 +92,7 @@ class DemBlocks:
         block = self._blocks.pop(key, None)
         if block is None:
             block = self.read(squares.surface_of(row, column, self.dem.shape))
-        self._blocks[key] = block  # as the last of them
+        self._blocks[key] = block  # as the most recently used
         if len(self._blocks) > KEPT:
             self._blocks.pop(next(iter(self._blocks)))
         return block

@@ -1,4 +1,4 @@
-"""A DEM judged by its header: what would put heights or slopes wrong is refused with the command that fixes it.
+"""Checks of a DEM's header: what would give wrong heights or slopes is rejected, with the command that fixes it.
 
 For `dem_windows`, which reads the heights.
 """
@@ -37,20 +37,20 @@ from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
 # than the positional accuracy of any survey, and less than a bilinear surface can resolve.
 SHIFT_ALLOWED_CELLS = 0.05
-FEET = ("ft", "ftus", "us-ft", "us_ft", "ftintl")  # how a band calls them
+FEET = ("ft", "ftus", "us-ft", "us_ft", "ftintl")  # names of the unit in a band
 # Projections of the whole world, true to scale at the equator only, and the tolerated deviation of scale.
 WORLD_METHODS = ("Popular Visualisation", "Mercator (", "Equidistant Cylindrical", "Pseudo Plate")
 STRETCH_ALLOWED = 0.01
 
 
-LEAST_CELL_M, MOST_CELL_M = 0.000999, 10_000.0  # finer or coarser than any terrain model: an error
+LEAST_CELL_M, MOST_CELL_M = 0.000999, 10_000.0  # a finer or coarser cell is an error
 
 
 @contextmanager
 def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
-    """A DEM opened and judged by its header, with its CRS and its transform; refused as `dem_windows.read_dem` says.
+    """Open a DEM and check its header; returns its CRS and transform, too. Rejects what `dem_windows.read_dem` rejects.
 
-    Of several tiles (`tiles`) each is judged; the first one's notes and warnings stand for all.
+    Each of several tiles (`tiles`) is checked; the notes and warnings of the first one stand for all.
     """
     files = tiles_of(path)
     if len(files) == 1:
@@ -70,7 +70,7 @@ def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[
 
 @contextmanager
 def _open_one(path: str, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
-    """One file of a DEM."""
+    """Open and check one file of a DEM."""
     with open_raster(path, "DEM") as source:
         _refuse_images(source, path, feedback)
         refuse_cut_off(source, path)
@@ -142,8 +142,8 @@ def _refuse_crs(crs: pyproj.CRS, source: Any, path: str | Path, given: str | Non
 
 
 def _warn_of_place(crs: pyproj.CRS, source: Any, path: str | Path, feedback: Feedback) -> None:
-    """Warn of a CRS that is not used anywhere near where it puts the DEM: it was named by mistake, or for want of
-    another, as of a local survey. Its cells are right in any case, layers in other CRS are not."""
+    """Warn if the DEM is far from the area of use of its CRS, which was then named by mistake, or for lack of
+    another, as for a local survey. Its cells are correct in any case, but layers in other CRS are misplaced."""
     x, y = _middle(source)
     far = far_off(crs, x, y)
     if far is None:
@@ -165,13 +165,13 @@ def _middle(source: Any) -> tuple[float, float]:
 
 
 def _code_by_numbers(source: Any) -> str:
-    """The CRS whose numbers these look like: of Switzerland, new or old; else one as an example."""
+    """The CRS to which these numbers probably belong: a Swiss one, new or old; otherwise an example."""
     return swiss_code(*_middle(source)) or "EPSG:25832, with the code that its supplier states"
 
 
 def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path, given: str | None) -> None:
-    """The metres of a map of the whole world are not metres on the ground: at 47 degrees north Web Mercator's are 0.68
-    m.
+    """Reject projections of the whole world, whose metres are not metres on the ground: at 47 degrees north one of Web
+    Mercator is 0.68 m.
     """
     method = crs.coordinate_operation.method_name if crs.coordinate_operation else ""
     if not method.startswith(WORLD_METHODS):
@@ -189,7 +189,7 @@ def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path, given: str
 
 
 def _refuse_foot_heights(unit: str | None, factor: float, path: str | Path, code: str | None = None) -> None:
-    """``code`` of the horizontal CRS, where the CRS gives the heights' unit and must stay with them."""
+    """Reject heights in feet; ``code`` is that of the horizontal CRS, if the CRS gives the unit of the heights."""
     if unit and ("foot" in unit.lower() or "feet" in unit.lower() or unit.strip().lower() in FEET):
         raise UserError(
             f"{path}: the DEM's heights are in {unit}, but must be in metres; fix: {remedies.times(path, factor, code)}"
@@ -239,7 +239,7 @@ def _square_transform(source: Any, path: str | Path, given: str | None) -> Affin
 
 
 def _metric_code(source: Any, crs: pyproj.CRS) -> str:
-    """A projected CRS in metres for where the raster lies: the Swiss one, or the UTM zone."""
+    """A projected CRS in metres for the raster's location: the Swiss one, or the UTM zone."""
     try:
         own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else crs
         west, south, east, north = pyproj.Transformer.from_crs(own, 4326, always_xy=True).transform_bounds(

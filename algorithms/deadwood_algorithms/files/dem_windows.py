@@ -23,12 +23,14 @@ from rasterio.windows import Window
 from deadwood_algorithms.files.crs import horizontal
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.embedded import tags_now
-from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, lay_out, libtiff_silent
+from deadwood_algorithms.files.geotiff import TILE_CELLS, Statistics, is_laid_out, lay_out, libtiff_silent
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.heights import (
     COLLAR_DROP_M,
+    COLLARS_M,
     MARGIN_CELLS,
     Found,
+    candidates_for_collar,
     lowest_inland,
     warn_of_heights,
     without_ground,
@@ -36,7 +38,7 @@ from deadwood_algorithms.files.heights import (
 from deadwood_algorithms.files.rasters import read_values
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserError
 
-SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, squares in each direction, of that side, show what ground it is
+SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, so many squares in each direction, with this side, are examined
 BLOCK_CELLS = 2**22  # read at once: 32 MiB of float64
 POINT_REACH_CELLS = 512  # positions within such a distance share one window
 
@@ -52,8 +54,8 @@ class DemWindows:
     shape : (ny, nx)
     cell, x0, y0 : float
         As of a `Grid` [m].
-    zero_is_outside : bool
-        Whether cells of exactly 0 m are an undeclared empty collar (`COLLAR_DROP_M`).
+    collars : tuple of float
+        Heights of which cells are an undeclared empty margin (`COLLARS_M`).
     """
 
     source: Any
@@ -64,11 +66,11 @@ class DemWindows:
     x0: float
     y0: float
     flipped: bool
-    zero_is_outside: bool = False
+    collars: tuple[float, ...] = ()
 
     @property
     def plan_crs(self) -> pyproj.CRS:
-        """The CRS without its heights: that of the layers in the plan."""
+        """The horizontal part of the CRS, that of layers in plan."""
         return horizontal(self.crs)
 
     @property
@@ -79,7 +81,7 @@ class DemWindows:
 
     @property
     def transform(self) -> Affine:
-        """Of a north-up raster on these cells."""
+        """Transform of a north-up raster on these cells."""
         west, _, _, north = self.bounds
         return from_origin(west, north, self.cell, self.cell)
 
@@ -92,8 +94,8 @@ class DemWindows:
         if bottom < top and left < right:
             window = self.file_window(slice(bottom, top), slice(left, right))
             heights = read_values(self.source, window, np.float64)
-            if self.zero_is_outside:
-                heights[heights == 0.0] = np.nan
+            for empty in self.collars:
+                heights[heights == empty] = np.nan
             within = (
                 slice(bottom - wide[0].start, top - wide[0].start),
                 slice(left - wide[1].start, right - wide[1].start),
@@ -115,7 +117,7 @@ class DemWindows:
         return self.grid(rows, columns)
 
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Bilinear height [m] at positions, best in their order along a line; NaN outside."""
+        """Bilinear height [m] at positions, most efficient if they are in order along a line; NaN outside."""
         heights = np.full(x.shape, np.nan)
         start, reach = 0, POINT_REACH_CELLS * self.cell
         while start < x.size:
@@ -130,7 +132,7 @@ class DemWindows:
     def strips(self) -> list[slice]:
         """Rows of the whole raster in turn, from the south, at most `BLOCK_CELLS` cells at once.
 
-        They begin and end where the tiles of the file, or of one written like it, do.
+        They begin and end at the tiles of the file, or of one written like it.
         """
         ny, nx = self.shape
         step = max(1, BLOCK_CELLS // nx // TILE_CELLS) * TILE_CELLS
@@ -149,10 +151,10 @@ class DemWindows:
 def open_windows(
     path: str | Path, *, crs: str | None, feedback: Feedback, look_through: bool = True, as_ground: bool = True
 ) -> Iterator[DemWindows]:
-    """Open a DEM for reading in windows, or refuse it with the command that fixes it.
+    """Open a DEM for reading in windows, or reject it with the command that fixes it.
 
-    Without ``look_through`` it is not read once for an undeclared collar of 0 m: for tools that want a few spots of it;
-    `read_part` finds out by itself. Heights that are not ``as_ground``, of crowns and roofs, may have any steps.
+    Without ``look_through`` it is not searched for an undeclared margin: for tools that need a few places only;
+    `read_part` then detects it itself. Heights that are not ``as_ground`` (crowns and roofs) may have any steps.
     """
     with open_dem(path, crs, feedback) as (source, dem_crs, transform):
         ny, nx = source.shape
@@ -163,13 +165,14 @@ def open_windows(
         dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
         if as_ground and source.dtypes[0] != "uint8":  # uint8 was already reported
             warn_of_heights(_samples(dem), dem.path, dem.cell, feedback)
-        yield replace(dem, zero_is_outside=_has_collar(dem, feedback)) if look_through else dem
+        yield replace(dem, collars=_collars_of(dem, feedback)) if look_through else dem
 
 
 def read_dem(path: str | Path, *, crs: str | None = None, feedback: Feedback | None = None) -> Grid:
-    """Read band 1 of a DEM as float32 heights, or refuse it with the command that fixes it.
+    """Read band 1 of a DEM as float32 heights, or reject it with the command that fixes it.
 
-    ``crs`` names the CRS of a file that holds none. A south-up file is read right, a rotated or non-square one refused.
+    ``crs`` names the CRS of a file that holds none. A south-up file is read correctly, a rotated or non-square one is
+    rejected.
     """
     feedback = feedback or Quiet()
     with open_windows(path, crs=crs, feedback=feedback, look_through=False) as dem:
@@ -181,8 +184,9 @@ def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
     whole = Part(0, 0, dem.shape[1], dem.shape[0])
     values, found = _heights(dem, whole, feedback), Found()
     found.empty_far(values)
-    if (values == 0.0).any() and lowest_inland(values, dem.cell) > COLLAR_DROP_M:
-        found.empty_zeros(values)
+    for empty in candidates_for_collar(values):
+        if lowest_inland(values, dem.cell, empty) > empty + COLLAR_DROP_M:
+            found.empty_collar(values, empty)
     found.empty_mixed(values, dem.cell)
     found.say(dem.path, feedback)
     if not np.isfinite(values).any():
@@ -191,15 +195,16 @@ def read_whole(dem: DemWindows, feedback: Feedback) -> Grid:
 
 
 def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
-    """A window as `read_whole` gives the whole: the same heights, the same cells outside."""
+    """Read a window with the same heights and the same cells outside as `read_whole`."""
     margin = MARGIN_CELLS
     wide = Part(part.column - margin, part.row - margin, part.columns + 2 * margin, part.rows + 2 * margin)
     wide = wide.cut_to(dem.shape)
     values, found = _heights(dem, wide, feedback), Found()
     inner = replace(part, column=part.column - wide.column, row=part.row - wide.row).slices
     found.empty_far(values, inner)
-    if (values == 0.0).any() and _zeros_mean_nothing(dem, values, inner):
-        found.empty_zeros(values, inner)
+    for empty in candidates_for_collar(values):
+        if _means_nothing(dem, values, empty, inner):
+            found.empty_collar(values, empty, inner)
     found.empty_mixed(values, dem.cell, inner)
     found.say(dem.path, feedback)
     whole = Grid.empty(dem.shape, dem.cell, dem.x0, dem.y0, dem.crs, dem.path)
@@ -207,7 +212,7 @@ def read_part(dem: DemWindows, part: Part, feedback: Feedback) -> Grid:
 
 
 def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.float32]:
-    """What the file holds of a window, strip by strip of the file's blocks."""
+    """The heights of a window as stored in the file, read in strips of the file's blocks."""
     values = np.empty((part.rows, part.columns), np.float32)
     block = max(1, dem.source.block_shapes[0][0])
     rows = max(1, BLOCK_CELLS // part.columns // block) * block
@@ -220,41 +225,47 @@ def _heights(dem: DemWindows, part: Part, feedback: Feedback) -> NDArray[np.floa
     return values
 
 
-def _zeros_mean_nothing(dem: DemWindows, values: NDArray[np.float32], inner: tuple[slice, slice]) -> bool:
-    """Whether 0 m is the only height of the whole DEM below `COLLAR_DROP_M`; usually the window shows that."""
-    if lowest_inland(values, dem.cell, inner) <= COLLAR_DROP_M:
+def _means_nothing(dem: DemWindows, values: NDArray[np.float32], empty: float, inner: tuple[slice, slice]) -> bool:
+    """Whether a height is that of an empty margin of the whole DEM; usually the window shows that it is not."""
+    if lowest_inland(values, dem.cell, empty, inner) <= empty + COLLAR_DROP_M:
         return False
-    return all(lowest_inland(strip, dem.cell, inner) > COLLAR_DROP_M for strip, inner in _wide_strips(dem))
+    strips = _wide_strips(dem)
+    return all(lowest_inland(strip, dem.cell, empty, within) > empty + COLLAR_DROP_M for strip, within in strips)
 
 
 def _wide_strips(dem: DemWindows) -> Iterator[tuple[NDArray[np.float32], tuple[slice, slice]]]:
-    """The whole DEM strip by strip, each with a margin by which its cells are judged, and where it lies within."""
+    """The whole DEM strip by strip, each with the margin needed to check its cells, and its position within that."""
     for rows in dem.strips():
         wide = Part(0, rows.start - MARGIN_CELLS, dem.shape[1], rows.stop - rows.start + 2 * MARGIN_CELLS)
         wide = wide.cut_to(dem.shape)
-        # one stage: two alternating ones would start again each time, and show nothing
+        # one stage of progress: two alternating ones would restart each time and show nothing
         yield _heights(dem, wide, Quiet()), (slice(rows.start - wide.row, rows.stop - wide.row), slice(None))
 
 
-def _has_collar(dem: DemWindows, feedback: Feedback) -> bool:
-    """Scan the whole DEM once for invalid heights, and return whether cells of 0 m are invalid."""
-    lowest, zeros, heights, found = np.inf, 0, 0, Found()
+def _collars_of(dem: DemWindows, feedback: Feedback) -> tuple[float, ...]:
+    """Scan the whole DEM once for invalid heights, and return those of which all cells are invalid."""
+    lowest, cells = dict.fromkeys(COLLARS_M, np.inf), dict.fromkeys(COLLARS_M, 0)
+    heights, found = 0, Found()
     strips = len(dem.strips())
     for done, (values, inner) in enumerate(_wide_strips(dem)):
         if feedback.cancelled():
             raise Cancelled
         found.empty_far(values, inner)
-        zeros += int((values[inner] == 0.0).sum())
         heights += int(np.isfinite(values[inner]).sum())
-        lowest = min(lowest, lowest_inland(values, dem.cell, inner))
+        there = candidates_for_collar(values)
+        plain = lowest_inland(values, dem.cell, np.inf, inner)
+        for empty in COLLARS_M:
+            least = lowest_inland(values, dem.cell, empty, inner) if empty in there else plain
+            lowest[empty] = min(lowest[empty], least)
+            cells[empty] += int((values[inner] == empty).sum()) if empty in there else 0
         found.empty_mixed(values, dem.cell, inner)
-        feedback.progress(done + 1, strips, "looking through the DEM")
+        feedback.progress(done + 1, strips, "scanning the DEM")
     if not heights:
         found.refuse_nothing(dem.path, dem.cell)
-    collar = bool(zeros) and COLLAR_DROP_M < lowest < np.inf
-    found.zero = zeros if collar else 0
+    collars = tuple(each for each in COLLARS_M if cells[each] and each + COLLAR_DROP_M < lowest[each] < np.inf)
+    found.collars = {empty: cells[empty] for empty in collars}
     found.say(dem.path, feedback)
-    return collar
+    return collars
 
 
 def _samples(dem: DemWindows) -> list[NDArray[Any]]:
@@ -272,16 +283,23 @@ def _samples(dem: DemWindows) -> list[NDArray[Any]]:
 
 
 class WindowWriter:
-    """A GeoTIFF written window by window and then read back, which is what finds a full disk (see `write_raster`)."""
+    """A GeoTIFF written window by window and then read back, to detect a full disk (see `write_raster`)."""
 
     def __init__(
-        self, path: Path, *, with_statistics: bool = True, final: bool = True, of_region: bool = False, **profile: Any
+        self,
+        path: Path,
+        feedback: Feedback,
+        *,
+        with_statistics: bool = True,
+        final: bool = True,
+        of_region: bool = False,
+        **profile: Any,
     ) -> None:
         """``final`` is false for a raster that the tool reads again and deletes: without statistics and overviews.
 
-        ``of_region`` is a raster of many runs, whose overviews may take their time (`geotiff.lay_out`).
+        ``of_region`` is a raster of many runs, whose overviews may take longer (`geotiff.lay_out`).
         """
-        self.path, self.final, self.of_region = path, final, of_region
+        self.path, self.feedback, self.final, self.of_region = path, feedback, final, of_region
         self.cells, self.sparse = profile["height"] * profile["width"], bool(profile.get("SPARSE_OK"))
         self.target = rasterio.open(path, "w", **profile)
         if final:
@@ -299,7 +317,7 @@ class WindowWriter:
             of_band.take(band)
 
     def leave_out(self, cells: int) -> None:
-        """Count cells that hold nothing and are not written: of a sparse file their tiles read as nodata, or as 0."""
+        """Count empty cells, which are not written: in a sparse file their tiles read as nodata, or as 0."""
         for of_band in self.statistics:
             of_band.cells += cells
 
@@ -313,12 +331,17 @@ class WindowWriter:
                     self.target.update_tags(number, **of_band.tags())
             self.target.close()
             if kind is None and self.final:
+                if is_laid_out(self.cells, sparse=self.sparse, of_region=self.of_region):
+                    self.feedback.progress(0, 1, "building overviews")
                 lay_out(self.path, self.cells, sparse=self.sparse, of_region=self.of_region)
         if kind is None:
             self._read_back()
 
     def _read_back(self) -> None:
         with rasterio.open(self.path) as made:
-            for window, checksum in self.written:
+            for done, (window, checksum) in enumerate(self.written, start=1):
+                if self.feedback.cancelled():
+                    raise Cancelled
                 if zlib.crc32(np.ascontiguousarray(made.read(window=window)).data) != checksum:
                     raise OSError(f"{self.path}: the written file cannot be read back")
+                self.feedback.progress(done, len(self.written), "reading the file back")

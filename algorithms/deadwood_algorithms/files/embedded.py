@@ -1,9 +1,9 @@
-"""The record of what made a file, inside the file: GeoPackage metadata, a tag of a GeoTIFF, a script in a page.
+"""The record of a file's origin, stored inside the file: GeoPackage metadata, a GeoTIFF tag, a script in a page.
 
-Files in the folder of a result need none: its manifest names and seals them. A format that has no room for it (a CSV
-table, a glTF scene) gets ``NAME.manifest.json`` beside it. What is written here holds no time and no number of
-threads, so that two runs alike still make the same bytes. To read a record takes the standard library, and rasterio
-for a GeoTIFF alone.
+Files in the folder of a result need none: its manifest names and seals them. A format that cannot store it (a CSV
+table, a glTF scene) gets ``NAME.manifest.json`` beside it. What is written here contains no time and no number of
+threads, so that two equal runs still make the same bytes. Reading a record needs the standard library, and rasterio
+only for a GeoTIFF.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from typing import Any
 from urllib.parse import quote
 
 BESIDE = ".manifest.json"
-CARRIERS = (".gpkg", ".tif", ".tiff", ".html")  # what holds its record itself
+CARRIERS = (".gpkg", ".tif", ".tiff", ".html")  # formats that contain their record
 # In the default domain of a GeoTIFF: GDAL's copy to the layout of a COG (`geotiff.lay_out`) drops all other domains,
 # or, told to keep them, the statistics of the bands.
 TAG = "DEADWOOD_MANIFEST"
-STANDARD = "urn:deadwood-toolbox:manifest"  # names the kind of metadata in a GeoPackage
-WRITTEN_AT = "2000-01-01T00:00:00.000Z"  # as in the rest of our GeoPackages: the same content, the same bytes
+STANDARD = "urn:deadwood-toolbox:manifest"  # identifies this kind of metadata in a GeoPackage
+WRITTEN_AT = "2000-01-01T00:00:00.000Z"  # as in all our GeoPackages, so that the same content gives the same bytes
 SPECIFICATION = "http://www.geopackage.org/spec120/#extension_metadata"
 PAGE = '<script type="application/json" id="deadwood-manifest">'
 TABLES = """
@@ -51,7 +51,7 @@ def as_text(record: Mapping[str, Any]) -> str:
 
 
 def tags_now() -> dict[str, str]:
-    """What a GeoTIFF that is made now gets as a tag; nothing outside the making of a result."""
+    """The tag for a GeoTIFF that is created now; empty unless a result is being made."""
     making = MAKING.get()
     return {TAG: as_text(making())} if making else {}
 
@@ -60,7 +60,7 @@ def embed(path: Path, record: Mapping[str, Any]) -> None:
     """Add a record to a finished file, if its format allows it, or beside it."""
     ending = path.suffix.lower()
     if ending in (".tif", ".tiff"):
-        return  # as it was made (`tags_now`)
+        return  # included when it was created (`tags_now`)
     if ending == ".gpkg":
         _into_geopackage(path, as_text(record))
     elif ending == ".html":

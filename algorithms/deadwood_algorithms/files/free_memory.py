@@ -1,10 +1,10 @@
-"""How much memory this process may still take: asked before the work, not found out by a killed run."""
+"""How much memory this process may still use: checked before the work, to avoid being killed during it."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-SHARE = 0.9  # of the free memory may be asked for
+SHARE = 0.9  # of the free memory may be used
 GIB = 2.0**30
 MEMINFO, CGROUP = Path("/proc/meminfo"), Path("/sys/fs/cgroup")  # of Linux
 
@@ -32,7 +32,7 @@ def _available() -> int | None:
 
 
 def _of_container() -> int | None:
-    """What a Linux container's own limit leaves; files that are merely cached can be dropped and do not count."""
+    """Memory left within a Linux container's own limit; cached files can be dropped and do not count."""
     try:
         limit, used = (CGROUP / "memory.max").read_text().strip(), int((CGROUP / "memory.current").read_text())
         facts = dict(line.split() for line in (CGROUP / "memory.stat").read_text().splitlines())

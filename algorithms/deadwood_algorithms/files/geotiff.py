@@ -22,24 +22,24 @@ from rasterio.crs import CRS as RasterioCRS
 from rasterio.shutil import copy
 from rasterio.transform import Affine
 
-STDERR = 2  # the descriptor, to which libraries in C write
+STDERR = 2  # the file descriptor to which C libraries write
 TILE_CELLS = 256
-# Up to 2 x 2 tiles a map shows a raster as quickly without overviews. A cloud-optimised file is made by copying, which
-# costs as much as writing; beyond the second limit (a DEM of 46 000 x 46 000 cells) that is left to the user. For a
-# window of a DEM even empty tiles are scanned (4.3 CPU seconds for 30 000 x 30 000 cells): each of many runs on a DEM
-# writes such rasters, so the limit is lower for them (11 500 x 11 500), but not for a raster written once for a whole
-# region.
+# Up to 2 x 2 tiles, a raster is displayed as quickly without overviews. A cloud-optimised file is made by copying,
+# which costs as much as writing; beyond the second limit (a DEM of 46 000 x 46 000 cells) that is left to the user.
+# For a window of a DEM even empty tiles are scanned (4.3 CPU seconds for 30 000 x 30 000 cells): each of many runs on
+# a DEM writes such rasters, so the limit is lower for them (11 500 x 11 500), but not for a raster written once for a
+# whole region.
 COG_FROM_CELLS, COG_UP_TO_CELLS, SPARSE_UP_TO_CELLS = 4 * TILE_CELLS**2, 2**31, 2**27
 # Compression costs more than copying: a file that is copied immediately is compressed only then, up to 256 MB per band
 # on the disk.
 UNPACKED_UP_TO_CELLS = 2**26
-COPYING_BYTES = 128 * 2**20  # GDAL's cache while it copies, else a share of the machine's memory
+COPYING_BYTES = 128 * 2**20  # GDAL's cache while copying; otherwise it takes a share of the machine's memory
 
 
 def geotiff_profile(
     shape: tuple[int, int], crs: pyproj.CRS, transform: Affine, dtype: str, nodata: float | None, count: int = 1
 ) -> dict[str, Any]:
-    """How every GeoTIFF of the toolbox is written: tiled and packed, for ``rasterio.open``."""
+    """Profile of every GeoTIFF of the toolbox for ``rasterio.open``: tiled and compressed."""
     profile: dict[str, Any] = {
         "driver": "GTiff",
         "height": shape[0],
@@ -81,7 +81,7 @@ def libtiff_silent() -> Iterator[None]:
 
 @dataclass
 class Statistics:
-    """Least, largest, mean and standard deviation of a band's values, taken in window by window (Chan's update)."""
+    """Minimum, maximum, mean and standard deviation of a band, accumulated window by window (Chan's update)."""
 
     nodata: float | None = None
     count: int = 0
@@ -89,7 +89,7 @@ class Statistics:
     least: float = math.inf
     largest: float = -math.inf
     mean: float = 0.0
-    squares: float = 0.0  # of the deviations from the mean
+    squares: float = 0.0  # sum of the squared deviations from the mean
 
     def take(self, values: NDArray[Any]) -> None:
         known = values[np.isfinite(values)] if values.dtype.kind == "f" else values.ravel()
@@ -107,7 +107,9 @@ class Statistics:
         self.least, self.largest = min(self.least, float(known.min())), max(self.largest, float(known.max()))
 
     def tags(self) -> dict[str, str]:
-        """As GDAL writes them, so that a map need not read the raster to stretch its colours; none of no values."""
+        """Tags as GDAL writes them, so that a map need not read the raster to stretch its colours; empty without
+        values.
+        """
         if not self.count:
             return {}
         found = {"MINIMUM": self.least, "MAXIMUM": self.largest, "MEAN": self.mean}
@@ -116,7 +118,7 @@ class Statistics:
 
 
 def is_laid_out(cells: int, *, sparse: bool, of_region: bool = False) -> bool:
-    """Whether `lay_out` copies a raster of this size."""
+    """Whether `lay_out` converts a raster of this size."""
     return COG_FROM_CELLS < cells <= (SPARSE_UP_TO_CELLS if sparse and not of_region else COG_UP_TO_CELLS)
 
 
@@ -124,7 +126,7 @@ def lay_out(path: Path, cells: int, *, sparse: bool, of_region: bool = False) ->
     """Convert a large GeoTIFF into a cloud-optimised one with overviews; small ones are left unchanged.
 
     An overview contains values of the raster (nearest), so that a count remains a count. ``sparse`` is a raster with
-    missing tiles, ``of_region`` one that is written once for many runs, and may take its time.
+    missing tiles, ``of_region`` one that is written once for many runs, and may take longer.
     """
     if not is_laid_out(cells, sparse=sparse, of_region=of_region):
         return

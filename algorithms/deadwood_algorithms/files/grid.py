@@ -1,4 +1,6 @@
-"""A raster on square cells: values at the cell centres, row 0 in the south. Or a window of one, with its whole."""
+"""A raster on square cells: values at the cell centres, row 0 in the south. Or a window of such a raster, with a
+reference to the whole.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,7 @@ class Part:
 
     @property
     def slices(self) -> tuple[slice, slice]:
-        """Rows and columns."""
+        """Slices of rows and columns."""
         return slice(self.row, self.row + self.rows), slice(self.column, self.column + self.columns)
 
     def joined(self, other: Part) -> Part:
@@ -38,7 +40,7 @@ class Part:
         return Part(column, row, east - column, north - row)
 
     def cut_to(self, shape: tuple[int, int]) -> Part:
-        """What of it lies in a grid of this shape."""
+        """The part of it that lies in a grid of this shape."""
         column, row = max(0, self.column), max(0, self.row)
         east, north = min(shape[1], self.column + self.columns), min(shape[0], self.row + self.rows)
         return Part(column, row, max(0, east - column), max(0, north - row))
@@ -59,11 +61,11 @@ class Grid:
     crs : pyproj.CRS
         Projected, in metres; it may be compound.
     path : str
-        Where it was read from.
+        Path from which it was read.
     whole : Grid, optional
-        Of which this is a window, without its values; None where this is the whole.
+        The whole grid of which this is a window, without its values; None if this is the whole.
     first : (column, row)
-        Where ``values[0, 0]`` stands in the whole.
+        Position of ``values[0, 0]`` in the whole.
     """
 
     values: np.ndarray
@@ -77,11 +79,11 @@ class Grid:
 
     @staticmethod
     def empty(shape: tuple[int, int], cell: float, x0: float, y0: float, crs: pyproj.CRS, path: str = "") -> Grid:
-        """A grid that has a place and no values (NaN, that cost no memory)."""
+        """A grid with a location but without values (NaN, which take no memory)."""
         return Grid(np.broadcast_to(np.float32(np.nan), shape), cell, x0, y0, crs, path)
 
     def window(self, part: Part, values: np.ndarray | None = None) -> Grid:
-        """A window of this grid, with values of its own or these."""
+        """A window of this grid, with the given values or its own."""
         values = self.values[part.slices] if values is None else values
         x0, y0 = self.x0 + part.column * self.cell, self.y0 + part.row * self.cell
         whole = Grid.empty(self.shape, self.cell, self.x0, self.y0, self.crs, self.path)
@@ -89,12 +91,12 @@ class Grid:
 
     @property
     def frame(self) -> Grid:
-        """The whole that this is a window of, or this."""
+        """The whole of which this is a window, or this grid itself."""
         return self.whole or self
 
     @property
     def part(self) -> Part:
-        """Where in its whole it lies."""
+        """Its position in the whole."""
         return Part(*self.first, self.shape[1], self.shape[0])
 
     @property
@@ -110,7 +112,7 @@ class Grid:
 
     @property
     def transform(self) -> Affine:
-        """Of the north-up raster that the grid is written as."""
+        """Transform of the north-up raster that is written from the grid."""
         from rasterio.transform import from_origin
 
         west, _, _, north = self.bounds
@@ -118,7 +120,7 @@ class Grid:
 
     @property
     def plan_crs(self) -> pyproj.CRS:
-        """The CRS without its heights: that of the layers in the plan."""
+        """The horizontal part of the CRS, that of layers in plan."""
         from deadwood_algorithms.files.crs import horizontal
 
         return horizontal(self.crs)
@@ -137,7 +139,7 @@ class Grid:
         return np.where(inside, (1 - t) * south + t * north, np.nan)
 
     def read(self, part: Part) -> Grid:
-        """A window of it (of a large DEM `dem_blocks` reads one)."""
+        """A window of it (for a large DEM `dem_blocks` reads one)."""
         return self.window(part)
 
     def contains(self, x: Any, y: Any) -> np.ndarray:

@@ -16,16 +16,18 @@ from deadwood_algorithms.files import remedies
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 
-# Of ground on Earth. The shore of the Dead Sea lies at -440 m, the deepest open pit at -300 m. Beyond FARTHEST_M stand
-# undeclared nodata values such as -9999, -32768 or 3.4e38.
+# Limits of ground on Earth. The shore of the Dead Sea is at -440 m, the deepest open pit at -300 m. Beyond FARTHEST_M
+# are undeclared nodata values such as -9999, -32768 or 3.4e38.
 LOWEST_M, HIGHEST_M, FARTHEST_M = -500.0, 9000.0, 9000.0
-# A cell beside nodata that lies this far below, or above, all its neighbours inland, and steeper than 89 degrees, is a
+# A cell beside nodata that is this far below, or above, all its inland neighbours, and steeper than 89 degrees, is a
 # mean of ground and a nodata value: on cells of 1 m one part in 150 of -9999 m is enough.
 MIXED_DROP_M, MIXED_SLOPE = 50.0, 60.0
-MIXED_CELLS = 12  # how deep warping mixes at most: cells of 10 m brought to 1 m
-MARGIN_CELLS = MIXED_CELLS + 2  # around a window, for its cells to be judged as in the whole
+MIXED_CELLS = 12  # width of the zone that resampling mixes, at most: cells of 10 m brought to 1 m
+MARGIN_CELLS = MIXED_CELLS + 2  # margin around a window with which its cells are judged as in the whole
 
-# Cells of exactly 0 m this far below all the others are an undeclared empty collar, not a chasm.
+# Cells of exactly one of these heights, so far below all the others, are an undeclared empty margin, not a chasm. Other
+# usual values for nodata, such as -999 and -9999, are no heights on Earth.
+COLLARS_M = (0.0, -1.0, -9.0, -99.0)
 COLLAR_DROP_M = 100.0
 
 # Heights in feet turn a slope of 30 degrees into one of 62. No hillside of any size has such a median slope.
@@ -33,24 +35,24 @@ STEEPEST_DEG = 58.0
 FOOT_M = 0.3048
 SMALLER_UNITS = {"decimetres": 0.1, "centimetres": 0.01, "millimetres": 0.001}
 
-STEP_M = 0.2  # lower ones hold no log
-# Shares of pairs of neighbouring differences, along rows or along columns: at least the first are not level in both,
-# and of these the second are between level ground and a step. On surveyed ground hardly any pair is; on whole metres
-# and repeated cells most are.
+STEP_M = 0.2  # lower steps hold no log
+# Shares of pairs of adjacent differences, along rows or columns: at least the first share is not level in both,
+# and of these the second share is between level ground and a step. On surveyed ground hardly any pair is; with whole
+# metres and repeated cells most are.
 SLOPING_SHARE, STEPPED_SHARE = 0.05, 0.3
 JUDGED_BY = 200  # pairs of cells; fewer do not decide
 UNEVEN_SHARE = 0.2  # of multiples of a step that are not a plane
 ROUNDED_TO_M = 0.002  # heights of some thousand metres in 32 bits
 BLOCK_CELLS = 2**22  # judged at once
-RISE_CELLS = 500  # of an array, by whose corner its unit is judged
-HOLE_CELLS = 2**22  # of an array or of its blocks, among which holes are looked for
+RISE_CELLS = 500  # side of an array's corner by which its unit is judged
+HOLE_CELLS = 2**22  # size of an array, or of its blocks, in which holes are searched for
 EVERYWHERE = slice(None), slice(None)
 
 
 def without_ground(heights: NDArray[np.floating], cell: float) -> NDArray[np.bool_]:
-    """Which cells hold a height that no ground there can have: none on Earth, or a mean of ground and nodata.
+    """Which cells have an impossible height: one that does not exist on Earth, or a mean of ground and nodata.
 
-    A cell is judged by those within `MARGIN_CELLS`, so a window with that margin gives what the whole gives.
+    A cell is judged by those within `MARGIN_CELLS`, so a window with that margin gives the same result as the whole.
     """
     with np.errstate(invalid="ignore"):
         bad = (heights < LOWEST_M) | (heights > HIGHEST_M)
@@ -72,16 +74,25 @@ def without_ground(heights: NDArray[np.floating], cell: float) -> NDArray[np.boo
         if not fallen.any():
             break
         bad[rows[fallen], columns[fallen]] = mixed[rows[fallen], columns[fallen]] = True
-    return bad | (_grown(mixed) & ~outside)  # the last ring, of which less than one part in 150 is nodata
+    return bad | (_grown(mixed) & ~outside)  # including the last ring, of which less than one part in 150 is nodata
 
 
-def lowest_inland(heights: NDArray[np.floating], cell: float, inner: tuple[slice, slice] = EVERYWHERE) -> float:
-    """The lowest height where cells of 0 m, and those mixed with them, are none: what tells whether 0 m is nodata."""
-    zero = heights == 0.0
+def candidates_for_collar(heights: NDArray[np.floating]) -> list[float]:
+    """The values of `COLLARS_M` that some cells hold."""
+    low = np.fmin.reduce(heights, axis=None)
+    return [empty for empty in COLLARS_M if low <= empty and (heights == empty).any()]
+
+
+def lowest_inland(
+    heights: NDArray[np.floating], cell: float, empty: float, inner: tuple[slice, slice] = EVERYWHERE
+) -> float:
+    """The lowest height without cells of ``empty`` and those mixed with them, by which to decide whether that is
+    nodata."""
+    outside = heights == empty
     with np.errstate(invalid="ignore"):
-        fit = ~zero & (np.abs(heights) <= FARTHEST_M)
-        if zero.any() and (heights[inner] <= COLLAR_DROP_M)[fit[inner]].any():  # mixed, or low ground
-            fit &= ~without_ground(np.where(zero, np.nan, heights), cell)
+        fit = ~outside & (np.abs(heights) <= FARTHEST_M)
+        if outside.any() and (heights[inner] <= empty + COLLAR_DROP_M)[fit[inner]].any():  # mixed, or low ground
+            fit &= ~without_ground(np.where(outside, np.nan, heights), cell)
     return float(np.min(heights[inner], where=fit[inner], initial=np.inf))
 
 
@@ -116,9 +127,9 @@ def _inland(
 class Steps:
     """Steps of a terrain model that no ground has.
 
-    height_m : of a usual one
-    rounded_m : what the heights are multiples of; 0 where that is not why
-    repeated : how many cells in a row, and in a column, hold one height; 1 where that is not why
+    height_m : height of a typical step
+    rounded_m : unit of which the heights are multiples; 0 if that is not the cause
+    repeated : how many cells in a row, and in a column, share one height; 1 if that is not the cause
     """
 
     height_m: float
@@ -127,7 +138,7 @@ class Steps:
 
 
 def steps_of(samples: list[NDArray[np.floating]]) -> Steps | None:
-    """The steps in samples of a terrain model, or None of ground that has none."""
+    """The steps in samples of a terrain model, or None if there are none."""
     pairs, sloping, stepped, uneven = np.zeros((4, 2), int)  # along rows, and along columns
     all_rises, gaps = [np.empty(0)], [np.empty(0, int)]
     for heights in samples:
@@ -155,7 +166,7 @@ def steps_of(samples: list[NDArray[np.floating]]) -> Steps | None:
 
 
 def _unit_of(rises: NDArray[np.float64]) -> float:
-    """What differences of heights [m], none of them 0, are multiples of, where that is a step; else 0."""
+    """The unit of which height differences [m], none of them 0, are multiples, if that makes steps; otherwise 0."""
     unit = float(np.min(rises, initial=np.inf))
     if not STEP_M <= unit < np.inf:
         return 0.0
@@ -170,14 +181,15 @@ def _is_step(rise: NDArray[np.float64]) -> NDArray[np.bool_]:
 class Found:
     """Cells that were turned into NaN because they contain no valid height, and the report about them.
 
-    ``inner`` is the part of the array that is reported; the rest is beyond a window.
+    ``inner`` is the part of the array that is reported; the rest is outside the window.
     """
 
     def __init__(self) -> None:
-        self.far, self.zero, self.mixed = 0, 0, 0
+        self.far, self.mixed = 0, 0
+        self.collars: dict[float, int] = {}  # cells by the height of the empty margin
         self.shown, self.lowest, self.highest = 0.0, np.inf, -np.inf
-        self.numbers = np.inf, -np.inf  # lowest and highest in the file, whatever they are
-        self.rise = np.nan  # a usual one from cell to cell, of numbers that are no heights
+        self.numbers = np.inf, -np.inf  # lowest and highest number in the file, whatever they mean
+        self.rise = np.nan  # typical difference from cell to cell, of numbers that are not heights
 
     def empty_far(self, values: NDArray[Any], inner: tuple[slice, slice] = EVERYWHERE) -> None:
         """Remove undeclared nodata values that are not heights on Earth."""
@@ -192,19 +204,19 @@ class Found:
                 self.rise = float(np.median(rises)) if rises.size else np.nan
             values[bad] = np.nan
 
-    def empty_zeros(self, values: NDArray[Any], inner: tuple[slice, slice] = EVERYWHERE) -> None:
-        """Take out cells of 0 m, which the caller knows to be an empty collar."""
-        zero = values == 0.0
-        self.zero += int(zero[inner].sum())
-        values[zero] = np.nan
+    def empty_collar(self, values: NDArray[Any], empty: float, inner: tuple[slice, slice] = EVERYWHERE) -> None:
+        """Remove cells of one height, which the caller knows to be an empty margin."""
+        outside = values == empty
+        self.collars[empty] = self.collars.get(empty, 0) + int(outside[inner].sum())
+        values[outside] = np.nan
 
     def empty_mixed(self, values: NDArray[Any], cell: float, inner: tuple[slice, slice] = EVERYWHERE) -> None:
-        """Take out cells that are a mean of ground and nodata, strip by strip."""
+        """Remove cells that are a mean of ground and nodata, strip by strip."""
         step, bad = max(1, BLOCK_CELLS // values.shape[1]), []
         for start in range(0, values.shape[0], step):
             first, stop = max(0, start - MARGIN_CELLS), min(values.shape[0], start + step)
             strip = values[first : stop + MARGIN_CELLS]
-            # around the array is nothing: that of a window reaches beyond it by MARGIN_CELLS
+            # nothing is known outside the array; that of a window has a margin of MARGIN_CELLS
             mask = without_ground(np.pad(strip, 1, constant_values=np.nan), cell)[1:-1, 1:-1]
             rows, columns = np.nonzero(mask[start - first : stop - first])
             bad.append((rows + start, columns))
@@ -221,13 +233,13 @@ class Found:
         self.highest = float(np.max(heights, initial=self.highest))
 
     def refuse_nothing(self, path: str, cell: float) -> None:
-        """Refuse a DEM of no height at all: every cell is nodata, or its numbers are no heights in metres."""
+        """Reject a DEM without any height: every cell is nodata, or its numbers are not heights in metres."""
         low, high = self.numbers
         if not low <= high:
             raise UserError(
                 f"{path}: the DEM holds no height at all, every cell is nodata; check the band and its nodata value"
             )
-        said = f"{path}: the DEM's numbers, {low:g} to {high:g}, are no heights in metres"
+        said = f"{path}: the DEM's numbers, {low:g} to {high:g}, are not heights in metres"
         for unit, factor in SMALLER_UNITS.items():
             slope_deg = np.degrees(np.arctan(self.rise * factor / cell))
             if low > 0.0 and high * factor <= HIGHEST_M and not slope_deg > STEEPEST_DEG:
@@ -241,11 +253,12 @@ class Found:
                 f"{path}: {counted(self.far, 'cell holds', 'cells hold')} {self.shown:g} m, which is not a height on "
                 "Earth; taken as outside"
             )
-        if self.zero:
-            feedback.warn(
-                f"{path}: {counted(self.zero, 'cell holds', 'cells hold')} exactly 0 m, all others more than "
-                f"{COLLAR_DROP_M:g} m: taken as outside (an undeclared nodata value)"
-            )
+        for empty, cells in self.collars.items():
+            if cells:
+                feedback.warn(
+                    f"{path}: {counted(cells, 'cell holds', 'cells hold')} exactly {empty:g} m, all others more than "
+                    f"{empty + COLLAR_DROP_M:g} m: taken as outside (an undeclared nodata value)"
+                )
         if self.mixed:
             feedback.warn(
                 f"{path}: {counted(self.mixed, 'cell beside nodata holds', 'cells beside nodata hold')} impossible "
@@ -256,7 +269,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Holes:
-    """Parts without heights that lie inside: how many, their cells in all and of the largest, and a cell of that."""
+    """Inner parts without heights: how many, their cells in total, those of the largest, and one cell of it."""
 
     number: int
     cells: int
@@ -267,7 +280,7 @@ class Holes:
 
 def holes_in(values: NDArray[np.floating]) -> Holes | None:
     """The parts without heights that do not touch the border of the array; of a large one in blocks of its cells."""
-    from rasterio.features import shapes  # not for those who only read heights
+    from rasterio.features import shapes  # only needed here
     from shapely.geometry import shape
 
     outside = ~np.isfinite(values)
@@ -316,7 +329,7 @@ def warn_of_heights(samples: list[NDArray[Any]], path: str, cell: float, feedbac
 
 
 def steep_words(path: str, slope_deg: float, where: str) -> str:
-    """The warning of a slope that heights in feet, or in decimetres, would explain."""
+    """The warning about a slope that heights in feet, or in decimetres, would explain."""
     factor, unit = (FOOT_M, "feet") if _slope_with(slope_deg, FOOT_M) <= STEEPEST_DEG else (0.1, "decimetres")
     return (
         f"{path}: the median slope {where} is {slope_deg:.0f} degrees, steeper than almost any ground; are its heights "

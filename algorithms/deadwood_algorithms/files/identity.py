@@ -27,18 +27,20 @@ from deadwood_algorithms.params.tool import moved_paths
 BLOCK_BYTES = 2**20
 SETTLED_NS = 2 * 10**9  # a file that was written this recently may change again within one tick of its clock
 ROWS_AT_ONCE = 2000
-OURS = ("layer_styles", "gpkg_metadata")  # styles and metadata of a GeoPackage
+OURS = ("layer_styles", "gpkg_metadata")  # tables of styles and metadata in a GeoPackage
 CRS_OF_TABLE = (
     "SELECT organization, organization_coordsys_id FROM gpkg_geometry_columns JOIN gpkg_spatial_ref_sys USING (srs_id) "
     "WHERE table_name = ?"
 )
 SAME, CHANGED, GONE = "same", "changed", "gone"
 
-_known: dict[tuple[int, ...], str] = {}  # SHA-256 by (device, inode, size, times): what stands is hashed once a process
+_known: dict[
+    tuple[int, ...], str
+] = {}  # SHA-256 by (device, inode, size, times): an unchanged file is hashed once per process
 
 
 def stamp_of(path: Path) -> tuple[int, ...] | None:
-    """What changes when a file is written to; None of one that is not there."""
+    """A stamp that changes when a file is written to; None if it does not exist."""
     try:
         stat = path.stat()
     except (OSError, ValueError):
@@ -51,7 +53,7 @@ def sha256_of(path: Path) -> str:
     stamp = stamp_of(path)
     if stamp is not None and (found := _known.get(stamp)):
         return found
-    if not path.is_file():  # a pipe would be waited for without end
+    if not path.is_file():  # reading a pipe might never end
         raise OSError(errno.EINVAL, "no regular file", str(path))
     digest = hashlib.sha256()
     with path.open("rb", buffering=0) as source:
@@ -65,11 +67,11 @@ def sha256_of(path: Path) -> str:
 
 
 def of_input(named: str) -> dict[str, Any]:
-    """What is known of an input from its bytes.
+    """Record of an input, from its bytes.
 
-    ``sha256`` and ``bytes`` of one file are its own; of several, ``sha256`` is that of the lines that ``sha256sum``
-    prints of them, and ``files`` has each. The folder of a result is known by its ``run_id``; several places with one
-    among them by a digest of all (`_identity_of_several`).
+    ``sha256`` and ``bytes`` of one file are its own; of several files ``sha256`` is that of the lines that
+    ``sha256sum`` prints of them, and ``files`` has each. The folder of a result is identified by its ``run_id``;
+    several places with one among them are identified by a digest of all (`_identity_of_several`).
     """
     layer = str(named).partition("|")[2].removeprefix("layername=")
     places = places_of(named)
@@ -88,7 +90,7 @@ def of_input(named: str) -> dict[str, Any]:
 
 
 def _run_id_of(place: Path) -> str | None:
-    """Of the result whose folder this is."""
+    """The run_id of the result whose folder this is."""
     return made_from(place).get("run_id") if files_of(place) == [place / MANIFEST] else None
 
 
@@ -117,7 +119,7 @@ def _together(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def content_of(path: Path, layer: str = "") -> str | None:
-    """Digest of the columns and rows of a GeoPackage's layer, or of all its layers, a ``-wal`` included; None of what
+    """Digest of the columns and rows of a GeoPackage's layer, or of all its layers, a ``-wal`` included; None if it
     cannot be read."""
     digest = hashlib.sha256()
     try:
@@ -137,11 +139,13 @@ def content_of(path: Path, layer: str = "") -> str | None:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
-    """A GeoPackage to be read, of which nothing is touched."""
+    """Open a GeoPackage for reading without changing anything in it."""
     with settled(path) as place:
-        mode = "mode=ro" if unmerged(place) else "mode=ro&immutable=1"  # held, with changes that are not merged yet
+        mode = (
+            "mode=ro" if unmerged(place) else "mode=ro&immutable=1"
+        )  # open in another program, with changes that are not merged yet
         with closing(sqlite3.connect(f"file:{quote(str(place.absolute()))}?{mode}", uri=True)) as db:
-            db.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")  # whatever is in it
+            db.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")  # accept any bytes
             yield db
 
 
@@ -151,7 +155,7 @@ def compared(record: Mapping[str, Any], named: str | None = None) -> tuple[str, 
     Parameters
     ----------
     record : mapping
-        Of the input, as in a manifest.
+        Record of the input, as in a manifest.
     named : str, optional
         Where to look for it, otherwise the place in the record.
     """
@@ -178,8 +182,8 @@ def compared(record: Mapping[str, Any], named: str | None = None) -> tuple[str, 
 def where_now(record: Mapping[str, Any], now: Path, then: str | None) -> tuple[str, str, str]:
     """Where an input of a manifest is: its path, its state, and the deciding file.
 
-    The original place is tried first, then where it would be if everything was moved together; an unchanged one is
-    preferred.
+    The original place is tried first, then the place where it would be if everything was moved together; an unchanged
+    one is preferred.
     ``now`` and ``then`` are the manifest's folder, and the one that it names.
     """
     named = str(record.get("path"))
@@ -210,10 +214,10 @@ def _moved(named: str, now: Path, then: str) -> str:
 
 
 def described(named: str) -> dict[str, Any]:
-    """Rows and CRS of an input that is a layer, CRS of a raster; unknown values are null."""
+    """Rows and CRS of an input that is a layer, CRS of a raster; unknown values are None."""
     facts: dict[str, Any] = {"rows": None, "crs": None}
     place, layer = places_of(named)[0], str(named).partition("|")[2].removeprefix("layername=")
-    with suppress(Exception):  # what the tool cannot read either, it says itself
+    with suppress(Exception):  # the tool itself reports what it cannot read
         if (place / MANIFEST).is_file():
             return facts
         if place.is_dir() or place.suffix.lower() in (".tif", ".tiff", ".asc", ".vrt", ".img", ".bil", ".flt"):

@@ -21,25 +21,25 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-FIXED_DAY = "2000-01-01T00:00:00.000Z"  # as in every GeoPackage of ours: the same content, the same bytes
+FIXED_DAY = "2000-01-01T00:00:00.000Z"  # as in all our GeoPackages, so that the same content gives the same bytes
 DIGITS = 16  # of the digest in a file's name
 
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """Values on a grid, with their place on Earth.
+    """Values on a grid, with their georeference.
 
     Parameters
     ----------
     array : array, shape (rows, columns) or (bands, rows, columns)
     transform : affine.Affine or six numbers
-        From column and row to x and y, as rasterio has it.
+        From column and row to x and y, as in rasterio.
     crs : anything that pyproj reads
         Such as ``"EPSG:2056"``, a number, a pyproj or rasterio CRS.
     nodata : float, optional
-        The value of cells that are outside; NaN is outside always.
+        The value of cells that are outside; NaN is always outside.
     names, meanings : tuple of str
-        What each band is called, and what it means, where that is known.
+        Name and meaning of each band, if known.
     """
 
     array: numpy.ndarray
@@ -56,7 +56,7 @@ class Raster:
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """West, east, south, north: what ``imshow`` calls the extent."""
+        """West, east, south, north: the order of ``imshow``'s extent."""
         rows, columns = self.band.shape
         a, _, west, _, e, north = tuple(self.transform)[:6]
         return west, west + a * columns, north + e * rows, north
@@ -71,7 +71,7 @@ class Raster:
 
 
 def read_raster(path: Path) -> Raster:
-    """A raster file as an array, with its place; scaled integers as the numbers that they stand for."""
+    """Read a raster file as an array with its georeference; scaled integers become the numbers that they represent."""
     import numpy as np
     import rasterio
 
@@ -100,19 +100,19 @@ def read_layer(path: Path, layer: str) -> geopandas.GeoDataFrame:
 
 
 def read_table(path: Path) -> pandas.DataFrame:
-    """A table of ours, CSV or Parquet."""
+    """Read a table of the toolbox, CSV or Parquet."""
     import pandas
 
     return pandas.read_parquet(path) if path.suffix == ".parquet" else pandas.read_csv(path)
 
 
 def is_in_memory(value: Any) -> bool:
-    """Whether a value is data that must become a file, no path and no number."""
+    """Whether a value is data that must become a file, rather than a path or a number."""
     return isinstance(value, Raster) or _is_frame(value) or _is_data_array(value)
 
 
 def crs_text(value: Any) -> str:
-    """A CRS as the text of it that a flag would have; a number is that of an EPSG code."""
+    """A CRS as the text that a flag would have; a number is an EPSG code."""
     if isinstance(value, str):
         return value
     import pyproj
@@ -181,7 +181,7 @@ def _write_layer(path: Path, frame: geopandas.GeoDataFrame, name: str) -> None:
 
 
 def _has_name(frame: pandas.DataFrame) -> bool:
-    """Whether the index is a column too, as geopandas sees it: one that has a name."""
+    """Whether the index is a column too, as in geopandas: whether it has a name."""
     return any(each is not None for each in frame.index.names)
 
 
@@ -213,7 +213,7 @@ def _write_raster(path: Path, raster: Raster, name: str) -> None:
         transform = Affine(*tuple(raster.transform)[:6])
     except TypeError as error:
         raise UserError(f"{name}: the transform '{raster.transform}' is not six numbers (a, b, c, d, e, f)") from error
-    if transform.e > 0.0:  # rows from the south, as many grids have them: the same cells, northernmost first
+    if transform.e > 0.0:  # rows from the south, as in many grids: store the same cells with the northernmost row first
         bands = bands[:, ::-1]
         a, b, c, d, e, f = tuple(transform)[:6]
         transform = Affine(a, -b, c + b * bands.shape[1], d, -e, f + e * bands.shape[1])
@@ -226,7 +226,7 @@ def _write_raster(path: Path, raster: Raster, name: str) -> None:
 
 
 def _of_data_array(value: Any, name: str) -> Raster:
-    """Of an xarray, whose place rioxarray keeps."""
+    """A raster from an xarray, whose georeference rioxarray holds."""
     place = getattr(value, "rio", None)
     if place is None:
         raise UserError(

@@ -1,6 +1,6 @@
 """Which files the path of an input stands for: itself, its companions, the tiles of a folder, the sources of a VRT.
 
-Standard library only: the command line asks it before any library is loaded.
+Standard library only: the command line uses it before any library is loaded.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from deadwood_algorithms.params.tool import UserError
 
 MANIFEST = "manifest.json"
 ENDINGS = (".tif", ".tiff", ".asc", ".img", ".bil", ".flt", ".xyz")  # of the files in a folder that are its tiles
-# Files beside another, of the same name, without which it means something else; a style or statistics change nothing.
+# Companion files with the same name that change the meaning of a file; a style or statistics change nothing.
 COMPANIONS = {
     ".shp": (".shx", ".dbf", ".prj", ".cpg"),
     ".asc": (".prj",),
@@ -52,7 +52,7 @@ def tiles_of(path: str | Path) -> list[str]:
                     f"{named}: this is a folder that holds no tile of a DEM ({', '.join(ENDINGS)}); name the file"
                 )
             return [os.path.join(named, each) for each in inside]
-    except (OSError, ValueError):  # a name too long, a NUL in it, no permission: said when it is opened
+    except (OSError, ValueError):  # a name too long, a NUL in it, no permission: reported when it is opened
         return [named]
     parts = [each.strip() for each in named.split(",")]
     return [each for each in parts if each] if "," in named else [named]
@@ -61,7 +61,7 @@ def tiles_of(path: str | Path) -> list[str]:
 def places_of(named: str | Path) -> list[Path]:
     """The file or folder that an input's path names, without its layer; if it names several with commas, each of them.
 
-    A part between commas that is not a path belongs to the next, because a name may contain a comma.
+    A part between commas that is not a path is joined to the next, because a name may contain a comma.
     """
     whole = Path(str(named).partition("|")[0])
     if _exists(whole) or "," not in str(named):
@@ -128,5 +128,5 @@ def made_from(place: Path) -> dict[str, Any]:
 def _exists(place: Path) -> bool:
     try:
         return place.exists()
-    except (OSError, ValueError):  # a name too long, a NUL in it: said when it is opened
+    except (OSError, ValueError):  # a name too long, a NUL in it: reported when it is opened
         return False

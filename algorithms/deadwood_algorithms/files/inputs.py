@@ -1,4 +1,4 @@
-"""Inputs that do not exist or are not files: one line that says so, before a library tries to open them."""
+"""Inputs that do not exist or are not files: rejected with one line before a library tries to open them."""
 
 from __future__ import annotations
 

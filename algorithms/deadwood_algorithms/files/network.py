@@ -2,7 +2,7 @@
 
 A path that names the network is always rejected. A file that points to it (a GDAL virtual raster or layer, the
 description of a map service) is rejected unless the variable `ALLOWED` is set: otherwise the author of such a file
-could make this computer request any address. What cannot be detected in the file, the command forbids GDAL itself
+could make this computer request any address. What cannot be detected in the file is forbidden to GDAL by the command
 (`deadwood_toolbox.environment`).
 """
 
@@ -39,7 +39,7 @@ def refuse_elsewhere(path: str | Path, what: str) -> None:
 
 
 def refuse_pointers(path: str | Path, what: str) -> None:
-    """Raise ``UserError`` for a file that points to the network, or by which a pipe or device would be read."""
+    """Raise ``UserError`` for a file that points to the network, to a pipe or to a device."""
     _look_into(Path(path), str(path), what, set(), os.environ.get(ALLOWED, "0") not in ("", "0"))
 
 
@@ -79,7 +79,7 @@ def _look_into(file: Path, named: str, what: str, seen: set[Path], allowed: bool
 
 
 def _elements(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str]]:
-    """Every element but those of free text, such as metadata, which may well name an address."""
+    """All elements except those of free text, such as metadata, which may legitimately contain an address."""
     found, todo = [], [root]
     while todo:
         element = todo.pop()
@@ -104,7 +104,7 @@ def _root_of(file: Path, named: str, what: str) -> ElementTree.Element | None:
                 return None
             return ElementTree.fromstring((head + source.read()).lstrip())
     except OSError:
-        return None  # said when it is opened
+        return None  # reported when it is opened
     except (ElementTree.ParseError, ValueError) as error:
         if not any(f"<{kind}".encode() in head.lower() for kind in VIRTUAL):
             return None

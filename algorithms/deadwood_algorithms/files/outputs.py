@@ -24,16 +24,18 @@ from deadwood_algorithms.params.tool import UserError
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
-STAGED, LOCK = ".partial-", ".lock"  # how the hidden names beside an output continue
-REPLACED, WHOLE = "-old", "-whole"  # and those of a result that is about to be replaced, and of one about to appear
-ASIDE = "-aside"  # and that of a folder that holds a file about to be replaced, with what SQLite keeps beside it
+STAGED, LOCK = ".partial-", ".lock"  # suffixes of the hidden names beside an output
+REPLACED, WHOLE = "-old", "-whole"  # suffixes of a result about to be replaced, and of one about to appear
+ASIDE = "-aside"  # suffix of a folder that holds a file about to be replaced, with SQLite's files beside it
 
-# Of file systems that know no locks; there two runs into one output are not found out.
+# Errors of file systems without locks; there two runs into one output are not detected.
 LOCKLESS = tuple(getattr(errno, name) for name in ("ENOLCK", "ENOTSUP", "EOPNOTSUPP", "ENOSYS") if hasattr(errno, name))
 FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
 FULL_WORDS = ("disk is full", "disk full", "no space left", "quota exceeded", "disk quota")
 # Below this number of free bytes, a failed write of GDAL (which often gives no reason) is attributed to the disk.
 NEARLY_FULL_BYTES = 256 * 1024
+
+_unfinished: set[Path] = set()  # the hidden folders that this process is writing into
 
 
 @contextmanager
@@ -45,14 +47,14 @@ def output_path(
     inputs: Iterable[str | Path | None] = (),
     tool: str = "",
 ) -> Iterator[Path]:
-    """Give a temporary path of the same name; at success it takes the final place, at failure nothing stays.
+    """Give a temporary path of the same name; on success it is moved to the final place, on failure nothing remains.
 
     Parameters
     ----------
     suffix : str, optional
         The only file ending accepted, such as ``.gpkg``.
     inputs : iterable of path
-        What the tool reads, which it never replaces, ``overwrite`` or not (`refuse_input`).
+        The tool's inputs, which are never replaced, even with ``overwrite`` (`refuse_input`).
     tool : str
         The tool's name.
     """
@@ -105,7 +107,9 @@ def output_folder(
         if not _exists(final, path) or not final.is_dir():
             return _exists(final, path)
         inside = list(final.iterdir())
-        half = any(_is_ours(each) and each.name.endswith(WHOLE) for each in inside)  # killed while it was filled
+        half = any(
+            _is_ours(each) and each.name.endswith(WHOLE) for each in inside
+        )  # killed while the folder was being filled
         return not half and any(not _is_ours(each) for each in inside)
 
     def check() -> None:
@@ -149,14 +153,14 @@ def output_folder(
                 os.replace(final, old)
                 os.replace(folder, final)
             finally:
-                if not final.exists():  # interrupted between the two
+                if not final.exists():  # interrupted between the two renamings
                     os.replace(old, final)
             shutil.rmtree(old, ignore_errors=True)
 
 
 @contextmanager
 def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterator[Path]:
-    """A hidden folder beside ``final``, removed in the end; creating it verifies that the place is writable.
+    """A hidden folder beside ``final``, removed at the end; creating it verifies that the place is writable.
 
     ``check`` rejects an output that may not be replaced; it is called before anything is created, and again once no
     other run can write the same output.
@@ -167,10 +171,11 @@ def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterat
     try:
         final.parent.mkdir(parents=True, exist_ok=True)
         lock = _lock(final, named)
-        if lock:  # the previous owner of the rest is gone
+        if lock:  # nobody else owns the remains any more
             _tidy(final)
         check()
         folder = Path(tempfile.mkdtemp(prefix=_hidden(final, STAGED), dir=final.parent))
+        _unfinished.add(folder)
     except BaseException as error:
         _unlock(lock)
         _remove_empty(made)
@@ -194,8 +199,19 @@ def _staged(final: Path, named: str | Path, check: Callable[[], None]) -> Iterat
         raise
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+        _unfinished.discard(folder)
         _unlock(lock)
         _remove_empty(made)
+
+
+def remove_unfinished() -> list[Path]:
+    """Remove what this process has written under hidden names, as it is about to end without tidying up.
+
+    Gives what could not be removed, which the next run into the same output does.
+    """
+    for each in list(_unfinished):
+        shutil.rmtree(each, ignore_errors=True)
+    return [each for each in _unfinished if each.exists()]
 
 
 def _remove_empty(folders: Iterable[Path]) -> None:
@@ -205,7 +221,7 @@ def _remove_empty(folders: Iterable[Path]) -> None:
 
 
 def _tidy(final: Path) -> None:
-    """Clear away what a run that was killed has left of this output, and finish the last step that it had begun."""
+    """Remove the remains of a killed run into this output, and finish the last step that it had begun."""
     for left in sorted(final.parent.glob(f"{glob.escape(_hidden(final, STAGED))}*")):
         if left.name.endswith(REPLACED) and not final.exists():
             os.replace(left, final)
@@ -219,8 +235,8 @@ def _tidy(final: Path) -> None:
 
 @contextmanager
 def _set_aside(final: Path, aside: Path) -> Iterator[None]:
-    """Take a GeoPackage out of the way together with what SQLite keeps beside it, which would be replayed into the
-    file that takes its name; back again if none takes it."""
+    """Move a GeoPackage aside together with SQLite's files beside it, which would be replayed into the
+    file that takes its name; both are moved back if none takes it."""
     left = beside(final)
     if left:
         aside.mkdir()
@@ -235,7 +251,7 @@ def _set_aside(final: Path, aside: Path) -> Iterator[None]:
 
 
 def _put_back(final: Path, aside: Path) -> None:
-    """What was set aside takes its place again unless another file has taken it; in that case it goes."""
+    """What was moved aside returns to its place, unless another file has taken it; then it is deleted."""
     for each in sorted(aside.iterdir(), key=lambda each: each.name == final.name):
         if not final.exists():
             os.replace(each, final.with_name(each.name))
@@ -250,7 +266,7 @@ def _refuse_held(final: Path, named: str | Path) -> None:
 
 
 def _fill(final: Path, whole: Path) -> None:
-    """Move a whole result into a folder that stands, the manifest last."""
+    """Move a complete result into an existing folder, the manifest last."""
     for made in sorted(whole.iterdir(), key=lambda each: each.name == "manifest.json"):
         os.replace(made, final / made.name)
     whole.rmdir()
@@ -261,12 +277,12 @@ def _hidden(final: Path, ending: str) -> str:
 
 
 def _is_ours(place: Path) -> bool:
-    """Whether a hidden name is that of a lock or of a result in the making, which make no folder occupied."""
+    """Whether a hidden name is that of a lock or of an unfinished result, with which a folder still counts as empty."""
     return place.name.startswith(".") and (place.name.endswith(LOCK) or STAGED in place.name)
 
 
 def _lock(final: Path, named: str | Path) -> BaseFileLock | None:
-    """A lock on the output that dies with this process, however that ends; refused where another run holds it."""
+    """A lock on the output that ends with this process, however it ends; rejected if another run holds it."""
     from filelock import FileLock, Timeout
 
     place = final.with_name(_hidden(final, LOCK))
@@ -280,7 +296,7 @@ def _lock(final: Path, named: str | Path) -> BaseFileLock | None:
                 raise UserError(
                     f"{named}: another run is writing this output now; wait until it ends, or name another output"
                 ) from None
-            # It ended just now, or nothing can be made here, which is found out next.
+            # The other run has just ended, or nothing can be created here, which is detected next.
         except (OSError, NotImplementedError) as error:
             if isinstance(error, OSError) and error.errno not in LOCKLESS:
                 raise
@@ -292,10 +308,10 @@ def _unlock(lock: BaseFileLock | None) -> None:
     if lock is None:
         return
     place = Path(lock.lock_file)
-    with suppress(OSError):  # while it is locked, so that nobody locks a file that has no name any more
+    with suppress(OSError):  # while it is locked, so that nobody locks a file that no longer has a name
         place.unlink()
     lock.release()
-    if os.name == "nt":  # where an open file cannot be removed, and none that another run has opened since
+    if os.name == "nt":  # where an open file cannot be removed, nor one that another run has opened since
         with suppress(OSError):
             place.unlink()
 
@@ -322,10 +338,11 @@ def _is_full(error: BaseException | None, folder: Path) -> bool:
 
 
 def refuse_input(final: Path, named: str | Path, inputs: Sequence[str], tool: str) -> None:
-    """Refuse to replace what a tool reads, a part of it, a folder that holds it, or a file of a result that stands.
+    """Refuse to replace what a tool reads, a part of it, a folder that holds it, or a file of an existing result.
 
-    An input is all that its path stands for (tiles, sources of a VRT, companions); a run's folder also what that run
-    was slid from, because the logs may slide again. In such a folder a file is replaced only by the tool that made it.
+    An input is everything that its path stands for (tiles, sources of a VRT, companions); for a run's folder also that
+    run's own inputs, because the logs may slide again. In such a folder a file is replaced only by the tool that made
+    it.
     """
     if not final.exists():
         return
@@ -347,7 +364,7 @@ def refuse_input(final: Path, named: str | Path, inputs: Sequence[str], tool: st
 
 
 def _sources_of(place: Path) -> Iterator[str]:
-    """Sources of the result that an input is, or to which it belongs."""
+    """Sources of the result that is the input, or to which the input belongs."""
     parameters = made_from(place).get("parameters", {})
     for name, value in parameters.items() if isinstance(parameters, dict) else ():
         if name != "output" and isinstance(value, str) and os.path.isabs(value):
@@ -368,7 +385,7 @@ def _lies_in(place: Path, folder: Path) -> bool:
 def _same_file(one: Path, other: Path) -> bool:
     try:
         return one.exists() and other.exists() and one.samefile(other)
-    except (OSError, ValueError):  # a name too long, a NUL in it: said when it is opened
+    except (OSError, ValueError):  # a name too long, a NUL in it: reported when it is opened
         return False
 
 
@@ -380,7 +397,7 @@ def _exists(place: Path, named: str | Path) -> bool:
 
 
 def _flush(made: Path) -> None:
-    """Bring a file to the disk before it gets its name: some file systems find only now that they are full."""
+    """Flush a file to the disk before it gets its name: some file systems only then notice that they are full."""
     with made.open("rb+") as handle:
         os.fsync(handle.fileno())
 

@@ -21,15 +21,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from deadwood_algorithms.schemas.looks import HIGH_END, LOOKS, LOW_END, ROAD, Look
 
-RELIEF = ((225.0, 0.35), (270.0, 0.25), (315.0, 0.40))  # lights from the west all around: (azimuth [deg], weight)
+RELIEF = ((225.0, 0.35), (270.0, 0.25), (315.0, 0.40))  # lights from south-west to north-west: (azimuth [deg], weight)
 SUN_HEIGHT_DEG = 40.0
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 CASING = 1.4  # points of white on both sides of a line, so that it is seen on any ground
 RIM, RIM_WIDTH = "#1b1f23", 0.9  # dark, and its width in points around a dot
 OPACITY = 0.85  # of a quantity over the relief
 NORTH_POINTS = 28.0  # from the tip of the arrow to the letter
-ENDS_HEIGHT = 0.62  # of a factor's place, that its two bars take
-BAR_SHARE = 0.2  # of a map's width that its scale bar takes, at most
+ENDS_HEIGHT = 0.62  # share of a factor's row that its two bars take
+BAR_SHARE = 0.2  # largest share of a map's width that its scale bar takes
 
 
 def hillshade(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]:
@@ -39,7 +39,7 @@ def hillshade(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]
 
 
 def span_of(light: NDArray[np.float64]) -> tuple[float, float]:
-    """What of a light is black and white."""
+    """The intensities that are drawn black and white."""
     low, high = np.nanpercentile(light, [1.0, 99.0])
     return float(low), float(high)
 
@@ -71,7 +71,7 @@ def show_relief(
 
 
 def colours_of(look: Look) -> tuple[Colormap, Normalize]:
-    """The ramp of a look and the scale of its stops: as QGIS draws it, with colours linear between two stops."""
+    """The colour ramp of a look and the scale of its stops, as QGIS draws it, linear between two stops."""
     even = np.linspace(0.0, 1.0, len(look.stops))
     colours = [
         to_rgba(colour, 0.0 if value == look.clear else 1.0)
@@ -98,7 +98,7 @@ def show_quantity(
 def show_scale(
     figure: Any, image: Any, name: str, label: str, *, signs: Callable[[str], str] = str, **more: Any
 ) -> Any:
-    """The scale of a quantity beside its map: every stop named, in the unit that it is shown in; ``signs`` are those of
+    """The scale of a quantity beside its map, with all stops labelled in the displayed unit; ``signs`` are those of
     the reader's language."""
     look = LOOKS[name]
     where = {"fraction": 0.035, "pad": 0.015, "aspect": 32} if "ax" in more and "shrink" not in more else {}
@@ -135,9 +135,9 @@ def show_dots(
 ) -> None:
     """Dots of a map as one path: lines of next to no length with round ends; size in points.
 
-    A marker each would be ten times as large a file. They are not snapped to pixels: Agg would draw none of those whose
-    two ends fall on one. With ``rim`` they stand on darker ones, so that a pale colour is seen on pale ground; these
-    have the ``gid`` with ``_rim`` behind it.
+    One marker for each would make a file ten times as large. They are not snapped to pixels: Agg would omit those whose
+    two ends fall on one. With ``rim`` they are drawn on darker ones, so that a pale colour is visible on pale ground;
+    these have the ``gid`` with ``_rim`` behind it.
     """
     ends = np.column_stack([x, y, np.asarray(x) + 0.01, y]).reshape(-1, 2)
     path = Path(ends, np.tile([Path.MOVETO, Path.LINETO], len(x)))
@@ -149,7 +149,7 @@ def show_dots(
 
 
 def show_ends(axes: Axes, place: float, base: float, at_low: float, at_high: float) -> None:
-    """A factor's two bars, from the outcome as it is to that at each end of the range: side by side, so that neither
+    """A factor's two bars, from the unchanged outcome to that at each end of the range: side by side, so that neither
     hides the other where both ends move the outcome the same way."""
     one_way = (at_low - base) * (at_high - base) > 0.0
     height, aside = (0.5 * ENDS_HEIGHT, 0.25 * ENDS_HEIGHT) if one_way else (ENDS_HEIGHT, 0.0)

@@ -1,7 +1,7 @@
-"""QGIS's style language, as much of it as the toolbox needs: pieces of XML from plain numbers and words.
+"""The part of QGIS's style language that the toolbox needs: pieces of XML from plain numbers and words.
 
-`styles` says which layer looks how and `qgis_project` puts layers into a project; both are written without QGIS. The
-elements are those that QGIS 3.22 writes, less all that it takes a default for; later versions read them unchanged.
+`styles` defines the look of each layer, and `qgis_project` puts layers into a project; both are written without QGIS.
+The elements are those that QGIS 3.22 writes, without those that have defaults; later versions read them unchanged.
 Standard library only.
 """
 
@@ -12,18 +12,18 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr, unescape
 
-# The last of 3.22, which takes a project of an earlier 3.22 for an old one and warns of it; from 3.26 on QGIS warns
+# The last version of 3.22, which warns that a project of an earlier 3.22 is old; from 3.26 on QGIS warns
 # only of projects of later versions and of QGIS 2.
 VERSION = "3.22.16-Białowieża"
 CATEGORIES = "LayerConfiguration|Symbology|Symbology3D|Labeling|Temporal"
 EDGE = "#232323"
-# QGIS's key of a marker symbol layer's, line's and fill's simplest kind.
+# QGIS's keys for the simplest symbol layers of markers, lines and fills.
 _CLASSES = {"marker": "SimpleMarker", "line": "SimpleLine", "fill": "SimpleFill"}
 
 
 @dataclass(frozen=True)
 class Span:
-    """The label of a class of values: its ends, of which one may be open, and their unit; in words it is English."""
+    """The label of a class of values: its ends, of which one may be open, and their unit; as text it is English."""
 
     unit: str
     low: float | None = None
@@ -51,7 +51,7 @@ _LABELLED = re.compile(r' label="([^"]*)"((?: label_\w+="[^"]*")*)')
 
 
 def relabelled(style: str, say: Callable[[Label], str]) -> str:
-    """A style with its labels said otherwise, such as in another language."""
+    """A style with its labels replaced, for example by those in another language."""
 
     def said(found: re.Match[str]) -> str:
         facts = dict(re.findall(r'label_(\w+)="([^"]*)"', found[2]))
@@ -107,7 +107,7 @@ def single(symbol: Symbol) -> str:
 
 
 def categorized(field: str, rows: Sequence[tuple[str, str, Symbol]]) -> str:
-    """One symbol a value: (value, label, symbol)."""
+    """One symbol for each value: (value, label, symbol)."""
     listed = "".join(
         f'<category render="true" symbol="{k}" value={quoteattr(value)} label={quoteattr(label)}/>'
         for k, (value, label, _) in enumerate(rows)
@@ -120,7 +120,7 @@ def categorized(field: str, rows: Sequence[tuple[str, str, Symbol]]) -> str:
 
 
 def graduated(field: str, rows: Sequence[tuple[float, float, Label, Symbol]]) -> str:
-    """One symbol a range of values: (low, high, label, symbol)."""
+    """One symbol for each range of values: (low, high, label, symbol)."""
     listed = "".join(
         f'<range render="true" symbol="{k}" lower="{low:.10g}" upper="{high:.10g}"{_label(label)}/>'
         for k, (low, high, label, _) in enumerate(rows)
@@ -177,9 +177,10 @@ def appears(day: tuple[int, int, int], seconds_field: str) -> str:
 
 
 def cones_3d(rows: Iterable[tuple[str, float, float, float, str]]) -> str:
-    """Upright truncated cones on the terrain, a row per rule: (filter, base radius, top radius, length [m], colour).
+    """Upright truncated cones on the terrain, one row for each rule: (filter, base radius, top radius, length [m],
+    colour).
 
-    QGIS sets a shape's middle on the ground, so each is raised by half its length.
+    QGIS places the middle of a shape on the ground, so each is raised by half its length.
     """
     return _solids_3d(
         "cone",
@@ -275,7 +276,7 @@ class Stop:
 
 
 def ramp(stops: Sequence[Stop], *, opacity: float = 0.9) -> str:
-    """Colours between the stops, which the legend lists; beyond the last one stays."""
+    """Colours interpolated between the stops, which the legend lists; beyond the last stop its colour is kept."""
     listed = "".join(
         f'<item value="{stop.value:.10g}" color="{stop.colour}" alpha="{stop.alpha}" label={quoteattr(stop.label)}/>'
         for stop in stops

@@ -16,7 +16,7 @@ import numpy as np
 
 from deadwood_algorithms.files.units import KINDS, WORDS
 
-MISSING_WORDS = ("", "na", "n/a", "nan", "null", "none", "-", "#n/a")  # for a gap in any column, in lower case
+MISSING_WORDS = ("", "na", "n/a", "nan", "null", "none", "-", "#n/a")  # words for a gap in any column, in lower case
 # Words for a gap in a column of numbers, in lower case without blanks; those of spreadsheets' errors, too.
 GAP_WORDS = frozenset(
     {*MISSING_WORDS, "n.a.", "n.a", "nil", "--", "---", "–", "—", "?"}
@@ -39,7 +39,7 @@ UNIT = r"([a-zäöüß\"']*)\.?"
 SIZE = re.compile(rf"{BEFORE}([-+]?(?:{NUMBER}))(?:\s*{BETWEEN}\s*({NUMBER}))?\s*{UNIT}")
 INTERVAL = re.compile(rf"[\[\](]\s*({NUMBER})\s*(?:;|{BETWEEN})\s*({NUMBER})\s*[\])\[]\s*{UNIT}")
 COMMA_INTERVAL = re.compile(rf"[\[\](]\s*(\d+(?:\.\d*)?|\d+,\d+(?=,\s))\s*,\s*({NUMBER})\s*[\])\[]\s*{UNIT}")
-GROUPED = re.compile(r"\d[.,]\d{3}(?!\d)")  # the point or comma of which may stand before every third digit
+GROUPED = re.compile(r"\d[.,]\d{3}(?!\d)")  # whose point or comma may separate groups of three digits
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def is_gap(text: str) -> bool:
 
 
 def read_sizes(column: Any, unit: str, words: Mapping[str, float] | None = None) -> Sizes:
-    """The cells of a column (a Series) as numbers in ``unit``; a unit behind a number counts before it.
+    """The cells of a column (a Series) as numbers in ``unit``; a unit after a number takes precedence over ``unit``.
 
     ``words`` gives the numbers of words (in lower case) that the user explains.
     """

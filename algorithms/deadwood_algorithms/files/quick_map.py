@@ -1,4 +1,4 @@
-"""A map of a result for a notebook: a raster, and layers on it. The report's maps are another matter."""
+"""A map of a result for a notebook: a raster, and layers on it. The maps of the report are made elsewhere."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     import geopandas
     from matplotlib.axes import Axes
 
-# The look of a run's rasters, by the name of the first band
+# Looks of a run's rasters, by the name of the first band
 LOOKED_AT = {each.bands[0].name: each.look for each in RUN_RASTERS if each.look in LOOKS}
 RAMP = LinearSegmentedColormap.from_list("hits", list(HITS))
 LONGEST_IN = 8.0  # of a map, in inches
-LINE_OF_BAR = 50  # letters beside a bar of colours
+LINE_OF_BAR = 50  # characters per line beside a colour bar
 MARGIN = 0.05  # around the content, as a share of its longer side
 
 
 class Raster(Protocol):
-    """What a map needs of a raster (`in_memory.Raster`)."""
+    """The part of a raster (`in_memory.Raster`) that a map needs."""
 
     @property
     def nodata(self) -> float | None: ...
@@ -51,7 +51,7 @@ def map_axes() -> Axes:
 
 
 def draw_raster(axes: Axes, raster: Raster) -> None:
-    """The first band; counts on a scale of powers of ten, and none of them where nothing was counted."""
+    """Draw the first band; counts on a logarithmic scale, transparent where nothing was counted."""
     values = np.ma.masked_invalid(raster.band)
     if raster.nodata is not None:
         values = np.ma.masked_equal(values, raster.nodata)
@@ -80,7 +80,9 @@ def draw_raster(axes: Axes, raster: Raster) -> None:
 
 
 def draw_layer(axes: Axes, layer: geopandas.GeoDataFrame, by: str | None = None) -> None:
-    """Points by the values of a text column, with a key; lines and outlines of areas as the lines that are watched."""
+    """Draw points by the values of a text column, with a legend; lines and outlines of areas like the lines of a
+    run.
+    """
     if layer.empty:
         return
     if by is None or set(layer.geom_type) != {"Point"}:
@@ -98,7 +100,7 @@ def draw_layer(axes: Axes, layer: geopandas.GeoDataFrame, by: str | None = None)
 
 
 def zoom_to(axes: Axes, raster: Raster) -> None:
-    """Show what holds values, and a margin."""
+    """Zoom to the cells with values, with a margin."""
     band = raster.band
     held = band != 0 if band.dtype.kind in "ui" else np.isfinite(band)
     if not held.any():

@@ -1,4 +1,4 @@
-"""Rasters in and out: opened, read onto a grid, written. A DEM is the matter of `dem_windows`.
+"""Rasters in and out: opened, read onto a grid, written. For DEMs see `dem_windows`.
 
 What is outside (nodata, NaN, off the grid) is NaN, never a height.
 """
@@ -39,15 +39,15 @@ from deadwood_algorithms.schemas.written import band_named
 
 STRIP_BYTES = 32 * 2**20
 PACKED = (".zip", ".gz", ".7z", ".rar", ".tar", ".tgz", ".bz2", ".xz")
-# Formats whose data are the bare numbers: GDAL does not always raise when some are missing at the end.
+# Formats of plain numbers: GDAL does not always raise an error if some are missing at the end.
 FLAT_FORMATS = ("ENVI", "EHdr", "SAGA", "RST", "BT")
 
 
 def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedback | None = None) -> np.ndarray:
     """Band 1 of a raster on the cells of ``grid`` (row 0 south): the nearest value, NaN where the raster has none.
 
-    The source cell that holds each cell's centre is calculated for each alone, so a window gives what the whole gives;
-    GDAL's warper approximates along rows and does not.
+    The source cell that contains a cell's centre is calculated for each cell separately, so a window gives the same
+    result as the whole; GDAL's warper approximates along rows and does not.
     """
     feedback = feedback or Quiet()
     with open_raster(path, what) as source:
@@ -69,7 +69,7 @@ def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedbac
 
 
 def extent_in(path: str | Path, crs: pyproj.CRS) -> tuple[float, float, float, float]:
-    """West, south, east and north end [m] of a raster in a CRS; of one without a CRS as they stand."""
+    """West, south, east and north end [m] of a raster in a CRS; without a CRS they are returned unchanged."""
     with open_raster(path, "weights") as source:
         own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else crs
         left, bottom, right, top = source.bounds
@@ -81,9 +81,9 @@ def extent_in(path: str | Path, crs: pyproj.CRS) -> tuple[float, float, float, f
 
 
 def read_part_on(source: Any, grid: Grid, feedback: Feedback | None = None, what: str = "") -> np.ndarray:
-    """Band 1 of an open raster on the cells of ``grid`` (row 0 south), of which only the part around it is read.
+    """Band 1 of an open raster on the cells of ``grid`` (row 0 south), reading only the part around it.
 
-    The nearest value, NaN where the raster has none; one without a CRS is in that of the grid.
+    The nearest value, NaN where the raster has none; one without a CRS is taken to be in that of the grid.
     """
     own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else grid.crs
     same = same_crs(own, grid.crs)
@@ -104,7 +104,7 @@ def _nearest(source: Any, grid: Grid, strip: slice, moved: Any) -> np.ndarray:
     x = frame.x0 + (column + np.arange(grid.shape[1])) * frame.cell
     y = frame.y0 + (row + np.arange(strip.start, strip.stop)) * frame.cell
     inverse = ~source.transform
-    # Mostly columns depend on x alone and rows on y, and need not be found for each cell.
+    # Usually columns depend on x only and rows on y only, so they need not be computed for each cell.
     if moved is None and inverse.b == inverse.d == 0.0:
         i, j = inverse.a * x + inverse.c, inverse.e * y + inverse.f
         columns, rows = np.flatnonzero((i >= 0) & (i < source.width)), np.flatnonzero((j >= 0) & (j < source.height))
@@ -113,7 +113,7 @@ def _nearest(source: Any, grid: Grid, strip: slice, moved: Any) -> np.ndarray:
         x, y = np.broadcast_arrays(x[None, :], y[:, None])
         x, y = moved.transform(x, y) if moved else (x, y)
         i, j = inverse.a * x + inverse.b * y + inverse.c, inverse.d * x + inverse.e * y + inverse.f
-        # inf, where PROJ knows no way, is outside
+        # inf, where PROJ has no transformation, is outside
         places = np.nonzero((i >= 0) & (i < source.width) & (j >= 0) & (j < source.height))
         i, j = i[places], j[places]
     values = np.full((strip.stop - strip.start, grid.shape[1]), np.nan, np.float32)
@@ -129,7 +129,7 @@ def _nearest(source: Any, grid: Grid, strip: slice, moved: Any) -> np.ndarray:
 class ByRows:
     """A band that is computed while its rows are written, and needs no memory.
 
-    of : rows, counted from the south, to their values
+    of : returns the values of rows, counted from the south
     """
 
     shape: tuple[int, int]
@@ -192,8 +192,8 @@ def write_bands(
 ) -> None:
     """Write a GeoTIFF of several named bands, as `write_raster` writes one; ``units`` by band.
 
-    ``raster`` is its name in `schemas.files`, which has the meaning of each band; ``meaning`` extends that of a single
-    band. Bands are not copied: strips of rows are written, measured and read back.
+    ``raster`` is its name in `schemas.files`, which has the meaning of each band; ``meaning`` is added to that of a
+    single band. Bands are not copied: strips of rows are written, measured and read back.
 
     For a window the whole grid is written, but only the window stored; the statistics are those of the window.
 
@@ -265,14 +265,14 @@ def _north_up(values: Band, dtype: str, rows: slice) -> np.ndarray:
 
 
 def _is_empty(values: np.ndarray, nodata: float | None) -> bool:
-    """Whether all are what reads where nothing is stored."""
+    """Whether all values equal those that are read where nothing is stored."""
     if nodata is not None and np.isnan(nodata):
         return bool(np.isnan(values).all())
     return not np.any(values != (nodata or 0))
 
 
 def open_raster(path: str | Path, what: str) -> Any:
-    """Open a raster for reading, or say in one line why not."""
+    """Open a raster for reading; raises ``UserError`` with the reason if that is impossible."""
     refuse_missing(path, what)
     try:
         source = rasterio.open(path)

@@ -1,4 +1,4 @@
-"""Commands that fix a raster, for messages: with ``rio``, which rasterio brings and is always available."""
+"""Commands that fix a raster, for messages: with ``rio``, which is part of rasterio and therefore always available."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ NODATA = -9999
 
 
 def rio() -> str:
-    """How ``rio`` is called here: by its name where that finds it, else where it stands beside this Python."""
+    """How ``rio`` is called here: by its name if it is on the PATH, otherwise by its path beside this Python."""
     beside = shutil.which("rio", path=str(Path(sys.executable).parent))
     return "rio" if beside is None or shutil.which("rio") else shlex.quote(beside)
 
 
 def warp(source: Any, path: str | Path, size: str, code: str | None = None, *, crs: str = "") -> str:
-    """Brought into a CRS (by its code; None: its own) and onto square north-up cells of this size.
+    """Command to reproject into a CRS (by its code; None: its own) with square north-up cells of this size.
 
     ``crs`` names the CRS of a file that holds none: it is then written into a copy first.
     """
@@ -32,28 +32,30 @@ def warp(source: Any, path: str | Path, size: str, code: str | None = None, *, c
         steps = f"{rio()} convert {quoted(path)} {first} && {rio()} edit-info {first} --crs {shlex.quote(crs)} && "
         code = code or crs
     target = f" --dst-crs {code or own_code(source)} --res {size} --resampling bilinear"
-    if not source.gcps[0] and (source.transform.a < 0 or source.transform.e > 0):  # rio finds no extent for these
+    if not source.gcps[0] and (
+        source.transform.a < 0 or source.transform.e > 0
+    ):  # rio cannot determine the extent of these
         xs, ys = zip(*(source.transform @ corner for corner in _corners(source)), strict=True)
         target += f" --bounds {min(xs):.12g} {min(ys):.12g} {max(xs):.12g} {max(ys):.12g}"
     kind = np.dtype(source.dtypes[0])
     if source.nodata is None and (kind.kind == "f" or (kind.kind == "i" and kind.itemsize > 1)):
-        target += f" --src-nodata {NODATA} --dst-nodata {NODATA}"  # else what lies around it would be 0 m
+        target += f" --src-nodata {NODATA} --dst-nodata {NODATA}"  # otherwise the surroundings would be 0 m
     return f"{steps}{rio()} warp {first} {_copy(path)}{target}"
 
 
 def coarser(path: str | Path, cell: float) -> str:
-    """Averaged to cells of this size [m]."""
+    """Command to average to cells of this size [m]."""
     return f"{rio()} warp {quoted(path)} {_copy(path, 'coarser')} --res {cell:g} --resampling average"
 
 
 def times(path: str | Path, factor: float, code: str | None = None) -> str:
-    """With other heights, and where a code is given another CRS."""
+    """Command to multiply the heights and, if a code is given, to set another CRS."""
     command = f"{rio()} calc{_masked(path)}{_as_floats(path)} '(* {factor:.12g} (read 1))' {quoted(path)} {_copy(path)}"
     return command if code is None else f"{command} && {rio()} edit-info {_copy(path)} --crs {code}"
 
 
 def unscaled(path: str | Path, scale: float, offset: float) -> str:
-    """The heights themselves as floats, in place of numbers with a scale and an offset."""
+    """Command to store the heights as floats instead of numbers with a scale and an offset."""
     formula = f"'(+ {offset:.12g} (* {scale:.12g} (read 1)))'"
     return f"{rio()} calc{_masked(path)} --dtype float32 {formula} {quoted(path)} {_copy(path)}"
 
@@ -63,13 +65,13 @@ def with_crs(path: str | Path, code: str) -> str:
 
 
 def placed(path: str | Path) -> str:
-    """With a georeference, whose numbers the user must know."""
+    """Command to set a georeference, whose numbers the user must know."""
     matrix = shlex.quote("[CELL, 0, WEST, 0, -CELL, NORTH]")
     return f"{rio()} convert {quoted(path)} {_copy(path)} && {rio()} edit-info {_copy(path)} --transform {matrix}"
 
 
 def one_of(path: str | Path, inside: str) -> str:
-    """One of several rasters in a file."""
+    """Command to extract one of several rasters in a file."""
     return f"{rio()} convert {shlex.quote(inside)} {_copy(path)}"
 
 
@@ -90,7 +92,7 @@ def _copy(path: str | Path, ending: str = "fixed") -> str:
 
 def _masked(path: str | Path) -> str:
     """``rio calc`` keeps nodata, and fails if a raster has none; one of several tiles always has."""
-    import rasterio  # not for those who only want the words
+    import rasterio  # only needed here
 
     files = tiles_of(path)
     if len(files) > 1:

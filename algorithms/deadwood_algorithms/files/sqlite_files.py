@@ -21,7 +21,7 @@ LOCK_BYTE, LOCK_BYTES = 0x40000000, 512
 
 
 def beside(place: Path) -> list[Path]:
-    """The files of SQLite's that lie beside a GeoPackage, or where one was."""
+    """SQLite's files beside a GeoPackage, or beside a former one."""
     if place.suffix.lower() != ENDING:
         return []
     named = (place.with_name(place.name + ending) for ending in (WAL, SHARED_MEMORY, JOURNAL))
@@ -29,7 +29,7 @@ def beside(place: Path) -> list[Path]:
 
 
 def unmerged(place: Path) -> list[Path]:
-    """Those of them that affect what is read."""
+    """Those of these files that affect what is read."""
     return [each for each in beside(place) if not each.name.endswith(SHARED_MEMORY) and _size(each)]
 
 
@@ -39,7 +39,7 @@ def is_held(place: Path) -> bool:
         return False
     try:
         if os.name == "nt":
-            os.replace(place, place)  # refused while SQLite has it open
+            os.replace(place, place)  # fails while SQLite has it open
             return False
         import fcntl
 
@@ -57,8 +57,8 @@ def is_held(place: Path) -> bool:
 
 @contextmanager
 def settled(place: Path) -> Iterator[Path]:
-    """A GeoPackage to be read as a client of SQLite would see it: itself, or a copy in which what its writer left
-    beside it is merged or rolled back. The file itself is not touched; one that is held is read where it lies."""
+    """A GeoPackage to be read as SQLite would see it: the file itself, or a copy in which what its writer left
+    beside it is merged or rolled back. The file itself is not changed; one that is open elsewhere is read in place."""
     left = unmerged(place)
     if not left or is_held(place):
         yield place
@@ -75,7 +75,7 @@ def _settle(copy: Path) -> None:
     import sqlite3
     from contextlib import closing, suppress
 
-    with suppress(sqlite3.Error), closing(sqlite3.connect(copy)) as db:  # what cannot be read is reported by the reader
+    with suppress(sqlite3.Error), closing(sqlite3.connect(copy)) as db:  # the reader reports what cannot be read
         db.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
         db.execute("PRAGMA journal_mode = DELETE").fetchone()
 

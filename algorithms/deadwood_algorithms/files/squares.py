@@ -15,7 +15,7 @@ SIDE = 2048  # cells; 16 MB of heights
 def by_block(
     row: NDArray[np.float64], column: NDArray[np.float64], side: int
 ) -> Iterator[tuple[tuple[int, int], NDArray[np.intp]]]:
-    """Each square of cells that contains some of these, by its row and column among the squares, and the cells in it.
+    """The squares that contain any of these cells, each by its row and column among the squares, with the cells in it.
 
     row, column : of cells, shape (n,); cells beyond the raster belong to squares beyond it
     """
@@ -28,5 +28,7 @@ def by_block(
 
 
 def surface_of(row: int, column: int, shape: tuple[int, int]) -> Part:
-    """Cells of a raster of this shape that carry the surface over one square: its own and the next square's first."""
+    """Cells of a raster of this shape that define the surface over one square: its own and the first of the next
+    squares.
+    """
     return Part(column * SIDE, row * SIDE, SIDE + 1, SIDE + 1).cut_to(shape)

@@ -1,6 +1,6 @@
 """Layers written piece by piece, so that memory does not grow with their rows: into a GeoPackage, or as GeoParquet.
 
-What is written is what `vectors.write_vector` would write of the pieces put together.
+The result is the same as that of `vectors.write_vector` for all pieces joined.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ import pyogrio
 import shapely
 
 GEOMETRY, BBOX = "geometry", "bbox"
-CORNERS = ("xmin", "ymin", "xmax", "ymax")  # of a geometry's box, by which readers skip what lies elsewhere
+CORNERS = ("xmin", "ymin", "xmax", "ymax")  # of a geometry's bounding box, with which readers skip other areas
 GEOPARQUET = "1.1.0"  # the version of its specification
 
 
 @dataclass(frozen=True)
 class Stream:
-    """A layer in pieces of at least one row, which can be gone through more than once; all have the same columns.
+    """A layer in pieces of at least one row, over which one can iterate more than once; all have the same columns.
 
     geometry : the kind of its geometries, as GDAL calls it (``Point Z``); several with commas
     """
@@ -36,7 +36,7 @@ class Stream:
 
     @staticmethod
     def of(frame: gpd.GeoDataFrame) -> Stream:
-        """A layer that is whole: one piece, of as many kinds of geometry as it has."""
+        """A complete layer as one piece, with all its kinds of geometry."""
         kinds = sorted(set(frame.geometry.geom_type.dropna()))
         deep = " Z" if bool(frame.geometry.has_z.any()) else ""
         return Stream(",".join(kind + deep for kind in kinds), lambda: iter([frame]))
@@ -87,7 +87,7 @@ def write_geoparquet(path: Path, stream: Stream) -> None:
 
 
 def _geo(stream: Stream, crs: Any, bounds: np.ndarray) -> dict[str, Any]:
-    """What a GeoParquet file says of its geometries."""
+    """The metadata of the geometries in a GeoParquet file."""
     kinds = stream.geometry.split(",")
     flat = not kinds[0].endswith(" Z")
     facts = {
@@ -101,7 +101,7 @@ def _geo(stream: Stream, crs: Any, bounds: np.ndarray) -> dict[str, Any]:
 
 
 def _schema(frame: gpd.GeoDataFrame) -> pa.Schema:
-    """The columns' types, which no piece decides by itself: one without any text would give none."""
+    """The types of the columns, which a single piece cannot determine: a column without any text would have none."""
     columns = [(str(name), _kind(frame[name])) for name in frame.columns if name != frame.geometry.name]
     return pa.schema([*columns, (GEOMETRY, pa.binary())])
 
@@ -116,7 +116,7 @@ def _kind(column: Any) -> pa.DataType:
 
 def _batch(frame: gpd.GeoDataFrame, schema: pa.Schema) -> pa.RecordBatch:
     arrays = [_array(frame[each.name], each.type) for each in schema if each.name != GEOMETRY]
-    # ISO, as GDAL and GeoParquet have it for heights.
+    # ISO WKB, as GDAL and GeoParquet use it for heights.
     shapes = shapely.to_wkb(np.asarray(frame.geometry), flavor="iso")
     return pa.RecordBatch.from_arrays([*arrays, pa.array(shapes, pa.binary())], schema=schema)
 

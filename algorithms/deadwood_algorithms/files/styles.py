@@ -43,13 +43,13 @@ from deadwood_algorithms.schemas.looks import (
 if TYPE_CHECKING:
     import geopandas
 
-Class = tuple[float, float, Label, Symbol]  # low and high end of the values
+Class = tuple[float, float, Label, Symbol]  # lower and upper end of the values
 _SHARES = LOOKS["shares"].stops
-SMALL = 1e-9  # less than one log of any run
+SMALL = 1e-9  # below the share of one log in any run
 HEIGHT_STEP_M = 5.0
 BLOCK_STEP_M = 0.5
 DBH_UNIT = "cm DBH"
-STAMP = "2000-01-01T00:00:00.000Z"  # as the rest of a GeoPackage: same input, same bytes
+STAMP = "2000-01-01T00:00:00.000Z"  # as everywhere in a GeoPackage: same input, same bytes
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def of_layer(name: str, frame: geopandas.GeoDataFrame) -> Style | None:
 
 
 def kind_of(frame: geopandas.GeoDataFrame) -> str | None:
-    """Which kind of symbol the geometries take; None for a mixed or empty layer."""
+    """The kind of symbol for the geometries; None for a mixed or empty layer."""
     kinds = {str(each).removeprefix("Multi") for each in frame.geometry.geom_type.dropna().unique()}
     names = {"Point": "marker", "LineString": "line", "LinearRing": "line", "Polygon": "fill"}
     return names.get(kinds.pop()) if len(kinds) == 1 else None
@@ -149,7 +149,7 @@ def _barriers(frame: geopandas.GeoDataFrame, kind: str) -> Style:
 
 
 def _share_classes(kind: str, symbol: Callable[[int], Symbol]) -> list[Class]:
-    """Shares of the logs: the first class, of next to none, is drawn plainly."""
+    """Shares of the logs: the first class, of almost none, is drawn inconspicuously."""
     first: Class = (0.0, _SHARES[0], Span("%", None, 100.0 * _SHARES[0]), _plain(kind, PLAIN))
     more = (
         (low, high, Span("%", 100.0 * low, 100.0 * high), symbol(k)) for k, (low, high) in enumerate(pairwise(_SHARES))
@@ -169,7 +169,7 @@ def _percent(column: str) -> str:
     return f'format_number(100 * "{column}", if("{column}" < 0.0995, 1, 0))'
 
 
-# As in `percent_with_interval`: no log, and every log, is a bound, not a number.
+# As in `percent_with_interval`: for no log, and for every log, a bound is shown, not a number.
 _SHARE = (
     f"CASE WHEN \"n_reach\" = 0 THEN '< ' || {_percent('ci_high')} "
     f'WHEN "n_reach" = "n_total" THEN \'> \' || {_percent("ci_low")} '
@@ -203,7 +203,9 @@ def _sites(frame: geopandas.GeoDataFrame, kind: str) -> Style:
 
 
 def _worth(frame: geopandas.GeoDataFrame, kind: str) -> Style:
-    """The more logs a thing keeps away, the larger and darker; what keeps none away stays small, harm is blue."""
+    """The more logs an object keeps away, the larger and darker; one without effect is small, one that does harm is
+    blue.
+    """
     more = "more reach it because of this"
     rows: list[Class] = [(-1.0, -SMALL, more, marker(LESS_MORE[0], 2.6, shape="triangle"))]
     rows.append((-SMALL, SMALL, "no difference", marker(PLAIN, 1.0)))
@@ -215,7 +217,7 @@ def _worth(frame: geopandas.GeoDataFrame, kind: str) -> Style:
 
 
 def _outlines(frame: geopandas.GeoDataFrame, kind: str) -> Style:
-    """Without a 3-D symbol, so that the 3-D view drapes them over the terrain, where it minds the time."""
+    """Without a 3-D symbol, so that the 3-D view drapes them over the terrain, where it respects the time."""
     return Style(qml.single(fill(WOOD, EDGE_OF_WOOD)) + qml.intervals("t", "t_end"))
 
 
@@ -277,7 +279,7 @@ def of_raster(kind: str, values: NDArray[Any] | None = None) -> Style:
 
 
 def _scale(look: Look) -> Style:
-    """The stops of a look; where one value is clear, it fades in from there to the next."""
+    """The stops of a look; from a transparent stop, the colour fades in to the next one."""
     stops = [
         Stop(value, colour, look.label(value), alpha=0 if value == look.clear else 255)
         for value, colour in zip(look.stops, look.colours, strict=True)
@@ -325,10 +327,11 @@ TABLE = "layer_styles"  # QGIS's name for it
 
 
 def store_in(package: Path, styles: Mapping[str, Style | None]) -> None:
-    """Write the table ``layer_styles`` of a GeoPackage, from which QGIS takes the style of each layer.
+    """Write the table ``layer_styles`` of a GeoPackage, from which QGIS reads the style of each layer.
 
-    It is listed among the layers, as QGIS itself does it, so that geopandas warns of more than one layer where none is
-    named. Unlisted (GDAL's extension aspatial) it was tried: the warning goes, and with it the styles in QGIS 3.22.
+    It is listed among the layers, as by QGIS itself, so geopandas warns of more than one layer if none is
+    named. Leaving it out of the list (GDAL's extension aspatial) was tested: the warning disappears, but so do the
+    styles in QGIS 3.22.
     """
     rows = [(name, style) for name, style in styles.items() if style]
     if not rows:
@@ -346,7 +349,7 @@ def store_in(package: Path, styles: Mapping[str, Style | None]) -> None:
         )
 
 
-# As QGIS itself makes it.
+# As created by QGIS itself.
 _COLUMNS = """CREATE TABLE layer_styles (
     id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, f_table_catalog TEXT(256), f_table_schema TEXT(256),
     f_table_name TEXT(256), f_geometry_column TEXT(256), styleName TEXT(30), styleQML TEXT, styleSLD TEXT,

@@ -24,7 +24,7 @@ RINGS_CLOSED = "rings that do not close were closed; check these polygons"
 
 
 def shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, str | None] | None) -> gpd.GeoDataFrame:
-    """Points from two columns of coordinates, else the shapes of a column of well-known text."""
+    """Points from two columns of coordinates, otherwise the shapes in a column of well-known text."""
     where = where_of(frame)
     names = {str(column).strip().lower(): column for column in frame.columns}
     axes = axes_of(frame.columns)
@@ -37,7 +37,7 @@ def shapes_of_table(frame: pd.DataFrame, what: str, fields: tuple[str | None, st
         return _shapes_of_text(frame, text, where)
     if axes is None or axes.x is None or axes.y is None:
         wanted = " and ".join(str(each) for each in fields) if fields else "x and y"
-        fix = "" if fields else "; name them so, or say which they are (--x-field, --y-field of import-trees)"
+        fix = "" if fields else "; name them so, or name the columns with --x-field and --y-field of import-trees"
         raise UserError(
             f"{where}: the {what} table has no columns {wanted} with the coordinates; it has {field_names(frame)}{fix}"
         )

@@ -27,15 +27,15 @@ from deadwood_algorithms.params.tool import UserError
 TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".dat", ".xyd", ".xyz")
 SUM_WORDS = r"(summe|total|totale|somme|suma|sum|mittel|mittelwert|mean|average|moyenne|media|anzahl|nombre|count)\W*"
 UNITS = frozenset(unit for kind in KINDS.values() for unit in kind)
-NO_UNIT = ("", "-", "–", "%", "nr", "nr.", "no", "no.", "id", "text", "txt")  # beside units in a row of them
+NO_UNIT = ("", "-", "–", "%", "nr", "nr.", "no", "no.", "id", "text", "txt")  # entries without a unit in a row of units
 SAMPLE_LINES = 50
 MOST_TITLE_LINES = 12
-MEMORY_TIMES = 20  # the file's size, while it is cut into cells; 16 measured on 600 000 rows
+MEMORY_TIMES = 20  # memory while a file is split into cells, as a multiple of its size; 16 measured on 600 000 rows
 NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 GROUPED = r"(?<=\d)['’ \u00a0\u202f](?=\d{3}(\D|$))"  # 2'600'000, as Swiss spreadsheets write it; 2 600 000
 # 2.600.000,5 (and 2,600,000.5 with point and comma exchanged): one unambiguous cell decides for the whole column
-FORMULA = ("=", "+", "-", "@", "\t", "\r")  # with which a spreadsheet begins to calculate
-OPTION = re.compile(r"--[a-z][a-z0-9-]*")  # of a tool: nothing to calculate
+FORMULA = ("=", "+", "-", "@", "\t", "\r")  # characters with which a formula in a spreadsheet begins
+OPTION = re.compile(r"--[a-z][a-z0-9-]*")  # an option of a tool is not a formula
 GROUPED_POINTS = r"[-+]?\d{1,3}(\.\d{3})+(,\d*)?"
 SURELY_GROUPED_POINTS = r"[-+]?\d{1,3}((\.\d{3})+,\d*|(\.\d{3}){2,})"
 PLAIN_COMMA = r"[-+]?\d+(,\d*)?"
@@ -44,7 +44,7 @@ csv.field_size_limit(2**30)  # a polygon as text is longer than the 131 072 char
 
 
 def is_text_table(path: str | Path) -> bool:
-    """Whether the name says a text table; a .tab may also be the head of a MapInfo layer."""
+    """Whether the name is that of a text table; a .tab may also be the header of a MapInfo layer."""
     place = Path(path)
     if place.suffix.lower() == ".tab" and place.is_file():
         with place.open("rb") as source:
@@ -90,7 +90,7 @@ def sheet_table(frame: pd.DataFrame) -> pd.DataFrame:
     """A spreadsheet's cells as a table: named by its header, also below a title, and without sums at the end."""
     cells = frame.astype(object).where(frame.notna(), "").map(lambda cell: str(cell).strip())
     if all(re.fullmatch(r"Field\d+", str(name)) for name in frame.columns):  # GDAL's, where it sees no header
-        cells = cells.loc[:, (cells != "").any()]  # a margin left empty
+        cells = cells.loc[:, (cells != "").any()]  # drop empty margins
         rows = cells.to_numpy().tolist()
         at = header_row(rows[:SAMPLE_LINES])
         if any(_is_number(cell) for cell in rows[at]) or len(rows) <= at + 1:
@@ -103,14 +103,14 @@ def sheet_table(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _typed(cells: pd.DataFrame) -> pd.DataFrame:
-    """Cells of text as columns of numbers where all are numbers; what was left out is kept in ``attrs``."""
+    """Convert cells of text to columns of numbers if all are numbers; what was left out is recorded in ``attrs``."""
     typed = pd.DataFrame({name: _numbers(pd.Series(column)) for name, column in cells.items()})
     typed.attrs.update(cells.attrs)
     return typed
 
 
 def _rows_of_things(cells: pd.DataFrame) -> pd.DataFrame:
-    """The rows that hold something: without one of units, headers that come again on each page, sums and remarks."""
+    """The rows of data: without a row of units, headers repeated on each page, sums and remarks."""
     notes: list[str] = []
     unnamed = [name for name in cells.columns if re.fullmatch(r"column_\d+", str(name))]
     if len(unnamed) < cells.shape[1]:
@@ -133,7 +133,7 @@ def _rows_of_things(cells: pd.DataFrame) -> pd.DataFrame:
 
 
 def _units_of(row: pd.Series) -> dict[Any, str]:
-    """The columns with the units of a row that holds nothing else (m, [cm]) in their names; else nothing."""
+    """The columns with units added to their names from a row that contains only units (m, [cm]); otherwise empty."""
     units = {name: re.sub(r"[\[\]()\s]", "", str(cell).lower()) for name, cell in row.items()}
     known = {name: unit for name, unit in units.items() if WORDS.get(unit, unit) in UNITS}
     if not known or any(unit not in NO_UNIT for name, unit in units.items() if name not in known):
@@ -142,7 +142,9 @@ def _units_of(row: pd.Series) -> dict[Any, str]:
 
 
 def _last_row(cells: pd.DataFrame) -> int:
-    """The number of rows down to the last that is none of sums, means and remarks: named so, or filled in one cell."""
+    """Number of rows up to the last row of data: rows of sums, means and remarks are named so or have one filled
+    cell.
+    """
     last = len(cells)
     while last > 1:
         row = [str(cell).strip() for cell in cells.iloc[last - 1]]
@@ -157,7 +159,7 @@ def _last_row(cells: pd.DataFrame) -> int:
 
 
 def _below_title(lines: list[str], separator: str) -> list[str]:
-    """The lines from the header on, where a title of fewer cells stands above it."""
+    """The lines from the header on, if a title with fewer cells precedes it."""
     if separator == " ":
         return lines
     rows = [[cell.strip() for cell in row] for row in csv.reader(lines[:SAMPLE_LINES], delimiter=separator)]
@@ -167,15 +169,15 @@ def _below_title(lines: list[str], separator: str) -> list[str]:
 
 
 def header_row(rows: list[list[str]]) -> int:
-    """Which of the first rows names the columns: the first that names nearly as many as the rows have cells filled.
+    """Which of the first rows is the header: the first one with nearly as many filled cells as the other rows.
 
-    Zero where the first row will do, or where no row looks like a header.
+    Zero if it is the first row, or if no row looks like a header.
     """
     filled = [sum(bool(cell) for cell in row) for row in rows]
     usual = sorted(filled)[len(filled) // 2]
     if not rows or usual < 3:
         return 0
-    if filled[0] > usual / 2:  # names of groups with gaps (merged cells) may still stand above those of the columns
+    if filled[0] > usual / 2:  # names of groups with gaps (merged cells) may still precede those of the columns
         below = rows[1] if len(rows) > 2 else []
         named_below = len(set(below)) == len(below) >= usual and not any(map(_is_number, below))
         return int(filled[0] < usual and named_below and any(map(_is_number, rows[2])))
@@ -199,7 +201,7 @@ def _decoded(path: Path, what: str) -> str:
         encodings = ["utf-32"]
     elif raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         encodings = ["utf-16"]
-    elif len(raw) > 3:  # UTF-16 without its mark: every second byte of a table of numbers is 0, no other one is
+    elif len(raw) > 3:  # UTF-16 without a byte order mark: every second byte of a table of numbers is 0, and no other
         even, odd = raw[::2].count(0) / (len(raw) / 2), raw[1::2].count(0) / (len(raw) / 2)
         if max(even, odd) > 0.8 and min(even, odd) == 0.0:
             encodings = ["utf-16-le" if odd > even else "utf-16-be"]
@@ -217,7 +219,9 @@ def _decoded(path: Path, what: str) -> str:
 
 
 def _separator(lines: list[str]) -> str:
-    """The separator that cuts the sample into the same number of cells everywhere; a comma last, it may be decimal."""
+    """The separator that gives the same number of cells in every line; the comma is tried last, as it may be
+    decimal.
+    """
     best, best_score = ",", (0.0, 0)
     for separator in (";", "\t", "|", ","):
         counts = [len(row) for row in csv.reader(lines, delimiter=separator)]
@@ -249,7 +253,7 @@ def _columns(lines: list[str], separator: str, names: list[str], path: str | Pat
 
 
 def _rows(lines: list[str], separator: str, path: str | Path) -> Iterator[list[str]]:
-    """The cells of each row; a quote that is never closed would swallow the rows behind it, so it is refused."""
+    """The cells of each row; an unclosed quote would swallow the following rows, so it is rejected."""
     reader = csv.reader(io.StringIO("\n".join(lines)), delimiter=separator, skipinitialspace=True, strict=True)
     number = 1
     try:
@@ -257,19 +261,21 @@ def _rows(lines: list[str], separator: str, path: str | Path) -> Iterator[list[s
             yield row
             number += 1
     except csv.Error as error:
-        raise UserError(f'{path}: row {number} cannot be cut into cells ({error}); look for a stray " in it') from error
+        raise UserError(
+            f'{path}: row {number} cannot be split into cells ({error}); look for a stray " in it'
+        ) from error
 
 
 def _numbers(cells: pd.Series) -> pd.Series:
-    """A column as numbers when each cell that is not missing is one, else as text.
+    """A column as numbers if each cell that is not missing is a number, otherwise as text.
 
-    So is one with leading zeros (007), which is an id and would lose them; `columns` makes a number of it if need be.
+    One with leading zeros (007) stays text: it is an id and would lose them; `columns` converts it if necessary.
     """
     text = cells.where(~cells.str.lower().isin(MISSING_WORDS), None)
     if text.str.fullmatch(r"0\d+").any():
         return text
     plain = text.str.replace(GROUPED, "", regex=True).str.replace("\u2212", "-", regex=False)
-    gaps = plain.isna() | plain.map(lambda cell: isinstance(cell, str) and is_gap(cell))  # in a column of numbers only
+    gaps = plain.isna() | plain.map(lambda cell: isinstance(cell, str) and is_gap(cell))  # only in a column of numbers
     known = plain[~gaps]
     if _grouped_by_points(known):
         plain = plain.str.replace(".", "", regex=False)
@@ -299,9 +305,9 @@ def _harmless(cell: Any) -> Any:
 
 
 def write_csv(path: Path, frame: pd.DataFrame) -> None:
-    """A table as text, UTF-8 with its mark: without it a spreadsheet takes the ö of an id for two other letters.
+    """Write a table as text, UTF-8 with byte order mark: without it a spreadsheet shows an ö as two other characters.
 
-    A text that a spreadsheet would calculate, such as an id =1+1 of a layer, gets an apostrophe before it.
+    A text that a spreadsheet would evaluate, such as an id =1+1 of a layer, is preceded by an apostrophe.
     """
     texts = {
         name: frame[name].map(_harmless) for name in frame.columns if not pd.api.types.is_numeric_dtype(frame[name])

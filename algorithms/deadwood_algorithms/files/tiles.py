@@ -1,8 +1,8 @@
-"""Several raster files that are tiles of one grid, read as the one raster that they make.
+"""Several raster files that are tiles of one grid, read as one raster.
 
-A terrain model of a region comes in tiles. ``--dem`` takes them as a folder, or one after the other with commas; what
-reads it sees one dataset, of which windows are put together from the tiles that they touch. Cells keep their very
-numbers: tiles must lie on one grid, so nothing is resampled. Where no tile is, is outside.
+Terrain models of regions come in tiles. ``--dem`` takes them as a folder or separated by commas; the code that
+reads it sees one dataset, whose windows are assembled from the tiles that they touch. Values of cells are kept
+unchanged: tiles must lie on one grid, so nothing is resampled. Places without a tile are outside.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
-OFF_GRID_CELLS = 0.05  # as headers that were rounded may be off (`dem_header.SHIFT_ALLOWED_CELLS`)
+OFF_GRID_CELLS = 0.05  # tolerance for rounded headers (`dem_header.SHIFT_ALLOWED_CELLS`)
 KEPT_OPEN = 32  # files
-# Tiles that cover less than a thousandth of so much ground as they span are not of one terrain model.
+# Tiles that cover less than this share of their common extent do not belong to one terrain model.
 MOST_SPANNED_CELLS, LEAST_COVERED = 1e8, 1e-3
-SAME_HEIGHT_M = 0.005  # where tiles overlap, heights that differ by less are the same, rounded
+SAME_HEIGHT_M = 0.005  # where tiles overlap, smaller differences of heights are due to rounding
 
 
 def open_as_one(path: str | Path) -> Any:
-    """A DEM that was judged before, of however many tiles, opened again; raises what rasterio does, or `UserError`."""
+    """Reopen a DEM that was checked before, of any number of tiles; raises the errors of rasterio, or `UserError`."""
     files = tiles_of(path)
     return rasterio.open(files[0]) if len(files) == 1 else mosaic_of(path, files)
 
 
 def open_to_draw(path: str | Path) -> Any:
-    """The same as a dataset of rasterio's in any case, which thins and resamples as it reads."""
+    """The same, always as a dataset of rasterio, which can read at reduced resolution."""
     files = tiles_of(path)
     return rasterio.open(files[0] if len(files) == 1 else mosaic_of(path, files).vrt())
 
 
 def mosaic_of(path: str | Path, files: Sequence[str]) -> Mosaic:
-    """Tiles that were judged before, as one."""
+    """Join tiles that were checked before."""
     tiles = []
     for each in files:
         with rasterio.open(each) as source:
@@ -62,7 +62,7 @@ def mosaic_of(path: str | Path, files: Sequence[str]) -> Mosaic:
 
 @dataclass(frozen=True)
 class Tile:
-    """What is known of one file from its header."""
+    """Header of one file."""
 
     path: str
     transform: Affine
@@ -81,9 +81,9 @@ class Tile:
 
 
 class Mosaic:
-    """Tiles as one dataset: of rasterio's what `dem_windows` and its like ask for, and no more.
+    """Tiles as one dataset, with the part of rasterio's interface that `dem_windows` and similar modules need.
 
-    Where tiles overlap, the first that holds a height gives it; that others differ is reported once.
+    Where tiles overlap, the first tile with a height counts; differences to others are reported once.
     """
 
     count, driver, gcps, colorinterp = 1, "tiles", ((), None), (ColorInterp.undefined,)
@@ -145,7 +145,7 @@ class Mosaic:
         return BoundingBox(self.transform.c, far[1], far[0], self.transform.f)
 
     def read(self, band: int = 1, *, window: Window | None = None, masked: bool = False) -> NDArray[Any]:
-        """The numbers of a window within the grid, as the files hold them; where no tile is, masked or nodata."""
+        """The numbers of a window within the grid, as stored in the files; masked or nodata where there is no tile."""
         window = window or Window(0, 0, self.width, self.height)  # type: ignore[call-arg]
         rows = int(window.row_off), int(window.row_off + window.height)
         columns = int(window.col_off), int(window.col_off + window.width)
@@ -181,7 +181,7 @@ class Mosaic:
             ) from error
 
     def _compare(self, have: NDArray[Any], found: NDArray[Any], both: NDArray[np.bool_], tile: Tile) -> None:
-        """Tell, once, that a tile has other heights where it overlaps those before it."""
+        """Warn, once, if a tile has other heights where it overlaps earlier ones."""
         if self._told or not both.any():
             return
         apart = np.abs(have[both].astype(np.float64) - found[both].astype(np.float64)) * abs(self.scales[0])
@@ -240,7 +240,7 @@ def _off(here: float, there: float, step: float) -> float:
 
 
 def _refuse_foreign(tile: Tile, first: Tile) -> None:
-    """Refuse a tile that is not of the same grid, or counts heights otherwise, as the first."""
+    """Reject a tile whose grid, or whose reference of heights, differs from that of the first."""
     a, b = tile.transform, first.transform
     fix = "give tiles of one delivery only"
     if abs(a.a - b.a) * max(*tile.shape, *first.shape) > OFF_GRID_CELLS * b.a:
@@ -268,7 +268,7 @@ def _refuse_foreign(tile: Tile, first: Tile) -> None:
 
 
 def _nodata_of(tiles: Sequence[Tile], dtype: np.dtype) -> float:
-    """A number for cells without a height in any tile's type: the tiles' own where they agree."""
+    """A number for cells without a height that fits the type of every tile: the tiles' own if they agree."""
     own = {each.nodata for each in tiles if each.nodata is not None}
     if len(own) == 1:
         return own.pop()

@@ -1,6 +1,6 @@
 """Units as people write them in the names of fields: Höhe (m), BHD [cm], height_ft, Länge / m, Dichte [g/cm³].
 
-A field is understood when its name without the unit is one of a column's names, and the unit is one of its kind.
+A field is recognised if its name without the unit is one of a column's names, and its unit is of the right kind.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from deadwood_algorithms.params.tool import Feedback
 if TYPE_CHECKING:
     import pandas
 
-# By the unit that counts as 1: what each word for another is in it.
+# Factors of other units, by the unit that counts as 1.
 KINDS: dict[str, dict[str, float]] = {
     "m": {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048},
     "kg/m³": {
@@ -35,8 +35,15 @@ WORDS |= {"centimeter": "cm", "centimetre": "cm", "zentimeter": "cm", "centimete
 WORDS |= {"millimeter": "mm", "millimetre": "mm", "millimeters": "mm", "millimetres": "mm"}
 WORDS |= {"inch": "in", "inches": "in", "zoll": "in", '"': "in", "feet": "ft", "foot": "ft", "fuss": "ft", "fuß": "ft"}
 WORDS |= {"'": "ft", "us-ft": "ft", "ftus": "ft", "degree": "°", "degrees": "°", "grad": "°"}
-USEFUL_HEIGHT = ("nutzhöhe", "nutzhoehe", "werkshöhe", "werkshoehe", "hauteur_utile", "altezza_utile")  # of a net
-# What columns are called beside their own names, without the unit.
+USEFUL_HEIGHT = (
+    "nutzhöhe",
+    "nutzhoehe",
+    "werkshöhe",
+    "werkshoehe",
+    "hauteur_utile",
+    "altezza_utile",
+)  # usable height of a net
+# Alternative names of columns, without the unit.
 ALSO = {
     "dbh": ("bhd", "dhp", "brusthöhendurchmesser"),
     "diameter": ("dbh", "bhd", "dhp", "durchmesser", "diamètre", "diametro"),
@@ -62,7 +69,7 @@ class Named(NamedTuple):
 
 
 def named(field: object, *, joined: bool = True) -> Named:
-    """What the name of a field says; with ``joined`` also ``height_ft``, whose unit is part of the name proper."""
+    """Split the name of a field; with ``joined`` also ``height_ft``, whose unit is joined to the name."""
     text = str(field).strip().lower()
     for pattern in (BRACKETED, APART, JOINED) if joined else (BRACKETED, APART):
         match = pattern.fullmatch(text)
@@ -74,13 +81,13 @@ def named(field: object, *, joined: bool = True) -> Named:
 
 
 def factor(unit: str, target: str) -> float | None:
-    """How many of the target one of the unit is; None where they are not of one kind."""
+    """Factor from a unit to the target unit; None if they are not of the same kind."""
     kind = next((each for each in KINDS.values() if unit in each and target in each), None)
     return kind[unit] / kind[target] if kind else None
 
 
 def scaled(column: pandas.Series, times: float) -> pandas.Series:
-    """A column times a factor; cells that are not numbers are kept for the message that names them."""
+    """A column multiplied by a factor; cells that are not numbers are kept, so that a message can name them."""
     import pandas
 
     if times == 1.0:
@@ -92,7 +99,7 @@ def scaled(column: pandas.Series, times: float) -> pandas.Series:
 
 
 def with_schema_names(frame: Any, what: str, where: str, feedback: Feedback) -> Any:
-    """Give columns of the schema their names and units back, and warn of those that only look like one of them."""
+    """Restore the names and units of the schema's columns, and warn of fields that only resemble one."""
     renamed: dict[Any, str] = {}
     for column in schemas.columns_of(what):
         found = [(name, times) for name in frame.columns if (times := _times(name, column)) and name not in renamed]
@@ -110,7 +117,7 @@ def with_schema_names(frame: Any, what: str, where: str, feedback: Feedback) -> 
             frame = frame.assign(**{str(name): scaled(frame[name], times)}) if times != 1.0 else frame
             continue
         alike = list(_alike(frame, column))
-        if what in IN_METRES and column.unit == "m" and alike:  # the height of a net is never given in another unit
+        if what in IN_METRES and column.unit == "m" and alike:  # the height of a net is always given in metres
             renamed[alike[0]] = column.name
             feedback.note(f"{where}: the field '{alike[0]}' is read as {column.name}, in metres")
             continue
@@ -120,7 +127,7 @@ def with_schema_names(frame: Any, what: str, where: str, feedback: Feedback) -> 
 
 
 def _times(name: object, column: schemas.Column) -> float | None:
-    """By what the values of a field become those of the column; None where it is another."""
+    """Factor from the values of a field to those of the column; None if it is another field."""
     text = str(name).strip().lower()
     if text == column.name or (len(column.name) > 10 and text == column.name[:10]):
         return 1.0

@@ -70,19 +70,19 @@ def read_vector(
         Any vector format, or a text table with x and y columns; ``file.gpkg|layername=trees`` names one of several
         layers, and a file with several is refused without it.
     geometry : sequence of str
-        Which of ``point``, ``line`` and ``polygon`` are welcome. Points come as Point, lines as LineString or, of
-        several parts, MultiLineString, polygons as Polygon or MultiPolygon.
+        Which of ``point``, ``line`` and ``polygon`` are accepted. Points are returned as Point, lines as LineString
+        or, with several parts, MultiLineString, polygons as Polygon or MultiPolygon.
     target_crs : pyproj.CRS or None
-        Mostly ``grid.crs``. None keeps the layer's own CRS, which it must then have, or ``crs`` must name.
+        Usually ``grid.crs``. None keeps the layer's own CRS, which must then be known from the layer or from ``crs``.
     crs : str, optional
         CRS of a layer that names none; without it such a layer is taken to be in ``target_crs``.
     what : str
-        What the layer is to the tool: a name of `schemas.LAYERS`, or any word for messages. Columns cut short by the
-        shapefile format, in another letter case, or with another unit, get the name of that schema back.
+        Role of the layer: a name of `schemas.LAYERS`, or any word for messages. Columns whose names were cut short by
+        the shapefile format, have another letter case or another unit, get their name in that schema.
     x_field, y_field : str, optional
-        Columns with the coordinates, which then count instead of a geometry.
+        Columns with the coordinates, which are then used instead of a geometry.
     rows : DataFrame, optional
-        What `read_table` gave for the path, or a part of it (its index still tells the row), which is not read again.
+        Result of `read_table` for the path, or a part of it (its index is still the row), so that it is not read again.
     """
     feedback = feedback or Quiet()
     xy_fields = (x_field, y_field) if x_field else None
@@ -108,7 +108,7 @@ def read_vector(
 def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> pd.DataFrame:
     """Read the rows of a text table or vector layer unchanged: a GeoDataFrame if the file contains geometries.
 
-    Of a file with several layers, the only non-empty one is read, or the only one with the wanted geometry.
+    From a file with several layers, the only non-empty one is read, or the only one with the wanted geometry.
     """
     name, layer = _name_and_layer(path)
     if is_text_table(name) and not layer:
@@ -124,7 +124,7 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     left = unmerged(Path(name))
     try:
         with warnings.catch_warnings(), settled(Path(name)) as place:
-            warnings.simplefilter("ignore")  # of M values and curves, which are dropped and straightened
+            warnings.simplefilter("ignore")  # M values are dropped, curves are straightened
             layer = _layer_of(name, layer, what, geometry, place)
             _refuse_too_many_rows(name, layer, what, place)
             frame = _read_features(name, layer, place)
@@ -150,7 +150,7 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
 
 
 def _read_features(name: str, layer: str, place: Path) -> pd.DataFrame:
-    """The features of a layer; rings that do not close are closed, which is kept in ``attrs`` to be said."""
+    """The features of a layer; unclosed rings are closed, which is recorded in ``attrs`` for a message."""
     try:
         return pyogrio.read_dataframe(place, layer=layer)
     except GEOSException:
@@ -165,7 +165,7 @@ def _read_features(name: str, layer: str, place: Path) -> pd.DataFrame:
 
 
 def _read_without_index(name: str, what: str, geometry: Sequence[str]) -> pd.DataFrame:
-    """A shapefile whose index of rows (.shx) was not copied along: it is made again, beside a copy of the file."""
+    """Read a shapefile whose index of rows (.shx) is missing: it is rebuilt beside a copy of the file."""
     place = Path(name)
     with tempfile.TemporaryDirectory() as folder:
         for part in place.parent.glob(f"{glob.escape(place.stem)}.*"):
@@ -217,7 +217,7 @@ def _refuse_twins(frame: pd.DataFrame, name: str) -> None:
 
 
 def _reason(name: str, error: Exception) -> str:
-    """Why GDAL could not read it, short; where another word helps more, that one."""
+    """Why GDAL could not read it, in short, or a more helpful reason."""
     suffix = Path(name).suffix.lower()
     if suffix in SHEETS:
         return "save a spreadsheet as CSV and use that"
@@ -227,7 +227,9 @@ def _reason(name: str, error: Exception) -> str:
 
 
 def _refuse_torn_shapefile(name: str, what: str) -> None:
-    """Without its .dbf a shapefile would be read without any field, and defaults would be taken for all of them."""
+    """Reject a shapefile without its .dbf, which would be read without fields, so that defaults would replace all of
+    them.
+    """
     place = Path(name)
     if place.suffix.lower() != ".shp" or place.read_bytes()[:4] != b"\x00\x00\x27\x0a":
         return
@@ -291,7 +293,7 @@ def _columns_of(frame: gpd.GeoDataFrame) -> list[str]:
 
 
 def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str], place: Path) -> str:
-    """The layer that is meant: the one named, else the only one with geometry, else the only one."""
+    """The layer to read: the one named, otherwise the only one with geometry, otherwise the only one."""
     found = [each for each in pyogrio.list_layers(place) if each[0] != styles.TABLE]
     names = [str(each) for each, _ in found]
     if layer.startswith("#") and layer not in names and int(layer[1:]) < len(names):
@@ -329,7 +331,7 @@ def _holds_rows(place: Path, layer: str) -> bool:
 
 
 def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str, feedback: Feedback) -> gpd.GeoSeries:
-    """The geometries as the tool wants them, or the first row that is not of that kind."""
+    """The geometries in the accepted form; rejects the first row of another kind."""
     array = np.asarray(shapes.array)
     bad = shapely.is_missing(array) | shapely.is_empty(array)
     if bad.any():
@@ -337,7 +339,7 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
     single = (shapely.get_type_id(array) >= 4) & (shapely.get_num_geometries(array) == 1)
     array = np.where(single, shapely.get_geometry(array, 0), array)
     collections = shapely.get_type_id(array) == 7
-    if collections.any():  # as tools that cut crowns write them: a crown and slivers of lines
+    if collections.any():  # as written by tools that cut crowns: a crown and slivers of lines
         array = array.copy()
         array[collections] = [_parts_of(each, kinds) for each in array[collections]]
         parts = " and ".join(f"{kind}s" for kind in kinds)
@@ -364,7 +366,7 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
 
 
 def _parts_of(collection: Any, kinds: Sequence[str]) -> Any:
-    """Of a collection the parts of the first welcome kind that it has, the areas before lines and points."""
+    """The parts of a collection that are of the first accepted kind in it: areas before lines and points."""
     parts = shapely.get_parts(collection)
     for kind in ("polygon", "line", "point"):
         chosen = parts[np.isin(shapely.get_type_id(parts), TYPE_CODES[kind])]
@@ -406,7 +408,7 @@ def _in_crs(
     if same_crs(own, target):
         return frame.set_crs(horizontal(target), allow_override=True)
     beyond_degrees = np.median(np.abs(shapely.get_coordinates(np.asarray(frame.geometry)))) > 360.0
-    if own.is_geographic and beyond_degrees and is_local(target):  # GeoJSON and KML cannot say that they name none
+    if own.is_geographic and beyond_degrees and is_local(target):  # GeoJSON and KML cannot be without a CRS
         return frame.set_crs(horizontal(target), allow_override=True)
     if own.is_geographic and beyond_degrees:
         raise UserError(

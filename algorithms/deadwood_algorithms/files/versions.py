@@ -1,4 +1,4 @@
-"""With which Python and which libraries the toolbox works here: each is loaded, so that a damaged one is found."""
+"""The Python and the libraries with which the toolbox works here; each is loaded, so that a damaged one is found."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import sys
 
 
 def lines() -> list[str]:
-    """One line each for Python, the GIS libraries with the GDAL, PROJ and GEOS that they bring, and the numbers."""
+    """One line each for Python, the GIS libraries with the GDAL, PROJ and GEOS that they contain, and the numerical
+    ones.
+    """
     import geopandas
     import numba
     import numpy
@@ -16,7 +18,7 @@ def lines() -> list[str]:
     import rasterio
     import shapely
 
-    other = ".".join(map(str, pyogrio.__gdal_version__))  # wheels bring a GDAL each
+    other = ".".join(map(str, pyogrio.__gdal_version__))  # each wheel contains its own GDAL
     return [
         f"Python {platform.python_version()} ({sys.executable})",
         f"rasterio {rasterio.__version__} (GDAL {rasterio.__gdal_version__}), "

@@ -1,4 +1,4 @@
-"""All that the findings of a site are judged by, gathered from its runs and results."""
+"""The evidence by which the findings of a site are assessed, gathered from its runs and results."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from deadwood_algorithms.paper.site_runs import ROCKS, SiteRuns
 from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.results.run_folder import read_run
 
-HIGH_FRICTION = 0.35  # the least of the sweep beyond the paper's range
+HIGH_FRICTION = 0.35  # the smallest of the sweep beyond the paper's range
 
 
 def evidence_of(runs: SiteRuns) -> Evidence:
-    """Of all that a site has."""
+    """The evidence from all scenarios and results of a site."""
     of = evidence_of_scenarios(runs)
     if runs.klosters:
         of.sweeps = {cell: runs.sweep(cell) for cell in runs.cells()}
@@ -35,7 +35,7 @@ def evidence_of(runs: SiteRuns) -> Evidence:
 
 
 def evidence_of_scenarios(runs: SiteRuns, convention: str = "") -> Evidence:
-    """What the scenarios came to."""
+    """The results of the scenarios."""
     logs, summaries, cells = {}, {}, {}
     for name in runs.scenarios():
         place = runs.slide(name, convention)
@@ -48,7 +48,7 @@ def evidence_of_scenarios(runs: SiteRuns, convention: str = "") -> Evidence:
 
 
 def evidence_of_needed(runs: SiteRuns, convention: str = "") -> Evidence:
-    """What the needed scenarios came to, the rocks and the high friction among them."""
+    """The results of the scenarios that are needed, including the rocks and the high friction."""
     of = evidence_of_scenarios(runs, convention)
     if runs.klosters and "friction" in runs.wanted.needed:
         of.sweeps = high_friction(runs, convention)
@@ -66,7 +66,7 @@ def cell_speed(run_folder: Path, ground: Grid) -> float:
 
 
 def high_friction(runs: SiteRuns, convention: str) -> dict[float, list[dict[str, Any]]]:
-    """Reach of the lines with a friction beyond the paper's range, as a row of a sweep."""
+    """Reach of the lines with a friction beyond the paper's range, in the form of a sweep's row."""
     record = json.loads(
         (runs.slide("als", convention, friction=HIGH_FRICTION) / "summary.json").read_text(encoding="utf-8")
     )

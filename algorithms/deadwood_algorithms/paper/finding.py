@@ -1,7 +1,8 @@
-"""What a finding is and what it is judged by: the records, and the rules by which an interval decides.
+"""Records of findings and of their evidence, and the rules by which an interval decides.
 
-A finding holds where its whole 95 % interval does, it does not where none of it does, and is not decided between. It
-cannot be judged where a twin was built so that it holds, or where most bodies of which it tells never move.
+A finding holds if its whole 95 % interval satisfies the rule, does not hold if no part of it does, and is not decided
+otherwise. It
+cannot be judged if a twin was built so that it holds, or if most of the bodies concerned never move.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ CANNOT = "cannot be judged here"
 
 @dataclass(frozen=True)
 class Variation:
-    """A finding with one chosen number moved."""
+    """A finding with one chosen number changed."""
 
     what: str
     ours: float | None
@@ -54,13 +55,13 @@ class Finding:
             object.__setattr__(self, "verdict", VERDICTS[self.holds])
 
     def unjudged(self, why: str) -> Finding:
-        """The same figures, and that they judge nothing."""
+        """The same figures, marked as not assessed."""
         return replace(self, holds=None, verdict=CANNOT, why=why + self.why)
 
 
 @dataclass
 class Evidence:
-    """What the runs of one site came to, in one convention of the log.
+    """The results of the runs of one site, for one representation of the log.
 
     rows : of `compare-scenarios`, by (scenario, quantity, item); differences are to the scenario ``als``
     logs : arrays by column of ``deposits``, by scenario
@@ -69,10 +70,10 @@ class Evidence:
     spreads : rows of `lateral-spread` of single scenarios
     takeoffs : by friction coefficient, the speeds at the take-off line [m/s], and how many logs were slid
     flight : the record of `fit-flight`
-    jumped : of the logs that passed the terrace and reached the road, take-off speed [m/s], largest clearance and
-        greatest height of the centre of mass above the terrain after it [m]; None where it was not looked for
+    jumped : for the logs that passed the terrace and reached the road: take-off speed [m/s], largest clearance and
+        greatest height of the centre of mass above the terrain after it [m]; None if it was not determined
     cell_speed : mean over the cells that logs passed of the largest speed there [m/s], by scenario
-    twin : whether it is a twin, built by numbers of which some prove themselves
+    twin : whether it is a twin, some of whose findings hold by construction
     """
 
     site: str
@@ -97,7 +98,7 @@ class Evidence:
 
 
 def above(low: float, high: float, bound: float) -> bool | None:
-    """Whether an interval lies above a bound; None where it holds it, or is no interval."""
+    """Whether an interval lies above a bound; None if it contains the bound, or is not an interval."""
     return True if low > bound else False if high < bound else None
 
 
@@ -106,7 +107,7 @@ def within(low: float, high: float, least: float, most: float) -> bool | None:
 
 
 def all_of(verdicts: Sequence[bool | None]) -> bool | None:
-    """True where all are, False where all are False, else not decided."""
+    """True if all are True, False if all are False, otherwise None: not decided."""
     if not verdicts:
         return None
     return (
@@ -115,7 +116,7 @@ def all_of(verdicts: Sequence[bool | None]) -> bool | None:
 
 
 def ratio_interval(one: Row, other: Row) -> tuple[float, float, float]:
-    """One share over the other, from the ends of their intervals: at least 95 %."""
+    """The ratio of two shares, with an interval from the ends of theirs, which covers at least 95 %."""
     value = one["value"] / other["value"] if other["value"] > 0 else math.inf
     low = one["ci_low"] / other["ci_high"] if other["ci_high"] > 0 else math.inf
     high = one["ci_high"] / other["ci_low"] if other["ci_low"] > 0 else math.inf
@@ -123,7 +124,7 @@ def ratio_interval(one: Row, other: Row) -> tuple[float, float, float]:
 
 
 def with_panel(finding: Finding, others: Sequence[tuple[str, Sequence[Finding]]]) -> Finding:
-    """The finding with what became of it in each variation, by the variation's words."""
+    """The finding with its result in each variation, by the variation's description."""
     rows = [
         Variation(what, each.ours, each.ci_low, each.ci_high, each.verdict)
         for what, found in others
@@ -134,7 +135,7 @@ def with_panel(finding: Finding, others: Sequence[tuple[str, Sequence[Finding]]]
 
 
 def tidy(finding: Finding) -> Finding:
-    """NaN and infinity are no numbers of JSON."""
+    """Replace NaN and infinity by None, because they are not JSON."""
     plain = {
         name: None if value is None or not math.isfinite(value) else float(value)
         for name, value in (("ours", finding.ours), ("ci_low", finding.ci_low), ("ci_high", finding.ci_high))

@@ -1,4 +1,4 @@
-"""The paper's findings, statement by statement, judged on runs: an order, a direction, the size of a ratio.
+"""The paper's findings, statement by statement, assessed on runs: an order, a direction, the size of a ratio.
 
 Every rule is defined here and was written before the runs; ``finding`` defines how an interval decides. Intervals are
 over logs and do not cover another terrain or forest: for that there is the panel, the same finding with one chosen
@@ -28,7 +28,7 @@ from deadwood_algorithms.paper.finding import (
 from deadwood_algorithms.stats.endings import ended
 from deadwood_algorithms.stats.statistics import Z_95, wilson_interval
 
-FEWEST_MOVING = 0.5  # share of the bodies beyond the minimum run-out, below which a spread is that of a chosen few
+FEWEST_MOVING = 0.5  # share of the bodies beyond the minimum run-out, below this, a spread is that of a selected few
 NOT_REACHED = 0.005  # share below which the paper's "is not reached" holds
 
 
@@ -50,7 +50,9 @@ def findings_of(of: Evidence, *, quick: bool = False) -> list[Finding]:
 
 
 def forest_findings(of: Evidence) -> list[Finding]:
-    """None over mapped over random where gullies are free; mapped about random where there are none."""
+    """Reach without forest above mapped above random if gullies are free of trees; mapped about random without
+    gullies.
+    """
     at, klosters = of.site, of.site == "klosters"
     als, found = of.reach("als"), []
     if "none" in of.logs:
@@ -59,7 +61,8 @@ def forest_findings(of: Evidence) -> list[Finding]:
         found.append(
             Finding(
                 f"{at}.none_far_above_mapped",
-                "Without forest many times more logs reach the road than with the mapped one (ratio; holds above 2)",
+                "Without forest, many times more logs reach the road than with the mapped forest (ratio; holds above "
+                "2)",
                 "5.1, 6.2" if klosters else "6.2, A",
                 "74.5 % against 9.1 %: 8.2 times" if klosters else "100 % against 23.3 %: 4.3 times",
                 value, low, high, above(low, high, 2.0),
@@ -78,8 +81,8 @@ def forest_findings(of: Evidence) -> list[Finding]:
         found.append(
             Finding(
                 f"{at}.mapped_above_random",
-                "Where the mapped forest leaves gullies free, more logs reach the road than in a random one (points; "
-                "holds if so for every random forest drawn)",
+                "If the mapped forest leaves gullies free of trees, more logs reach the road than in a random forest "
+                "(points; holds if this is so for every random forest drawn)",
                 "6.2", "9.1 - 7.0 = +2.1 points", -100 * mean, -100 * ends[1], -100 * ends[0], holds,
                 f"run als {_percent(als)}; {text}; paired over the same logs (Tango)",
             )
@@ -104,7 +107,7 @@ def forest_findings(of: Evidence) -> list[Finding]:
 
 
 def spread_findings(of: Evidence) -> list[Finding]:
-    """Wider with forest than without; log over platy over cubic rock."""
+    """Lateral spread: wider with forest than without; log above platy above cubic rock."""
     at, klosters = of.site, of.site == "klosters"
     releases = [item for name, what, item in of.rows if (name, what) == ("none", "spread_p05_p95")]
     found = []
@@ -124,14 +127,14 @@ def spread_findings(of: Evidence) -> list[Finding]:
             Finding(
                 f"{at}.spread_wider_with_forest",
                 f"The lateral spread is {words} (difference of the 5-95 % range, mean of the releases [deg]; holds if "
-                "so for each release)",
+                "this is so for each release)",
                 "5.1, 6.2" if klosters else "6.2, A", paper,
                 float(np.mean([factor * row["difference"] for row in rows])),
                 float(np.mean([side[0] for side in sides])), float(np.mean([side[1] for side in sides])),
                 all_of([above(side[0], side[1], 0.0) for side in sides]),
-                f"the paper's measure, widest angle, by release: {arcs}; judged by the 5-95 % range, because single "
-                f"logs decide the widest angle; beyond their own length {_moving(of, 'als')} of the logs, without "
-                f"forest {_moving(of, other)}",
+                f"the paper's measure, widest angle, by release: {arcs}; assessed by the 5-95 % range, because "
+                f"single logs decide the widest angle; {_moving(of, 'als')} of the logs went farther than their own "
+                f"length, without forest {_moving(of, other)}",
             )
         )  # fmt: skip
     for name, (wide, narrow), paper in (
@@ -168,11 +171,11 @@ def _friction_of_rocks(facts: Mapping[str, Any]) -> str:
     if not facts.get("rock_slip"):
         return least
     most, kappa, _ = facts["rock_slip"]
-    return f"{least} that grows to {most:g} with slip (kappa {kappa:g}/m)"
+    return f"{least} that increases to {most:g} with slip (kappa {kappa:g}/m)"
 
 
 def _share_counted(spread: Row) -> float:
-    """Of a release's bodies, those beyond the minimum run-out."""
+    """The share of a release's bodies beyond the minimum run-out."""
     return 1.0 - spread["n_left_out"] / spread["n"] if spread["n"] else 0.0
 
 
@@ -189,7 +192,7 @@ def protection_findings(of: Evidence) -> list[Finding]:
     found = [
         Finding(
             f"{at}.protection_holds",
-            f"The structures hold the logs back (share of the reach that is left; holds below {100 * least:g} %)",
+            f"The structures hold the logs back (remaining share of the reach; holds below {100 * least:g} %)",
             "5.1" if klosters else "5.2", "0 % reach the road" if klosters else "23.3 % without, at least 0.9 % with",
             value, low, high, above(-high, -low, -least),
             f"runs {name} and als: {_percent(with_it)} against {_percent(als)}",
@@ -203,7 +206,8 @@ def protection_findings(of: Evidence) -> list[Finding]:
     total = of.summaries[name]["logs"]["released"]
     over, met, held = barrier["n_overjumped"], barrier["n_reached"], barrier["n_stopped"]
     low, high = wilson_interval(over, total)
-    counted = f"run barriers, barrier {barrier['barrier_id']}: {met} of {total} reach it, {held} held, {over} jump it"
+    named = f"run barriers, barrier {barrier['barrier_id']}"
+    counted = f"{named}: {met} of {total} reach it, {held} held, {over} jump over it"
     found.append(
         Finding(
             f"{at}.one_in_a_hundred_jumps", "About one log in a hundred jumps the barrier below the terrace (share; "
@@ -214,7 +218,8 @@ def protection_findings(of: Evidence) -> list[Finding]:
     low, high = wilson_interval(held, met)
     found.append(
         Finding(
-            f"{at}.barrier_stops_most", "The barrier stops most of the logs that reach it (share; holds above a half)",
+            f"{at}.barrier_stops_most", "The barrier stops most of the logs that reach it (share; holds above one "
+            "half)",
             "5.2", "1264 of 1442: 88 %", held / met if met else math.nan, low, high, above(low, high, 0.5), counted,
         )
     )  # fmt: skip
@@ -222,7 +227,7 @@ def protection_findings(of: Evidence) -> list[Finding]:
 
 
 def motion_findings(of: Evidence) -> list[Finding]:
-    """Speeds, jumps, and what trees hold near the release."""
+    """Speeds, jumps, and the share that trees hold near the release."""
     at = of.site
     logs = of.logs["als"]
     far = logs["runout_m"] > of.facts["length_m"]
@@ -239,9 +244,9 @@ def motion_findings(of: Evidence) -> list[Finding]:
         )  # fmt: skip
         found.append(
             Finding(
-                f"{at}.mean_speed", "Logs slide at about 14 m/s on average (m/s, the mean of the logs' means; holds if "
-                "within a factor 1.5 by both readings of the average)", "5.1",
-                "14 m/s, of which average it does not say", mean, mean - half, mean + half, all_of(both),
+                f"{at}.mean_speed", "Logs slide at about 14 m/s on average (m/s, mean of the logs' mean speeds; holds "
+                "if within a factor of 1.5 for both meanings of the average)", "5.1",
+                "14 m/s; the kind of average is not stated", mean, mean - half, mean + half, all_of(both),
                 f"run als: {mean:.1f} m/s over the {speeds.size} logs that went farther than their length, "
                 f"{cells:.1f} m/s over the cells that logs passed (of the largest speed in each); of all logs "
                 f"{logs['speed_mean_ms'].mean():.1f} m/s{bare}",
@@ -250,20 +255,20 @@ def motion_findings(of: Evidence) -> list[Finding]:
         top = float(logs["speed_max_ms"].max())
         found.append(
             Finding(
-                f"{at}.largest_speed", "The fastest logs reach about 30 m/s (m/s; holds within a factor 1.5)", "5.1",
+                f"{at}.largest_speed", "The fastest logs reach about 30 m/s (m/s; holds within a factor of 1.5)", "5.1",
                 "30 m/s", top, None, None, within(top, top, 20.0, 45.0),
-                f"the largest of {far.size} logs of run als, which has no interval",
+                f"the largest of {far.size} logs of run als, so without interval",
             )
         )  # fmt: skip
     high, standing = logs["jump_max_m"] > 3.0, float(logs["height_max_m"].min())
     ends = wilson_interval(int(high.sum()), high.size)
     found.append(
         Finding(
-            f"{at}.some_jump_metres", "Some logs jump several metres, few of all (share above 3 m; holds if some do, "
-            "and fewer than half)", "B", "9.9 m at the terrace", float(high.mean()), *ends,
+            f"{at}.some_jump_metres", "Some logs, but only a few, jump several metres (share above 3 m; holds if some "
+            "do, and fewer than half)", "B", "9.9 m at the terrace", float(high.mean()), *ends,
             True if high.any() and ends[1] < 0.5 else False if not high.any() or ends[0] > 0.5 else None,
-            f"run als, clearance between the log and the terrain, at most {logs['jump_max_m'].max():.1f} m; as the "
-            "paper measures, centre of mass above the terrain: at most "
+            f"run als, clearance between the log and the terrain, at most {logs['jump_max_m'].max():.1f} m; in the "
+            "paper's measure, centre of mass above the terrain: at most "
             f"{logs['height_max_m'].max():.1f} m, {100 * (logs['height_max_m'] > standing + 3.0).mean():.1f} % of the "
             f"logs 3 m higher than the {standing:.1f} m at which they stand upright at the start",
         )
@@ -272,8 +277,8 @@ def motion_findings(of: Evidence) -> list[Finding]:
     ends = wilson_interval(int(stopped.sum()), stopped.size)
     found.append(
         Finding(
-            f"{at}.trees_hold_near_release", "Trees hold a good part of the logs within their own length of the "
-            "release (share; holds above 10 %)", "4, 6.2", "stated without a number", float(stopped.mean()), *ends,
+            f"{at}.trees_hold_near_release", "Trees hold a considerable part of the logs within one log length of "
+            "the release (share; holds above 10 %)", "4, 6.2", "stated without a number", float(stopped.mean()), *ends,
             above(*ends, 0.1), "run als",
         )
     )  # fmt: skip
@@ -289,7 +294,7 @@ def motion_findings(of: Evidence) -> list[Finding]:
 
 
 def friction_findings(of: Evidence) -> list[Finding]:
-    """The range that reproduces, the end of reach, and coarser cells."""
+    """The friction range that reproduces, the friction above which nothing is reached, and coarser cells."""
     at, road, beyond = of.site, of.facts["road"], of.facts.get("beyond")
     finest = min(of.sweeps)
     rows = sorted(of.sweeps[finest], key=lambda row: row["friction"])
@@ -312,7 +317,7 @@ def friction_findings(of: Evidence) -> list[Finding]:
         ends = [wilson_interval(round(part * row["n"]), row["n"]) for part, row in zip(share, inside, strict=True)]
         found.append(
             Finding(
-                f"{at}.range_reproduces", "With mu 0.2 to 0.3 logs come to rest on the road (least share over the "
+                f"{at}.range_reproduces", "With mu 0.2 to 0.3 logs come to rest on the road (smallest share over the "
                 "range; holds above 0)", "5.1, 7", "0.2 to 0.3", min(share), min(e[0] for e in ends),
                 max(e[1] for e in ends), all_of([above(*each, 0.0) for each in ends]),
                 "; ".join(f"{row['friction']:g}: {100 * part:.1f} % reach {road} and not {beyond}"
@@ -326,7 +331,7 @@ def friction_findings(of: Evidence) -> list[Finding]:
         found.append(
             Finding(
                 f"{at}.low_friction_passes", f"With mu {rows[0]['friction']:g} the logs do not stop on the road (share "
-                "of those that reach it which go beyond; holds above a half)", "5.1", "below 0.2 they slide on",
+                "of the logs reaching it that go beyond; holds above one half)", "5.1", "below 0.2 they slide on",
                 passing[0], *ends_low, above(*ends_low, 0.5),
                 "; ".join(f"{row['friction']:g}: {100 * part:.0f} %" for row, part in zip(rows, passing, strict=True)),
             )
@@ -344,8 +349,8 @@ def friction_findings(of: Evidence) -> list[Finding]:
         mu, low, high_mu = intervals[-1]
         found.append(
             Finding(
-                f"{at}.coarser_cells_need_more", f"The friction that gives the same reach rises with the cells (mu at "
-                f"{coarse[-1]:g} m; holds above {of.facts['friction']:g} at every size)", "6.1",
+                f"{at}.coarser_cells_need_more", f"The friction that gives the same reach increases with the cell size "
+                f"(mu at {coarse[-1]:g} m; holds above {of.facts['friction']:g} at every size)", "6.1",
                 "should be increased with lower resolution", mu, low, high_mu,
                 all_of([above(each[1], each[2], of.facts["friction"]) for each in intervals]),
                 f"for a reach of {100 * target:.1f} % at {finest:g} m and {of.facts['friction']:g}: " + "; ".join(mus),
@@ -355,7 +360,9 @@ def friction_findings(of: Evidence) -> list[Finding]:
 
 
 def friction_for(rows: Sequence[Row], key: str, target: float) -> tuple[float, float, float]:
-    """The coefficient at which a falling share meets the target, with an interval; NaN where the sweep does not."""
+    """The coefficient at which a falling share meets the target, with an interval; NaN if the sweep does not meet
+    it.
+    """
     rows = sorted(rows, key=lambda row: row["friction"])
     mu = np.array([row["friction"] for row in rows], float)
     ends = [wilson_interval(round(row[key] * row["n"]), row["n"]) for row in rows]
@@ -379,11 +386,11 @@ def flight_findings(of: Evidence) -> list[Finding]:
         fine = of.flight["verdict"] == "possible"
         finding = Finding(
             f"{at}.parabola_clears_barrier", "A flight from the terrace to the wall passes over the barrier "
-            "(take-off speed [m/s]; holds if possible and within a factor 1.5 of 24)", "5.2", "24 m/s, possible",
+            "(take-off speed [m/s]; holds if possible and within a factor of 1.5 of 24)", "5.2", "24 m/s, possible",
             needed, None, None, fine and 16.0 <= needed <= 36.0,
             f"fit-flight: {of.flight['verdict']}, clearance {of.flight['clearance_min_m']:.1f} m",
         )  # fmt: skip
-        built = "the twin's terrace and wall stand so that 24 m/s fits, which proves the calculation alone: "
+        built = "the twin's terrace and wall are placed so that 24 m/s fits, which only tests the calculation: "
         found.append(finding.unjudged(built) if of.twin else finding)
     if of.takeoffs and math.isfinite(needed):
         found += takeoff_findings(of, needed)
@@ -391,7 +398,7 @@ def flight_findings(of: Evidence) -> list[Finding]:
         return found
     statement = (
         "A simulated log jumps from the terrace to the road at about the event's speed (median take-off speed [m/s]; "
-        "holds if one does within a factor 1.5 of 27.8, as the paper shows one)"
+        "holds if one does within a factor of 1.5 of 27.8, as the paper shows one)"
     )
     named = f"{at}.a_log_jumps_to_the_road", statement, "B", "27.8 m/s, 9.9 m high"
     if not of.jumped:

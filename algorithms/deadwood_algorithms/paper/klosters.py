@@ -1,6 +1,6 @@
 """The Klosters-like twin (paper, section 2.1): 35 degrees, gullies with fewer trees, four releases, a road.
 
-Fixed before anything slid on it; ``NUMBERS`` says which number is the paper's.
+Fixed before anything slid on it; ``NUMBERS`` marks the paper's own numbers.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from deadwood_algorithms.paper.twin import (
 NAME = "klosters"
 NUMBERS = (
     Number("foot_m", 1050.0, "m", "2.1", "height of the road; the forest lies between 1050 and 1300 m"),
-    Number("top_m", 1300.0, "m", "2.1", "least height of the terrain's upper edge"),
+    Number("top_m", 1300.0, "m", "2.1", "minimum height of the terrain's upper edge"),
     Number("slope_deg", 35.0, "°", "2.1", "of the forested slope"),
     Number("dbh_cm", 75.0, "cm", "2.1, 4", "of all four logs; tip 0.5 DBH (3)"),
     Number("length_m", 30.0, "m", "2.1, 4", "of all four logs"),
@@ -50,7 +50,7 @@ NUMBERS = (
     Number("talus_top_v_m", 117.0, "m", CHOSEN, "above it the slope has its 35 degrees, as on the sample slope"),
     Number("floor_slope", 0.02, "", CHOSEN, "the ground beyond the road rises away from it a little"),
     Number("release_v_m", (183.0, 240.0, 315.0, 385.0), "m", CHOSEN,
-           "event 1 as far from the road as the paper says; the others spread over the slope"),
+           "event 1 at the distance from the road given in the paper; the others spread over the slope"),
     Number("release_gully", (1, 2, 2, 3), "", CHOSEN, "the gully by which each release is placed"),
     Number("release_off_gully_m", (-16.25, -48.75, 48.75, 16.25), "m", CHOSEN,
            "east of its bed: middles of four equal parts of the spacing, so that no distance is favoured"),
@@ -58,17 +58,17 @@ NUMBERS = (
     Number("gully_wind_m", 9.0, "m", CHOSEN, "by how much they wind, over 2 pi x 52 m, as on the sample slope"),
     Number("gully_depth_m", 4.0, "m", GROUND, "2 to 8; channels of 1.2 m vanish in the relief"),
     Number("gully_width_m", 9.0, "m", GROUND, "falls off to 1/e over it: 15 m wide at half its depth, real: 5 to 28"),
-    Number("gully_calm", 0.5, "", CHOSEN, "share of the roughness missing in a bed; 'low surface roughness' (6.3)"),
-    Number("gully_free_m", 2.0, "m", GROUND, "no mapped tree nearer to a bed; 1.5 to 3. That they are free: 6.2"),
+    Number("gully_calm", 0.5, "", CHOSEN, "reduction of the roughness in a bed; 'low surface roughness' (6.3)"),
+    Number("gully_free_m", 2.0, "m", GROUND, "no mapped tree closer to a bed; 1.5 to 3. That beds are free: 6.2"),
     Number("gully_edge_m", 5.0, "m", GROUND,
            "fewer trees out to this distance from a bed; 'less densely forested' (6.2)"),
-    Number("gully_edge_density", 0.72, "", GROUND, "of the trees that stand elsewhere; 0.65 to 0.8"),
-    Number("cliff_v_m", (), "m", "2.1", "feet of bands of cliff: the paper's cliffs stand above the forest, so none"),
-    Number("cliff_height_m", (), "m", "2.1", "of the bands, where they are whole; broken through by the gullies"),
+    Number("gully_edge_density", 0.72, "", GROUND, "relative to the density elsewhere; 0.65 to 0.8"),
+    Number("cliff_v_m", (), "m", "2.1", "feet of cliff bands: the paper's cliffs are above the forest, so none"),
+    Number("cliff_height_m", (), "m", "2.1", "full height of the bands; interrupted by the gullies"),
     Number("forest_v_m", (104.0, 510.0), "m", CHOSEN, "from above the road to the top"),
     Number("dbh_least_cm", 1.0, "cm", CHOSEN, "a draw below is drawn again, as generate-forest does"),
-    Number("tree_distance_m", 2.0, "m", CHOSEN, "no two mapped stems nearer; living trees compete"),
-    Number("dam_height_m", 5.0, "m", CHOSEN, "reinforced earth of 5000 kJ (2.1) is about so high"),
+    Number("tree_distance_m", 2.0, "m", CHOSEN, "minimum distance of mapped stems; living trees compete"),
+    Number("dam_height_m", 5.0, "m", CHOSEN, "about the height of reinforced earth for 5000 kJ (2.1)"),
     Number("dam_v_m", (98.0, 103.0), "m", CHOSEN, "on the talus above the road, overlapping in the middle"),
     Number("barrier_height_m", 4.0, "m", CHOSEN, "usual for nets of 2000 kJ (2.1)"),
     Number("barrier_v_m", 128.0, "m", CHOSEN, "where the slope begins; 400 m in all (2.1)"),
@@ -110,7 +110,7 @@ def _terrain(k: Mapping[str, Any]) -> twin.Grid:
     rng = np.random.default_rng(k["seed"])
     gully = sum(np.exp(-(((u - bed) / k["gully_width_m"]) ** 2)) for bed in gully_beds(v))
     lower = K["road_v_m"] - 0.5 * K["road_width_m"]
-    fade = np.clip((v - K["road_v_m"] - 6.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
+    fade = np.clip((v - K["road_v_m"] - 6.0) / 25.0, 0.0, 1.0)  # the relief fades out towards the road
     bands = zip(k["cliff_v_m"], k["cliff_height_m"], strict=True)
     heights = _profile(v) + sum((_cliff(u, v, *band) for band in bands), np.zeros(FRAME.shape)) * (1.0 - gully)
     short, long = twin.relief(rng, FRAME, k)
@@ -121,13 +121,13 @@ def _terrain(k: Mapping[str, Any]) -> twin.Grid:
 
 
 def _cliff(u: NDArray[np.float64], v: NDArray[np.float64], foot: float, height: float) -> NDArray[np.float64]:
-    """What a cliff band adds to the smooth slope: a step over 5 m, eased off over 60 m above [m]."""
+    """Height that a cliff band adds to the smooth slope: a step over 5 m, fading out over 60 m above it [m]."""
     up = v - foot - 3.0 * np.sin(u / 23.0)
     return height * np.clip(up / 5.0, 0.0, 1.0) * np.clip(1.0 - (up - 5.0) / 60.0, 0.0, 1.0)
 
 
 def _free_of_trees(k: Mapping[str, Any]) -> Callable[[float, float], bool]:
-    """Whether a tree that is drawn falls away: in a bed always, beside one by chance."""
+    """Whether a drawn tree is dropped: always in a bed, by chance beside one."""
     rng = np.random.default_rng(k["seed"] + 2)
 
     def free(u: float, v: float) -> bool:
@@ -140,13 +140,13 @@ def _free_of_trees(k: Mapping[str, Any]) -> Callable[[float, float], bool]:
 
 
 def releases(k: Mapping[str, Any]) -> list[tuple[float, float]]:
-    """u and v of the middles of the four release circles [m]."""
+    """u and v of the centres of the four release circles [m]."""
     places = zip(k["release_gully"], k["release_off_gully_m"], k["release_v_m"], strict=True)
     return [(float(gully_beds(v)[gully - 1]) + off, v) for gully, off, v in places]
 
 
 def klosters(version: int = 2, **changes: Any) -> Twin:
-    """The twin, from its numbers; some of them changed to see what depends on them."""
+    """The twin, computed from its numbers, of which some may be changed to see what depends on them."""
     k = twin.changed(NUMBERS, VERSION_1, version, **changes)
     edge = K["road_v_m"] + 0.5 * K["road_width_m"]
     below = edge - K["road_width_m"] - K["beyond_m"]

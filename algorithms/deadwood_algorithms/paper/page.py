@@ -13,8 +13,8 @@ from deadwood_algorithms.paper.twin import page_of
 PLACE = Path(__file__).with_name("README.md")
 HEAD = """# Two synthetic twins of the paper's sites
 
-The paper's sites cannot be shipped: terrain, trees and releases are others' data. `reproduce-paper` judges the
-paper's findings (an order, a direction, the size of a ratio) on two synthetic slopes instead. Made by `python -m
+The paper's sites cannot be distributed: terrain, trees and releases are the data of others. `reproduce-paper` assesses
+the paper's findings (an order, a direction, the size of a ratio) on two synthetic slopes instead. Made by `python -m
 deadwood_algorithms.paper.page` from the tables in `klosters.py` and `rothenbrunnen.py`, which are what the twins are
 computed from. The tool's own docstring has the layout in which a user's data of the real sites take their place.
 
@@ -22,19 +22,20 @@ computed from. The tool's own docstring has the layout in which a user's data of
 
 - **Version 1** was fixed, in a commit of its own, before the first log slid on it (November 2026). Measured against
   real ground afterwards it is 1.4 to 1.75 times too rough at 1 to 5 m, equally rough everywhere, its gullies vanish
-  in its roughness, and its treeless strips of 18 m are wider than any that was measured. `--twin-version 1` runs it
-  still.
+  in its roughness, and its treeless strips of 18 m are wider than any that was measured. `--twin-version 1` still
+  uses it.
 - **Version 2**, the default, was fixed on 25 November 2026, in a commit of its own, before the first log slid on it.
-  Its rules: what the paper gives is the paper's; relief, gullies, trees beside gullies and heights of trees are those
-  of real steep ground, the middle of what was measured; what neither tells keeps the value of version 1, except two
-  choices that favoured an outcome. The releases stood beside gullies, three of four: now they stand at the middles of
-  four equal parts of the gullies' spacing. Bands of cliff crossed the forest, and the paper's stand above it: now
-  there are none.
-- **How findings are judged** was fixed before that first log, too: no number of a twin is moved to please, and what
-  depends on a chosen number is slid again with that number moved through its range, beside the finding.
+  Its rules: numbers given in the paper are the paper's; relief, gullies, trees beside gullies and tree heights are
+  those of real steep ground, in the middle of the measured range; all others keep the value of version 1, except two
+  choices that favoured an outcome. Three of four releases were beside gullies: now they are at the centres of four
+  equal parts of the gullies' spacing. Cliff bands crossed the forest, whereas the paper's are above it: now there are
+  none.
+- **How findings are assessed** was also fixed before that first log: no number of a twin is changed to obtain a desired
+  result, and the runs are repeated with each chosen number varied over its range, as shown beside the finding.
 - **The rocks' friction** of version 2 was fixed once more on 26 November 2026, before they slid with it. With one
-  coefficient (0.5, as in version 1) three of four stayed where they were released, and nothing could be judged. Now it
-  grows with slip, by the law of the paper's software with the numbers of that law's own example (Leine et al. 2014).
+  coefficient (0.5, as in version 1) three of four stayed where they were released, and nothing could be assessed. Now
+  it increases with slip, by the law of the paper's software with the numbers of that law's own example (Leine et al.
+  2014).
 
 ## Real ground
 
@@ -52,11 +53,11 @@ across the fall line [m].
 Channels there are 0.1 to 12 m deep, 5 to 28 m wide at half the depth, 50 to 140 m apart. Stems per hectare by
 distance from a bed (0-2, 2-5, 5-10, 10-20, over 20 m): 147 to 271, 134 to 221, 219 to 263, 229 to 259, 221 to 236; no
 strip of 18 m is without trees. Heights of 110 trees of one plot: 14.9 m at a DBH of 15-25 cm, 19.8 at 25-35, 23.4 at
-35-45, 25.8 at 45-60. It is two steep sites in effect; none has cells of 0.5 m. A test holds version 2 to these
-numbers.
+35-45, 25.8 at 45-60. In effect these are two steep sites; neither has cells of 0.5 m. A test compares version 2 with
+these numbers.
 
 Chosen for both twins: EPSG:2056 at round coordinates; the slope falls to the south; heights rounded to a centimetre;
-the road is watched at its edge towards the slope; heights of trees scatter by 6 % about their curve. Of version 2
+the road counts as reached at its edge towards the slope; heights of trees scatter by 6 % about their curve. Of version 2
 that curve gives 27 m at the mean DBH of Klosters (60 cm), and 29.6 m at 75 cm, where the paper's log has 30 m.
 Version 1 took DBH[cm] = H[m]^1.25, pyFINT's default until March 2021 (26.5 m at 60 cm); the default since, 2.52
 H^0.84, would take 44 m.

@@ -24,7 +24,7 @@ LINES = {"lines": ROAD, "barriers": BARRIER, "dams": WOOD, "releases": RELEASE}
 
 
 def draw_hits(path: Path, title: str, panels: Sequence[tuple[str, Path, str, Mapping[str, str | None]]]) -> None:
-    """One panel a run: its title, its folder, its terrain model, and the layers drawn over it by kind."""
+    """One panel for each run: its title, its folder, its terrain model, and the layers drawn over it, by kind."""
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
     dem = read_dem(panels[0][2])
@@ -65,9 +65,9 @@ def draw_hits(path: Path, title: str, panels: Sequence[tuple[str, Path, str, Map
 
 
 def draw_jump(path: Path, poses: Mapping[str, np.ndarray], dem: str, words: str, since_s: float = 0.0) -> None:
-    """Fig. B1 as a profile: terrain, the path of the centre of mass, and the log at its highest and around.
+    """Fig. B1 as a profile: terrain, the path of the centre of mass, and the log at its highest point and around it.
 
-    The highest is looked for after ``since_s``, the take-off: at the start the log stands upright.
+    The highest point is searched for after ``since_s``, the take-off, because the log stands upright at the start.
     """
     ground = read_dem(dem)
     x, y, z = (np.asarray(poses[name], float) for name in "xyz")

@@ -41,14 +41,14 @@ def markdown(findings: Sequence[Finding]) -> str:
 
 
 def panel_markdown(finding: Finding) -> str:
-    """A finding with each chosen number moved."""
+    """The findings with each chosen number changed, as a table of Markdown."""
     head = f"`{finding.id}` with one choice moved:\n\n| what is moved | ours (95 %) | verdict |\n| --- | --- | --- |\n"
     first = f"| nothing | {ours(finding)} | {finding.verdict} |\n"
     return head + first + "".join(f"| {each.what} | {ours(each)} | {each.verdict} |\n" for each in finding.panel)
 
 
 def panels(findings: Sequence[Finding]) -> str:
-    """The panel of sensitivity as a table of HTML: a row a variation, the findings one after another."""
+    """The panel of sensitivity as a table of HTML: one row for each variation, the findings one after another."""
     shown = [each for each in findings if each.panel]
     if not shown:
         return ""

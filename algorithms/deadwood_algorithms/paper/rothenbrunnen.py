@@ -1,6 +1,6 @@
 """The Rothenbrunnen-like twin (paper, section 2.2): no gullies, a row of barriers, a terrace above one, road and rail.
 
-Fixed before anything slid on it; ``NUMBERS`` says which number is the paper's.
+Fixed before anything slid on it; ``NUMBERS`` marks the paper's own numbers.
 """
 
 from __future__ import annotations
@@ -51,20 +51,20 @@ NUMBERS = (
            "in plan: a flight of 24 m/s (5.2) from a terrace of 15 degrees comes down there"),
     Number("terrace_deg", 15.0, "°", CHOSEN, "a small terrace is flatter than its slope, seldom level"),
     Number("terrace_deep_m", 6.0, "m", CHOSEN, "in plan; below its edge 45 degrees down to the slope"),
-    Number("terrace_u_m", (50.0, 120.0), "m", CHOSEN, "over the width of the first barrier, eased off over 10 m"),
-    Number("terrace_calm", 0.9, "", CHOSEN, "share of the roughness missing on it and 8 m around, back over 12 m"),
+    Number("terrace_u_m", (50.0, 120.0), "m", CHOSEN, "over the width of the first barrier, fading out over 10 m"),
+    Number("terrace_calm", 0.9, "", CHOSEN, "reduction of the roughness on it and 8 m around, fading out over 12 m"),
     Number("terrace_ease_m", 40.0, "m", CHOSEN,
-           "the long waves come back over it: nearer they would tilt the terrace and the barrier below it"),
+           "the long waves return over this length: closer ones would tilt the terrace and the barrier below it"),
     Number("barrier_u_m", (50.0, 110.0, 170.0, 230.0, 290.0), "m", CHOSEN,
            "ends of four barriers in a row; the first is the paper's southernmost"),
     Number("release_u_m", 140.0, "m", CHOSEN, "off the first barrier, which in the paper a third of the logs met"),
     Number("floor_slope", 0.02, "", CHOSEN, "the ground beyond the road rises away from it a little"),
     Number("forest_v_m", (80.0, 395.0), "m", CHOSEN, "from above the road to the top"),
     Number("dbh_least_cm", 1.0, "cm", CHOSEN, "a draw below is drawn again, as generate-forest does"),
-    Number("tree_distance_m", 2.0, "m", CHOSEN, "no two mapped stems nearer; living trees compete"),
+    Number("tree_distance_m", 2.0, "m", CHOSEN, "minimum distance of mapped stems; living trees compete"),
     Number("rock_friction", 0.2, "", CHOSEN,
-           "of the rocks of 6.3, before they slip. The paper has ground parameters of RAMMS and does not print them; "
-           "this and the next are those of the example in Leine et al. (2014, 5.1), whose law of friction that is"),
+           "of the rocks of 6.3, before they slip. The paper uses ground parameters of RAMMS but does not give them; "
+           "this and the next are those of the example in Leine et al. (2014, 5.1), whose friction law this is"),
     Number("rock_slip", (1.3, 0.7, 20.0), "-, 1/m, 1/s", CHOSEN,
            "friction after much slip, how fast it grows with slip, how fast slip decays in the air; version 1 "
            "has one friction, with which most rocks stay where they are released"),
@@ -89,7 +89,7 @@ def _profile(v: ArrayLike) -> NDArray[np.float64]:
 
 
 def _terrace(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What the terrace adds to the smooth slope: a wedge, highest at its lower edge [m]."""
+    """Height that the terrace adds to the smooth slope: a wedge, highest at its lower edge [m]."""
     rise = K["terrace_deep_m"] * (SLOPE - np.tan(np.radians(K["terrace_deg"])))
     above = rise * (1.0 - (v - LIP_V) / K["terrace_deep_m"])
     below = rise - (LIP_V - v) * (1.0 - SLOPE)  # 45 degrees
@@ -97,13 +97,13 @@ def _terrace(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float
 
 
 def _along_terrace(u: NDArray[np.float64], ease: float = 10.0) -> NDArray[np.float64]:
-    """1 where the terrace is, eased off to 0 beside it [m]."""
+    """1 on the terrace, fading out to 0 beside it [m]."""
     first, last = K["terrace_u_m"]
     return np.clip((u - first) / ease + 1.0, 0.0, 1.0) * np.clip((last - u) / ease + 1.0, 0.0, 1.0)
 
 
 def _calm(u: NDArray[np.float64], v: NDArray[np.float64], along: float, down: float) -> NDArray[np.float64]:
-    """What is left of the relief around the terrace, which eases back over these lengths [m]."""
+    """The share of the relief that remains around the terrace; it returns over these lengths [m]."""
     beside = np.maximum(np.abs(v - LIP_V) - 8.0, 0.0) / down
     return 1.0 - K["terrace_calm"] * _along_terrace(u, along) * np.clip(1.0 - beside, 0.0, 1.0)
 
@@ -113,7 +113,7 @@ def _terrain(k: Mapping[str, Any]) -> twin.Grid:
     u, v = FRAME.axes()
     rng = np.random.default_rng(k["seed"])
     _, high = K["road_v_m"]
-    fade = np.clip((v - high - 2.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
+    fade = np.clip((v - high - 2.0) / 25.0, 0.0, 1.0)  # the relief fades out towards the road
     short, long = twin.relief(rng, FRAME, k)
     heights = _profile(v) + _terrace(u, v) + fade * _calm(u, v, 10.0, 12.0) * short
     heights = heights + fade * _calm(u, v, K["terrace_ease_m"], K["terrace_ease_m"]) * long
@@ -122,7 +122,7 @@ def _terrain(k: Mapping[str, Any]) -> twin.Grid:
 
 
 def rothenbrunnen(version: int = 2, **changes: Any) -> Twin:
-    """The twin, from its numbers; some of them changed to see what depends on them."""
+    """The twin, computed from its numbers, of which some may be changed to see what depends on them."""
     k = twin.changed(NUMBERS, VERSION_1, version, **changes)
     low, high = K["road_v_m"]
     ends = K["barrier_u_m"]

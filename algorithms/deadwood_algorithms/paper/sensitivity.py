@@ -1,4 +1,4 @@
-"""Findings judged again: by more logs where few leave them open, and with what the twins were built of moved."""
+"""Findings assessed again: with more logs if few leave them undecided, and with the numbers of the twins changed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from deadwood_algorithms.paper.site_runs import SiteRuns, Wanted
 from deadwood_algorithms.paper.variations import VARIATIONS
 from deadwood_algorithms.params.tool import Feedback, Tool
 
-DECIDED_BY = {  # by finding, the scenarios that it needs beside the mapped forest
+DECIDED_BY = {  # by finding, the scenarios that it needs in addition to the mapped forest
     "none_far_above_mapped": ("none",),
     "mapped_above_random": ("random",),
     "mapped_about_random": ("random",),
@@ -37,7 +37,7 @@ def panel_wanted(wanted: Wanted, needed: set[str]) -> Wanted:
 def findings_with_cloud(
     site: Site, place: Path, wanted: Wanted, tools: Mapping[str, Tool], feedback: Feedback
 ) -> list[Finding]:
-    """The findings of the panel's logs as the paper's point cloud, which takes ten times as long."""
+    """The findings with the panel's logs as the paper's point cloud, which takes ten times as long."""
     of_panel = panel_wanted(wanted, {"none", "random", "barriers", "friction"})
     return findings_of(evidence_of_needed(SiteRuns(site, place / ".cloud", of_panel, tools, feedback), "cloud"))
 
@@ -46,7 +46,7 @@ def decided_findings(
     site: Site, place: Path, found: list[Finding], logs: int, wanted: Wanted, tools: Mapping[str, Tool],
     feedback: Feedback,
 ) -> list[Finding]:  # fmt: skip
-    """The findings; those that the logs leave open are judged again by this number, in the scenarios that they need."""
+    """The findings; undecided ones are assessed again with this number of logs, in the scenarios that they need."""
     open_ = {each.id for each in found if each.verdict == "not decided"}
     needed = {name for each in open_ for name in DECIDED_BY.get(each.partition(".")[2], ())}
     if wanted.logs >= logs or not needed:
@@ -61,7 +61,7 @@ def decided_findings(
 def findings_by_change(
     name: str, place: Path, wanted: Wanted, tools: Mapping[str, Tool], feedback: Feedback
 ) -> list[tuple[str, list[Finding]]]:
-    """The findings with each chosen number of the twin moved."""
+    """The findings with each chosen number of the twin changed."""
     found = []
     for each in VARIATIONS[name][: 1 if wanted.quick else None]:
         folder = place / ".panel" / each.name

@@ -33,7 +33,7 @@ PAPER_FACTS = {
 
 @dataclass(frozen=True)
 class Site:
-    """Paths of a site's inputs, by name, None where it has none, and its facts (``site.json``)."""
+    """Paths of a site's inputs, by name, None for those that it lacks, and its facts (``site.json``)."""
 
     name: str
     facts: Mapping[str, Any]

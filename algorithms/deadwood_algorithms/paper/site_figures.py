@@ -18,7 +18,7 @@ from deadwood_algorithms.stats.statistics import percent_with_interval
 
 
 def figures_of(runs: SiteRuns, of: Evidence) -> list[tuple[str, Path]]:
-    """The pictures beside the paper's."""
+    """The figures to be shown beside the paper's."""
     layers, made = runs.site.layers, []
 
     def panels(names: Sequence[str]) -> list[Any]:

@@ -32,7 +32,7 @@ class Wanted:
     """Which runs of a site are wanted.
 
     logs : of each scenario; quick : a coarser set of frictions and cells
-    needed : the scenarios beside the mapped forest, all where it is empty; draws : of the random forest
+    needed : the scenarios in addition to the mapped forest (empty: all); draws : number of random forests
     options : of `slide-logs`, by name; twin : whether the site is a twin
     """
 
@@ -50,12 +50,12 @@ class Wanted:
 class SiteRuns:
     """Runs and results of one site, in a folder.
 
-    tools : by name, those that are called
+    tools : the tools that are called, by name
     """
 
     def __init__(self, site: Site, place: Path, wanted: Wanted, tools: Mapping[str, Tool], feedback: Feedback) -> None:
         self.site, self.place, self.wanted, self.tools, self.feedback = site, place, wanted, tools, feedback
-        self._made: set[Path] = set()  # what was made, or found to stand, by this process
+        self._made: set[Path] = set()  # what this process made, or found complete
         self.prepared, self.runs, self.results = (place / name for name in ("prepared", "runs", "results"))
         for folder in (self.prepared, self.runs, self.results):
             folder.mkdir(parents=True, exist_ok=True)
@@ -161,7 +161,7 @@ class SiteRuns:
         )  # fmt: skip
 
     def scenarios(self) -> list[str]:
-        """Those whose logs are compared one by one; the first is the baseline."""
+        """The scenarios whose logs are compared one by one; the first is the baseline."""
         randoms = [name for name in self.trees if name.startswith("random")]
         names = ["als", "protected" if self.klosters else "barriers", *randoms, "none"]
         kinds = {"protected": "barriers"} | dict.fromkeys(randoms, "random")
@@ -212,7 +212,7 @@ class SiteRuns:
         return max(self.wanted.logs // 5, min(self.wanted.logs, 200))
 
     def line(self, fact: str) -> str | None:
-        """A file with one of the site's lines alone."""
+        """A file with only one of the site's lines."""
         name = self.site.facts[fact]
         if name is None:
             return None
@@ -225,7 +225,7 @@ class SiteRuns:
         return str(path)
 
     def spread(self, scenario: str) -> dict[str, Any]:
-        """`lateral-spread` of one run, seen past the same least run-out for logs and rocks."""
+        """`lateral-spread` of one run, with the same minimum run-out for logs and rocks."""
         path = self.step(
             self.results / f"spread_{scenario}.gpkg", "lateral-spread", "spread", deposits=str(self.slide(scenario)),
             min_runout_m=float(self.site.facts["length_m"]), seed=self.wanted.seed,
@@ -250,7 +250,9 @@ class SiteRuns:
         return read_table(f"{path}|layername=arrivals", what="arrivals")
 
     def takeoffs(self, mu: float) -> tuple[np.ndarray, int]:
-        """Speeds at the take-off line with this friction, in the mapped forest without barriers; and the logs slid."""
+        """Speeds at the take-off line with this friction, in the mapped forest without barriers; and the number of
+        logs slid.
+        """
         fewer = self.prepared / "releases_fewer.gpkg"
         if fewer not in self._made:
             fewer.unlink(missing_ok=True)

@@ -1,8 +1,8 @@
 """A synthetic twin of one of the paper's sites: its numbers with their sources, and its layers.
 
-The sites' own data cannot be shipped. A twin has the numbers that the paper's text gives; where it gives none, those
-of real steep ground, or chosen ones. Each stands once, in the table ``NUMBERS`` of `klosters` and of `rothenbrunnen`,
-with where it is from. The tables are what the terrain is computed from, and what README.md beside this file shows.
+The data of the sites cannot be distributed. A twin has the numbers given in the paper's text; where it gives none,
+those of real steep ground, or chosen ones. Each is defined once, in the table ``NUMBERS`` of `klosters` or
+`rothenbrunnen`, with its source. The terrain is computed from these tables, and README.md beside this file shows them.
 Version 1 of the twins has other values of some of them (``VERSION_1``).
 
 Local frame of both: u to the east, v up the slope to the north [m]; the slope falls to the south.
@@ -31,13 +31,16 @@ CRS_NAME = "EPSG:2056"
 CELL = 0.5  # [m], the paper's (section 4)
 CHOSEN, GROUND = "chosen", "real ground"
 VERSIONS = (1, 2)
-FLOOR_ROUGHNESS = ((3.0, 0.15), (12.0, 0.40))  # of the ground beyond the road, else logs roll to and fro for minutes
+FLOOR_ROUGHNESS = (
+    (3.0, 0.15),
+    (12.0, 0.40),
+)  # of the ground beyond the road; without it logs roll to and fro for minutes
 NOISE = 0.03  # [m] of the heights even on the road, as in any laser scan
 
 
 @dataclass(frozen=True)
 class Number:
-    """One number of a twin: the section of the paper that it is taken from, ``real ground``, or ``chosen``; why so."""
+    """One number of a twin, its source (a section of the paper, ``real ground`` or ``chosen``), and the reason."""
 
     name: str
     value: Any
@@ -74,7 +77,7 @@ VERSION_1: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Twin:
-    """A site as layers; ``facts`` is what no layer holds (``site.json``)."""
+    """A site as layers; ``facts`` are the values that no layer holds (``site.json``)."""
 
     name: str
     dem: Grid
@@ -87,7 +90,7 @@ def numbers_by_name(numbers: Sequence[Number]) -> dict[str, Any]:
 
 
 def changed(numbers: Sequence[Number], first: Mapping[str, Any], version: int, **changes: Any) -> dict[str, Any]:
-    """The numbers of a version of a twin by name, some of them changed."""
+    """The numbers of a version of a twin by name, with the given changes."""
     of = numbers_by_name(numbers) | (dict(first) if version == 1 else {})
     unknown = set(changes) - set(of)
     if unknown or version not in VERSIONS:
@@ -97,7 +100,7 @@ def changed(numbers: Sequence[Number], first: Mapping[str, Any], version: int, *
 
 @dataclass(frozen=True)
 class Frame:
-    """Where a twin's local frame stands, and how large it is [m]."""
+    """Position and size of a twin's local frame [m]."""
 
     east: float
     north: float
@@ -133,7 +136,7 @@ class Frame:
         return self.line((start, v), (self.width - 2.0 if end is None else end, v))
 
     def strip(self, low: float, high: float) -> shapely.Polygon:
-        """All of the frame between two v."""
+        """The part of the frame between two values of v."""
         return shapely.box(self.east, self.north + low, self.east + self.width, self.north + high)
 
     def point(self, u: float, v: float) -> shapely.Point:
@@ -164,7 +167,7 @@ def relief(
 
 
 def height_curve(k: Mapping[str, Any]) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Height of a tree [m] over its DBH [cm]."""
+    """Height of a tree [m] as a function of its DBH [cm]."""
     if k["height_curve"] is None:
         return fint_height
     a, b = k["height_curve"]
@@ -190,7 +193,7 @@ def forest_layer(
 
 
 def write_site(twin: Twin, folder: Path) -> None:
-    """Write a twin in the layout of ``--site-data``, into a folder that is made."""
+    """Write a twin in the layout of ``--site-data``, into a new folder."""
     folder.mkdir(parents=True)
     write_raster(folder / "dem.tif", twin.dem.values, twin.dem, nodata=-9999.0, dtype="float32", units="m")
     for name, rows in twin.layers.items():
@@ -199,7 +202,7 @@ def write_site(twin: Twin, folder: Path) -> None:
 
 
 def page_of(title: str, numbers: Sequence[Number], first: Mapping[str, Any]) -> str:
-    """The numbers of a twin as a table of Markdown, those of version 1 beside them."""
+    """The numbers of a twin as a table of Markdown, with those of version 1."""
     rows = [f"## {title}\n", "| number | value | version 1 | unit | from | what, and why so |"]
     rows.append("|---|---|---|---|---|---|")
     for each in numbers:

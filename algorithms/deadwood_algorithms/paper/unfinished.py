@@ -15,7 +15,7 @@ from deadwood_algorithms.params.tool import Feedback, UserError
 
 
 def open_work(work: Path, decided_by: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> Path:
-    """The folder of finished scenarios; dropped unless it is resumed, refused if it was begun otherwise."""
+    """The folder of finished scenarios; deleted unless resumed, rejected if begun with other inputs or options."""
     identity = {"version": tool.VERSION, "engine": tool.engine_digest(), **decided_by}
     note = work / ".identity.json"
     if work.is_dir() and resume:

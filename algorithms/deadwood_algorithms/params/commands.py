@@ -1,4 +1,4 @@
-"""Commands as they are typed: what is said last can be pasted as it stands."""
+"""Commands as they are typed, so that the last printed line can be pasted unchanged."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from typing import Any
 
 from deadwood_algorithms.params.tool import Tool
 
-NEVER = ("resume", "overwrite", "plan")  # of how a command is run, not of what it does
+NEVER = ("resume", "overwrite", "plan")  # about how a command is run, not about what it does
 
 
 def command_line(name: str, values: Mapping[str, Any]) -> str:
-    """The command of the tool ``name`` with these values by parameter; what is None or not switched on goes unsaid."""
+    """The command of the tool ``name`` with these values by parameter; those that are None or not switched on are
+    omitted.
+    """
     words = ["deadwood-tool", name]
     for parameter, value in values.items():
         if value is None or value is False or parameter in NEVER:
@@ -23,9 +25,9 @@ def command_line(name: str, values: Mapping[str, Any]) -> str:
 
 
 def following(tool: Tool, ask: Any, **values: Any) -> str:
-    """The command of ``tool`` with what ``ask``, of another tool, was given of the same, unless that is the default.
+    """The command of ``tool`` with the values of ``ask``, of another tool, for the parameters of both, except defaults.
 
-    ``values`` stand in place of what was given.
+    ``values`` replace those that were given.
     """
     given = {}
     for each in tool.parameters():

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import SupportsIndex
+
+ROWS_NAMED = 5  # a message names this many rows, then counts the rest
 
 
 def counted(number: SupportsIndex, one: str, several: str = "") -> str:
@@ -15,12 +18,21 @@ def counted(number: SupportsIndex, one: str, several: str = "") -> str:
 
 
 def none_of(number: int, one: str) -> str:
-    """``no tree``, of one, and ``none of the 3 trees``; a verb in the singular follows."""
+    """``no tree``, or ``none of the 3 trees`` if there are several; a verb in the singular follows."""
     return f"no {one}" if number == 1 else f"none of the {number} {one}s"
 
 
+def rows_named(rows: Sequence[SupportsIndex]) -> str:
+    """``row 7`` or ``rows 1, 2, 3, 4, 5 and 12 more``; the first row is row 1."""
+    shown = ", ".join(str(int(row) + 1) for row in rows[:ROWS_NAMED])
+    more = f" and {len(rows) - ROWS_NAMED} more" if len(rows) > ROWS_NAMED else ""
+    return f"row{'s' if len(rows) > 1 else ''} {shown}{more}"
+
+
 def significant(value: float, digits: int, *, sign: bool = False) -> str:
-    """A number with so many digits, less zeros at its end, and never with an exponent: ``1230``, ``0.000025``."""
+    """A number with so many significant digits, without trailing zeros, and never with an exponent: ``1230``,
+    ``0.000025``.
+    """
     if value == 0.0 or not math.isfinite(value):
         return f"{value:g}"
     places = digits - 1 - math.floor(math.log10(abs(value)))

@@ -34,7 +34,7 @@ class Parameter:
     exclusive_maximum: bool = False
     least_count: int = 1  # of numbers
     most_count: int = 100
-    ascending: bool = False  # of numbers: bounds of classes, each larger than the one before; else all different
+    ascending: bool = False  # of numbers: bounds of classes, each larger than the one before; otherwise all different
     choices: tuple[str, ...] = ()
     geometry: tuple[str, ...] = ()  # of a vector input: point, line, polygon
     parent: str = ""  # of a field: the parameter whose layer has it
@@ -76,12 +76,12 @@ class Parameter:
 
     @property
     def metavar(self) -> str:
-        """What stands for the value in the help."""
+        """The placeholder for the value in the help."""
         return self.of_kind.metavar or "|".join(self.choices)
 
     @property
     def widget(self) -> str:
-        """Which of the plugin's widgets asks for it in QGIS."""
+        """The plugin's widget for it in QGIS."""
         return self.of_kind.widget or self.kind
 
 
@@ -104,7 +104,7 @@ def _number(parameter: Parameter, text: str) -> float:
 
 
 def _number_or_layer(parameter: Parameter, text: str) -> float | str:
-    """The number itself, which stays one from here on; else the path of a layer."""
+    """The number, if the text is one, otherwise the path of a layer."""
     try:
         return float(_words(parameter, text))
     except ValueError:
@@ -160,7 +160,7 @@ LONGEST_NAME, LONGEST_OF_ALL = 200, 255
 
 
 def _check_nothing(parameter: Parameter, value: Any) -> None:
-    """Of a path or a text only its tool can say whether it is right."""
+    """Only the tool itself can check a path or a text."""
 
 
 def _check_number(parameter: Parameter, value: Any, *, whole: bool = False) -> None:
@@ -186,7 +186,7 @@ def _check_number(parameter: Parameter, value: Any, *, whole: bool = False) -> N
 
 
 def _check_input(parameter: Parameter, value: Any) -> None:
-    """Refuse a name that no file can have; whether there is one, its tool says."""
+    """Reject a name that no file can have; its tool checks whether the file exists."""
     longest = max(len(each.encode("utf-8", "surrogatepass")) for each in re.split(r"[/|,]", str(value)))
     if longest > LONGEST_OF_ALL:
         named = str(value)
@@ -197,7 +197,7 @@ def _check_input(parameter: Parameter, value: Any) -> None:
 
 
 def _check_output(parameter: Parameter, value: Any) -> None:
-    """Refuse names that no file system, or no library that writes there, takes: before the work."""
+    """Reject names that no file system, or no library that writes there, accepts, before the work starts."""
     named = str(value)
     shown = named if len(named) <= 100 else f"{named[:40]}...{named[-40:]}"
     shown = shown.encode("unicode_escape").decode() if not named.isprintable() else shown

@@ -18,12 +18,12 @@ RATES_OF = "Herrmann et al. 2015, Forest Ecosystems 2:27 (rate of decay, of down
 AMMANN = "Ammann 2006 in the paper, 6.1 (years)"
 STEINLIN = "Steinlin and Zehntner 1953, Mitt. Schweiz. Anst. Forstl. Versuchswes. 29/2"
 MEYERS = "Meyers Grosses Konversations-Lexikon 1905-1909, vol. 16, p. 925, 'Riesen'"
-FRICTION_CELL_M = 0.5  # of the terrain model on which the paper's friction was found
+FRICTION_CELL_M = 0.5  # cell size of the terrain model on which the paper's friction was found
 
 
 @dataclass(frozen=True)
 class Preset:
-    """Values by the option that each sets, of one name."""
+    """The values that belong to one name, by the option that each sets."""
 
     name: str
     about: str
@@ -31,7 +31,7 @@ class Preset:
     source: str
     mind: str = ""  # caveats
     law: str = ""  # of a wood: the published law between DBH and height (`trees.allometry`)
-    cell_m: float = 0.0  # of a friction: cells of the terrain model on which it was found; 0: it was measured
+    cell_m: float = 0.0  # for a friction: cell size of the terrain model on which it was found; 0: it was measured
 
     @property
     def values_shown(self) -> str:
@@ -49,7 +49,7 @@ class Taken:
 
     @classmethod
     def of(cls, preset: Preset, option: str, given: Mapping[str, Any]) -> Taken:
-        """``given``: the user's own value of each option, None if there is none."""
+        """Apply a preset; ``given``: the user's own value of each option, None if there is none."""
         own = {name: given[name] for name, value in preset.values.items() if _is_other(given.get(name), value)}
         return cls(preset, option, {name: value for name, value in preset.values.items() if name not in own}, own)
 
@@ -82,7 +82,9 @@ class Taken:
 
 
 def _is_other(given: Any, value: float) -> bool:
-    """Whether an option was given that says something else: a manifest of a preset's values still is of the preset."""
+    """Whether the given value differs from the preset's: a manifest that repeats the preset's values still uses the
+    preset.
+    """
     if given is None:
         return False
     try:
@@ -109,7 +111,7 @@ class Wood:
     law: str = ""
 
     def kept(self, years: float) -> float:
-        """The share of its mass that is left, by the years after death."""
+        """The share of its mass that remains after these years since death."""
         return math.exp(-self.rate * years)
 
 
@@ -125,7 +127,7 @@ SNAGS = "; the rates are of downed wood, and most logs that slid far had stood d
 
 
 def critical_years(wood: Wood) -> tuple[float, float]:
-    """Years after death in which a wood has decayed as far as spruce in its own: smooth and still strong."""
+    """Years after death in which a wood has decayed as far as spruce in its critical years: smooth and still strong."""
     low, high = (each * SPRUCE.rate / wood.rate for each in CRITICAL_YEARS)
     return low, high
 
@@ -236,9 +238,7 @@ def decayed(wood: Wood, years: float) -> Preset:
     )
 
 
-DECAY_MIND = (
-    "that decay takes wood off from outside is an assumption, and how many logs are gone by then it does not say"
-)
+DECAY_MIND = "it assumes that decay removes wood from the outside, and does not give the number of logs gone by then"
 DECAYS = {
     wood.name: Preset(
         wood.name,
@@ -278,7 +278,7 @@ class BarrierClasses:
         return {"barrier_class": self.class_of(energy_kj)[0], "barrier_class_high": self.class_of(high_kj)[0]}
 
     def words(self, record: Mapping[str, Any]) -> str:
-        """``class 3 of etag-027 (1000 kJ), up to class 4 (1500 kJ)``; of the columns of `record`."""
+        """``class 3 of etag-027 (1000 kJ), up to class 4 (1500 kJ)``; from the columns of `record`."""
         holds = dict(self.rows) | {self.above: math.inf}
         one, other = record["barrier_class"], record["barrier_class_high"]
         shown = {name: f"{holds[name]:g} kJ" if holds[name] < math.inf else f"over {self.rows[-1][1]:g} kJ"
@@ -346,7 +346,9 @@ class DesignRule:
         return f"--rule {self.name}: {self.values_shown}; {self.source}; {self.mind}"
 
     def record(self, row: Mapping[str, Any]) -> dict[str, Any]:
-        """Columns of a row of percentiles: factor, design value, and that of the upper end; NaN where it has none."""
+        """Columns for a row of percentiles: factor, design value, and that of the interval's upper end; NaN if it has
+        none.
+        """
         mine = self.percentiles.get(row["quantity"]) == row["percentile"]
         factor = self.factors[row["quantity"]] if mine else math.nan
         values = {"design_value": factor * row["value"], "design_high": factor * row["ci_high"]}
@@ -354,7 +356,9 @@ class DesignRule:
 
 
 def _uni(name: str, gamma: float, what: str) -> DesignRule:
-    """Speed and height grow by the factors of model and terrain, the mass by those of volume and unit weight (1.0)."""
+    """Speed and height are multiplied by the factors of model and terrain, the mass by those of volume and unit weight
+    (1.0).
+    """
     path = gamma * gamma
     return DesignRule(
         f"uni-11211-{name}",
@@ -426,5 +430,5 @@ def listed() -> Iterator[Listed]:
 
 
 def choices_help(table: Mapping[str, Preset | BarrierClasses | DesignRule]) -> str:
-    """What the names of a table mean, for the help of the option that takes them."""
+    """The meaning of each name in a table, for the help of the option that takes it."""
     return "; ".join(f"{name}: {each.about} ({each.values_shown})" for name, each in table.items()) + "."

@@ -1,6 +1,7 @@
-"""Parameters that had other names in version 0.2: the old ones still work in this version, and nothing is said of it.
+"""Parameters that had other names in version 0.2: the old names still work in this version, without a message.
 
-A row goes with the version after: the one place of an old name. Flags, `--config` and manifests, columns of a sites
+The table is the only place of an old name, and is removed with the next version. Flags, `--config` and manifests,
+columns of a sites
 table, keyword arguments from Python, ``describe --json`` and QGIS's models take it from here. Standard library only.
 """
 
@@ -9,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-# By the name now, the name before.
+# The former name, by the present one.
 OF_ALL_TOOLS = {
     "min_runout_m": "min_runout",
     "time_limit_s": "time_limit",
@@ -30,13 +31,13 @@ OF_ONE_TOOL = {
 
 
 def old_names_of(tool: str, name: str) -> tuple[str, ...]:
-    """The names under which a tool's parameter is known too."""
+    """The former names of a tool's parameter."""
     found = OF_ONE_TOOL.get(tool, {}).get(name) or OF_ALL_TOOLS.get(name)
     return (found,) if found else ()
 
 
 def with_new_names(tool: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values by their names now; where both names stand, the new one's counts unless it is None."""
+    """The values by their present names; if both names occur, the new one counts unless it is None."""
     now = {old: new for new, old in (OF_ALL_TOOLS | OF_ONE_TOOL.get(tool, {})).items()}
     out: dict[str, Any] = {}
     for name, value in values.items():

@@ -1,4 +1,4 @@
-"""The options of a run of released logs beside its scene and where it slides, by group."""
+"""The options of a run of released logs, by group, other than its scene and where it slides."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ AUTO = "auto"  # the fidelity that is chosen by --error or --budget
 
 @dataclass(frozen=True, kw_only=True)
 class FidelityOptions:
-    """How exactly logs slide, or which error of the reach is permitted."""
+    """How accurately logs slide, or which error of the reach is permitted."""
 
     fidelity: str = tool.choice(
         "Speed against accuracy",
@@ -110,7 +110,7 @@ class KeptOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class CapacityOptions:
-    """What logs can take, to count the hits above it."""
+    """The capacity of logs, to count the hits that exceed it."""
 
     log_capacity_kj: float | None = tool.number(
         "Energy that a log of 40 cm DBH can lose in a hit before it breaks, to count the hits above",

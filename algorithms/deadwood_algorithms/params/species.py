@@ -1,7 +1,7 @@
 """Trees by their binomial and by common names in German, French, Italian and English: whole names, never parts of them.
 
-A name that is not in the table is unknown, and is said to be. What is known of a species (density, decay, a law of DBH
-and height) is a `presets.Wood`, and most have none; then that is reported, too. A bare common
+A name that is not in the table is unknown, and reported as such. What is known of a species (density, decay, a law of
+DBH and height) is a `presets.Wood`, and most have none; then that is reported, too. A bare common
 name (pine, Kiefer) is that of the commonest such species of the Alps. Standard library only.
 """
 
@@ -104,7 +104,9 @@ def _known() -> dict[str, Species]:
 
 
 def _is_binomial(words: list[str]) -> bool:
-    """Whether the first two words are a binomial of the table: an author may follow it, nothing may a common name."""
+    """Whether the first two words are a binomial of the table, which an author may follow; nothing may follow a common
+    name.
+    """
     found = _known().get(" ".join(words[:2]))
     latin = {*(" ".join(_words(each)) for each in SYNONYMS), " ".join(_words(found.binomial)) if found else ""}
     return found is not None and " ".join(words[:2]) in latin

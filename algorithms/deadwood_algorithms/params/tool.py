@@ -2,7 +2,7 @@
 
 A tool's declaration is a frozen dataclass ``Ask`` whose fields are made by the functions below, one line per parameter.
 Nothing about a parameter is written anywhere else: the command line, ``describe --json``, the catalogue, the QGIS
-dialogs and the checks for Python callers are all rendered from it. What each kind of parameter is, `kinds` says.
+dialogs and the checks for Python callers are all rendered from it. `kinds` defines the kinds of parameters.
 Standard library only.
 """
 
@@ -30,11 +30,11 @@ Record = TypeVar("Record")  # a small dataclass of parameters
 
 
 class Cancelled(Exception):
-    """The user interrupted the tool; nothing stands under a final name (exit 130)."""
+    """The user interrupted the tool; no output has its final name (exit 130)."""
 
 
 class Feedback(Protocol):
-    """What a tool may say while it works; the caller decides where it goes."""
+    """The messages of a tool while it works; the caller decides where they go."""
 
     def progress(self, done: float, total: float, what: str) -> None: ...
 
@@ -46,7 +46,7 @@ class Feedback(Protocol):
 
 
 class Quiet:
-    """A feedback that says nothing: the default for Python callers."""
+    """A feedback without output: the default for Python callers."""
 
     def progress(self, done: float, total: float, what: str) -> None:
         pass
@@ -62,15 +62,15 @@ class Quiet:
 
 
 class ProgressOnly(Quiet):
-    """A feedback that passes on progress alone: what notes would say, the user has read or need not know."""
+    """A feedback that passes on progress only, when the notes are already known or not needed."""
 
     def __init__(self, feedback: Feedback) -> None:
         self.progress, self.cancelled = feedback.progress, feedback.cancelled
 
 
 class Stage(ProgressOnly):
-    """The caller's feedback while one step of a longer work is done: its progress, and its warnings if it ``warns``,
-    bear the step's name (progress that of its ``place``); its notes would only repeat."""
+    """The caller's feedback during one step of a longer task: its progress, and its warnings if it ``warns``,
+    carry the step's name (progress that of its ``place``); its notes are dropped as repetition."""
 
     def __init__(self, feedback: Feedback, name: str, *, place: str = "", warns: bool = True) -> None:
         super().__init__(feedback)
@@ -124,7 +124,7 @@ def number(label: str, **facts: Any) -> Any:
 
 
 def numbers(label: str, *default: float, **facts: Any) -> Any:
-    """Several numbers, as a tuple; on the command line with commas, or from:to:step."""
+    """Several numbers, as a tuple; on the command line separated by commas, or from:to:step."""
     return ask("numbers", label, default=default, **facts)
 
 
@@ -214,13 +214,13 @@ def crs() -> Any:
 
 
 def other_lines(help: str = "Without it, the lines of the run.") -> Any:
-    """Lines in place of those of the run that a tool reads."""
+    """Lines that replace those of the run that a tool reads."""
     label = "Roads, railways, houses in place of those of the run"
     return vector(label, "line", "polygon", default=None, help=help)
 
 
 def baseline() -> Any:
-    """Of several runs the one that the others are compared with."""
+    """The run with which the other runs are compared."""
     return text(
         "Name of the run that the others are compared with",
         default=None,
@@ -260,13 +260,13 @@ def workers() -> Any:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a tool leaves: its outputs by parameter name, and the few facts worth a line on the terminal."""
+    """The result of a tool: its outputs by parameter name, and the few facts worth a line on the terminal."""
 
     outputs: Mapping[str, Path]
     facts: Mapping[str, Any] = field(default_factory=dict)
     lines: tuple[str, ...] = ()  # printed after the run, for a reader
-    status: int = 0  # with which the command ends
-    then: str = ""  # the command that follows, where the tool's ``then`` cannot know it
+    status: int = 0  # exit status of the command
+    then: str = ""  # the command that follows, if it depends on the run and replaces the tool's ``then``
 
     @classmethod
     def of_folder(
@@ -287,11 +287,13 @@ class Tool:
     Ask: type
     run: Callable[[Any, Feedback], Outcome]
     in_qgis: bool = True
-    then: str = ""  # the command that usually follows, printed last: {dem}, {output} stand for what was given and made
+    then: str = (
+        ""  # the command that usually follows, printed last: {dem}, {output} are replaced by what was given and made
+    )
 
     @property
     def qgis_id(self) -> str:
-        """Its name in QGIS's toolbox; empty for a tool that is not there."""
+        """Its name in QGIS's toolbox; empty for a tool that is not in QGIS."""
         return "deadwood:" + self.name.replace("-", "") if self.in_qgis else ""
 
     @property
@@ -311,7 +313,7 @@ class Tool:
             yield dataclasses.replace(each.metadata["parameter"], name=each.name, old_names=old)
 
     def check(self, ask: Any) -> None:
-        """Refuse what no file needs to be opened for: kinds, bounds and choices."""
+        """Check everything for which no file must be opened: kinds, bounds and choices."""
         for parameter in self.parameters():
             check_value(parameter, getattr(ask, parameter.name))
             if parameter.kind != "field" or parameter.parent_elsewhere or getattr(ask, parameter.name) is None:
@@ -342,7 +344,7 @@ class Tool:
 
 
 def taken(ask: Any, record: type[Record]) -> Record:
-    """The parameters that a small record names, for a helper: it need not know the tool's ``Ask``."""
+    """The parameters named in a small record, for a helper that need not know the tool's ``Ask``."""
     return record(**{each.name: getattr(ask, each.name) for each in dataclasses.fields(record)})  # type: ignore[arg-type]
 
 
@@ -358,13 +360,13 @@ def inputs_of(tool: Tool, ask: Any) -> dict[str, str]:
     return found
 
 
-# (where something is being made, where it will stand): manifests name the second
+# (where something is being made, where it will stand): manifests contain the second
 _moving: ContextVar[tuple[tuple[str, str], ...]] = ContextVar("_moving", default=())
 
 
 @contextmanager
 def moving_to(made_in: str | Path, final: str | Path) -> Iterator[None]:
-    """Within it, a manifest names files in the folder ``made_in`` by their final place."""
+    """In this context, manifests name files in the folder ``made_in`` by their final place."""
     token = _moving.set(((os.path.abspath(made_in), os.path.abspath(final)), *_moving.get()))
     try:
         yield
@@ -385,12 +387,12 @@ class TakesPresets:
     """Base of an ``Ask`` whose options a preset may set by name."""
 
     def taken_presets(self) -> Sequence[Any]:
-        """What was taken by name (``presets.Taken``)."""
+        """The presets taken by name (``presets.Taken``)."""
         raise NotImplementedError
 
 
 def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:
-    """What made a result, by which version and engine; the file works as ``--config`` of the same tool.
+    """The record of a result: tool, version, engine, parameters; the file works as ``--config`` of the same tool.
 
     Paths are absolute, so it works from any folder. ``folder`` is the folder of the manifest, so that inputs are
     found again if everything is moved together.
@@ -409,7 +411,7 @@ def engine_digest() -> str:
     """Digest of the engine's sources and its compiler: two runs with the same one are identical, bit for bit.
 
     The same digest names the engine's cache of kernels; it is computed by the engine's own file, without importing its
-    compiler, once per process: edits while a run works have no effect in it.
+    compiler, once per process: later edits have no effect on the process.
     """
     from importlib import util
 
@@ -427,7 +429,7 @@ def engine_digest() -> str:
 
 
 def is_path(parameter: Parameter, value: Any) -> bool:
-    """Whether a value names a file or folder of this machine: no number, no address on a network."""
+    """Whether a value names a file or folder of this machine: not a number, not a network address."""
     if not isinstance(value, str | Path) or not (parameter.is_input or parameter.is_output or parameter.path_like):
         return False
     if parameter.kind == "number_or_layer":
@@ -441,7 +443,7 @@ def is_path(parameter: Parameter, value: Any) -> bool:
 
 
 def anywhere(parameter: Parameter, value: Any) -> Any:
-    """A value as it means the same in any folder: paths are absolute, the rest stays."""
+    """A value that has the same meaning in any folder: paths become absolute, everything else is unchanged."""
     if not is_path(parameter, value):
         return str(value) if isinstance(value, Path) else value
     if parameter.path_like and not os.path.exists(value):
@@ -452,13 +454,13 @@ def anywhere(parameter: Parameter, value: Any) -> Any:
 
 
 def moved_paths(named: str, now: Path, then: str | None) -> list[Path]:
-    """Where a path that a manifest names may lie, now that the manifest is in another folder than at first.
+    """Where a path that a manifest names may lie, if the manifest is no longer in its original folder.
 
     Parameters
     ----------
     now, then
         The manifest's folder, and the one that it names; manifests of version 0.1.0 name none, and their relative
-        paths were mostly seen from beside the run's folder.
+        paths were usually relative to the parent of the run's folder.
     """
     if not os.path.isabs(named):
         return [now.parent / named]

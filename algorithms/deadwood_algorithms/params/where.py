@@ -12,8 +12,9 @@ from deadwood_algorithms.params import tool
 class Where:
     """Where logs are slid: on threads of this process, or on the workers of a Dask scheduler.
 
-    threads : None for one per core; scheduler : None, ``local`` or an address; workers : started, or waited for
-    name : of the work, on the scheduler's page
+    threads : None for one per core; scheduler : None, ``local`` or an address; workers : number to start, or to wait
+    for
+    name : name of the work on the scheduler's page
     """
 
     threads: int | None = None
@@ -23,7 +24,7 @@ class Where:
 
     @property
     def cores(self) -> int:
-        """The threads asked for, else one for each core that this process may use."""
+        """The requested number of threads, otherwise one for each core that this process may use."""
         return threads_of(self.threads)
 
 
@@ -49,7 +50,7 @@ class SlidingOptions:
 
 
 def threads_of(asked: int | None) -> int:
-    """The threads asked for, else one for each core that this process may use."""
+    """The requested number of threads, otherwise one for each core that this process may use."""
     if asked is not None:
         return asked
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -28,7 +28,7 @@ class MassProperties:
 
 
 def properties_of_cone(diameter: float, length: float, taper: float, density: float) -> MassProperties:
-    """Of the smooth truncated cone, exactly; diameter of the base and length [m], density [kg/m3]."""
+    """Exact properties of the smooth truncated cone; diameter of the base and length [m], density [kg/m3]."""
     from deadwood_engine.log_body import AXIAL, CENTRE, MASS, TRANSVERSE, cone_bodies
 
     body = cone_bodies(np.array([diameter]), np.array([length]), np.array([density]), taper=taper)[0]
@@ -65,7 +65,7 @@ def frustum(diameter: float, length: float, taper: float, vertices: int, rings: 
 
 
 def properties_of_solid(points: Array, triangles: NDArray[np.int64], density: float) -> MassProperties:
-    """Of the inscribed frustum whose base lies at z = 0."""
+    """Properties of the inscribed frustum whose base is at z = 0."""
     from deadwood_engine.hull import of_triangles
 
     volume, centre, inertia = of_triangles(points, triangles)

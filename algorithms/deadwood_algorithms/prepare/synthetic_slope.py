@@ -21,9 +21,9 @@ def waves(
     Parameters
     ----------
     wavelength, cell : float
-        Of the relief (geometric mean of both directions), and of the grid [m].
+        Wavelength of the relief (geometric mean of both directions), and cell size [m].
     stretch : float
-        By how much the relief is longer across the rows than along them.
+        Ratio of the relief's wavelengths across and along the rows.
     """
     noise = np.fft.rfft2(rng.standard_normal((rows, columns)))
     frequency = np.hypot(
@@ -42,7 +42,7 @@ def stems_apart(
     distance: float,
     free: Callable[[float, float], bool],
 ) -> Array:
-    """Random places of which no two are nearer than ``distance`` [m], and none where ``free`` says that none stands.
+    """Random places of which no two are closer than ``distance`` [m], and none where ``free`` is true.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def stem_sizes(
 ) -> tuple[Array, Array]:
     """DBH [cm], normally distributed from ``least_cm`` up, and height [m], each of shape (count,).
 
-    Stands scatter about the curve of height over DBH (6 %).
+    Heights scatter by 6 % about the curve of height over DBH.
     """
     dbh = rng.normal(mean_cm, sd_cm, 4 * count)
     dbh = np.round(dbh[dbh >= least_cm][:count], 1)

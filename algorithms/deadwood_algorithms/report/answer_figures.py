@@ -41,9 +41,9 @@ from deadwood_algorithms.report.sources import ReportedRun, thinned_raster
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.schemas.looks import BARRIER, BRINGS, CHOSEN, HIGH_END, KEEPS, LOW_END, PLAIN
 
-NARROW = 5.6  # inches, of one map of several
-NAMED = 5  # of the things that keep most logs away, on the map
-# map -> (title's phrase, which class of a block of cells is shown: the gravest)
+NARROW = 5.6  # width of one of several maps [inches]
+NAMED = 5  # number of objects named on the map: those that keep most logs away
+# map -> (title's phrase, function that selects the class shown for a block of cells: the most severe)
 CLASS_MAPS: dict[str, tuple[str, Callable[..., Any]]] = {
     "intensity": ("intensity_map", np.nanmax),
     "passage": ("passage_map", np.nanmax),
@@ -79,7 +79,7 @@ def drawings_of_answers(source: ReportedRun, words: Words, key: str) -> dict[str
 
 
 def _slope(source: ReportedRun, words: Words) -> tuple[Figure, Any, list[Any]]:
-    """An empty map with the relief and the lines, and the legend's first entries."""
+    """A map with the relief and the lines only, and the first entries of the legend."""
     figure, axes = map_frame(source.extent, words, NARROW)
     if source.ground is not None:
         draw_relief(axes, source)
@@ -93,7 +93,7 @@ def _finished(figure: Figure, axes: Any, handles: list[Any]) -> Figure:
 
 
 def tree_effect_figure(source: ReportedRun, values: Any, words: Words) -> Figure:
-    """Every thing at its place: its gain summed over the lines as the size of its dot."""
+    """Every object at its place; the size of its dot is its gain, summed over the lines."""
     figure, axes, handles = _slope(source, words)
     by_thing = values.groupby(["kind", "id"], sort=False)
     gain = by_thing["gain_logs"].sum().to_numpy(float)
@@ -138,7 +138,7 @@ def show_names(figure: Figure, axes: Any, names: list[tuple[str, tuple[float, fl
 
 
 def siting_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
-    """The barriers that were chosen, by the step in which they were, and the run's own."""
+    """The chosen barriers, by the step in which they were chosen, and the run's own."""
     figure, axes, handles = _slope(source, words)
     frame = read_table(f"{folder / 'barriers.gpkg'}|layername=barriers", what="barriers")
     steps = frame["step"].to_numpy(int)
@@ -176,7 +176,7 @@ def class_figure(
 
 
 def origins_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
-    """Of the logs released in each cell, the share that reaches any line."""
+    """The share of the logs released in each cell that reaches any line."""
     figure, axes, handles = _slope(source, words)
     with rasterio.open(folder / "origins.tif") as raster:
         values, (west, south, east, north) = thinned_raster(raster, source.extent, np.nanmean)

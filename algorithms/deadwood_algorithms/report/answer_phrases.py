@@ -80,6 +80,10 @@ ANSWER_PHRASES = {
     "most_influential": "{outcome} depends most on {factors}.",
     "influence_undecided": "{outcome}: the number of logs is too small to decide which of {factors} matters most.",
     "no_influence": "{outcome}: with this number of logs, no factor changes it beyond chance.",
+    "no_index": (
+        "{outcome}: with this number of logs and rows of the design, no total-effect index is beyond chance; what each"
+        " factor changes alone stands below."
+    ),
     "outcome_reach": "reach of {line} [%]",
     "outcome_runout": "mean run-out [m]",
     "factor": "factor",

@@ -26,12 +26,12 @@ from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 
 TOP = 10
-LINES = 4  # of which the effect of trees is shown
+LINES = 4  # for which the effect of trees is shown
 Parts = list[Any]
 
 
 def tree_effect(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    """The best of each kind at each line, and what candidates would keep away."""
+    """The objects of each kind with the largest effect at each line, and the effect of candidates."""
     parts: Parts = []
     for layer in ("values", "planted"):
         frame = source.answers.tree_effect.get(layer)
@@ -81,7 +81,7 @@ def points(value: float, low: float, high: float, words: Words) -> str:
 
 
 def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    """What is chosen, and the candidates alone that no other beats."""
+    """The chosen barriers, and the single candidates that no other one beats."""
     if "site-barriers" not in source.answers.folders:
         return []
     facts = source.answers.folders["site-barriers"][1]
@@ -139,7 +139,7 @@ def number(value: Any) -> float:
 
 
 def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    """Maps of the classes, their ground, and the lines by least energy."""
+    """Maps of the classes, their areas, and the lines by minimum energy."""
     if "map-intensity" not in source.answers.folders:
         return []
     facts = source.answers.folders["map-intensity"][1]
@@ -177,7 +177,9 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
 
 
 def period_of(row: Mapping[str, Any], words: Words) -> str:
-    """A return period; its lower end is of chance and of the logs that left before it together."""
+    """A return period with its interval; the lower end accounts for chance and for logs that left the terrain model
+    before.
+    """
     years, low, high = (number(row.get(f"return_{name}_years")) for name in ("period", "ci_low", "ci_high"))
     low = number(row.get("return_ci_low_years_if_lost", low))  # older results lack it
     if not np.isfinite(years):
@@ -188,13 +190,15 @@ def period_of(row: Mapping[str, Any], words: Words) -> str:
 
 
 def from_where(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    """The map of the shares, the ground from which at least a share of them reach, and the ground that is passed."""
+    """The map of the shares, the areas from which at least a given share reach a line, and the areas that are
+    passed.
+    """
     if "map-origins" not in source.answers.folders:
         return []
     facts = source.answers.folders["map-origins"][1]
     note = words.say("from_where_note", n=facts["logs"], cell=decimal(facts["cell_m"], words), least=facts["least"])
     parts: Parts = [figure_of(drawings.get("from_where"), note, card=True)]
-    only = len({row["line_id"] for row in facts["reach"]}) == 2  # of one line, any line is the same again
+    only = len({row["line_id"] for row in facts["reach"]}) == 2  # with one line, "any line" would repeat it
     rows = [
         (
             words.say("any_line") if row["line_id"] == "any line" else row["line_id"],
@@ -234,7 +238,7 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
     parts: Parts = [element("ul", *items), element("p", note, class_="quiet")]
     totals = {
         (row["outcome"], row["factor"]): row for row in facts["indices"] if np.isfinite(number(row["total"]))
-    }  # where the logs' own noise leaves anything of the variance
+    }  # if any variance remains after subtracting the logs' noise
     head = [words.say(each) for each in ("factor", "range", "low_end", "as_it_is", "high_end", "swing")]
     head += [words.say("total_effect")] if totals else []
     for k, name in enumerate(outcomes_of(facts)):
@@ -254,11 +258,11 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
 
 
 def influence_words(answer: Mapping[str, Any], words: Words) -> str:
-    """The sentence that names an outcome's most influential inputs, or says that the logs are too few to decide."""
+    """The sentence that names an outcome's most influential inputs, or states that there are too few logs to decide."""
     outcome = outcome_words(answer["outcome"], words).rpartition(" [")[0]
     outcome = outcome[:1].upper() + outcome[1:]
     if not answer["factors"]:
-        return words.say("no_influence", outcome=outcome)
+        return words.say("no_index" if answer["by"] == "total" else "no_influence", outcome=outcome)
     factors = ", ".join(factor_words(each, words) for each in answer["factors"])
     name = "most_influential" if answer["decided"] else "influence_undecided"
     return words.say(name, outcome=outcome, factors=factors)

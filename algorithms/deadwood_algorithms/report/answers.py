@@ -1,4 +1,4 @@
-"""What other tools found of a run, for the report: effects of trees, barriers, classes, origins.
+"""Results of other tools for a run, for the report: effects of trees, barriers, classes, origins.
 
 `make-report --results` names them: a layer of value-trees, folders of site-barriers, map-intensity, map-origins, vary.
 """
@@ -67,7 +67,7 @@ def _take_tree_effects(place: Path, sources: Sequence[ReportedRun]) -> None:
     run_id = run_id_in(record_in(place))
     if run_id is not None:
         source = next((each for each in sources if each.run.manifest.get("run_id", run_id) == run_id), None)
-    else:  # of before version 0.3
+    else:  # from before version 0.3
         source = next((each for each in sources if all(_is_of(frame, each) for frame in layers.values())), None)
     if source is None and run_id is not None:
         raise UserError(
@@ -84,7 +84,7 @@ def _take_tree_effects(place: Path, sources: Sequence[ReportedRun]) -> None:
 
 
 def _is_of(frame: pandas.DataFrame, source: ReportedRun) -> bool:
-    """Whether as many logs reach the lines as in the run; undecidable for a random subset of its logs."""
+    """Whether as many logs reach the lines as in the run; not decidable for a random subset of its logs."""
     if not len(frame):
         return True
     n_logs = len(source.deposits)
@@ -110,7 +110,7 @@ def _take_folder(place: Path, sources: Sequence[ReportedRun]) -> None:
 
 
 def _run_of(place: Path, manifest: dict[str, Any], sources: Sequence[ReportedRun]) -> ReportedRun:
-    """The run of the page from which a folder was made; if that no longer exists, the only one."""
+    """The page's run from which a folder was made; if it cannot be identified, the only run."""
     asked, run_id = Path(manifest["parameters"]["run"]), run_id_in(manifest)
     for each in sources:
         known = each.run.manifest.get("run_id")

@@ -45,7 +45,7 @@ class Comparison:
 
 
 def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Words) -> tuple[Markup, list[Drawing]]:
-    """The runs side by side: a table a quantity, the run-outs, and maps of the differences."""
+    """The runs side by side: one table for each quantity, the run-outs, and maps of the differences."""
     reference = sources[0].name
     parts: list[Any] = [element("h2", words.say("comparison_whole"), id="comparison")]
     parts += [element("p", words.say(phrase, **filled), class_="warning") for phrase, filled in compared.lacks]
@@ -74,7 +74,7 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
 
 
 def shown_value(value: Any, words: Words) -> str:
-    """What a parameter was, of a file its name alone: the annex's last section has its path."""
+    """The value of a parameter; of a file only the name, because its path is in the last section of the annex."""
     if isinstance(value, bool):
         return words.say("yes" if value else "no")
     if isinstance(value, float):
@@ -90,7 +90,7 @@ def joint_extent(sources: Sequence[ReportedRun]) -> Extent:
 
 
 def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) -> Markup:
-    """A row a quantity; for each run its value, and from the second on its difference to the first."""
+    """One row for each quantity: the value of each run and, from the second on, its difference from the first."""
     ends = {row.item for row in rows if row.quantity == "ended" and row.value > 0.0}
     kept = [row for row in rows if row.quantity in COMPARED and (row.quantity != "ended" or row.item in ends)]
     of = {(row.scenario, row.quantity, row.item): row for row in rows}

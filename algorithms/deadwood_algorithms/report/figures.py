@@ -36,7 +36,7 @@ from deadwood_algorithms.stats.directions import spread_of_release
 
 INK = "#0a0b0c"  # stands for the page's text colour
 WIDTH = 7.2  # inches, of a figure as wide as the page
-TEXT = 9.5  # points; on paper a figure is printed at 0.7 of its size at least (`page.css`), which leaves 6.5
+TEXT = 9.5  # points; on paper a figure is printed at 0.7 of its size at least (`page.css`), which gives at least 6.5
 STYLE: Any = {
     "svg.fonttype": "none",
     "legend.fontsize": TEXT,
@@ -58,7 +58,7 @@ STYLE: Any = {
     "axes.axisbelow": True,
     "legend.frameon": False,
     "path.simplify": False,
-    "image.composite_image": False,  # else layers that lie on one another become one
+    "image.composite_image": False,  # otherwise overlapping layers are merged into one
 }
 PERCENTILES = {"-": (50,), ":": (5, 95)}  # of a histogram, by the style of their lines
 LABEL = 40  # letters of an axis label beside which another figure stands
@@ -78,7 +78,7 @@ class _Ticks(ScalarFormatter):
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure by name; ``draw`` makes it again for each use."""
+    """A figure by name; ``draw`` redraws it for each use."""
 
     name: str
     title: str
@@ -122,7 +122,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     there: set[str] = set()
 
     def named(found: re.Match[str]) -> str:
-        """The requested ids, each once: Matplotlib defines identical content in two places twice."""
+        """The requested ids, each once: Matplotlib defines identical content twice if it occurs in two places."""
         if found[1] in there or not (found[1] in used or found[1].startswith("layer_")):
             return ""
         there.add(found[1])
@@ -131,7 +131,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> Markup:
     text = re.sub(r' id="([^"]+)"', named, text)
     text = re.sub(r'(url\(#|href="#)([^")]+)', lambda found: f"{found[1]}{name}-{found[2]}", text)
     text = re.sub(r'data:image/png;base64,([^"]+)', lambda found: _packed_picture(found[1]), text)
-    # Half a hundredth of a point is invisible; images keep their precision, otherwise they would not join.
+    # Half a hundredth of a point is invisible; images keep their precision, otherwise they would not fit together.
     text = re.sub(r'(?<= d=")[^"]+', lambda found: _shortened(found[0]), text)
     text = text.replace(INK, "currentColor")
     width, height = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', text).groups()  # type: ignore[union-attr]
@@ -178,7 +178,7 @@ def drawings_of(source: ReportedRun, words: Words, key: str, profiles: list[Prof
 
 
 def reach_figure(source: ReportedRun, words: Words) -> Figure:
-    """A bar a line with its 95 % interval."""
+    """One bar for each line with its 95 % interval."""
     records = source.summary["reach"][:12]
     figure, (axes,) = _panels(1, 0.8 + 0.29 * len(records))
     value = np.array([share_of(each) for each in records])
@@ -258,7 +258,9 @@ def counted_azimuths(source: ReportedRun) -> dict[str, NDArray[np.float64]]:
 
 
 def rose_figure(source: ReportedRun, words: Words) -> Figure:
-    """A rose a release, of the six with the most deposits: 10 degrees a petal, its area the share of the deposits."""
+    """One rose for each of the six releases with the most deposits: petals of 10 degrees, their area is the share of
+    deposits.
+    """
     found = sorted(counted_azimuths(source).items(), key=lambda item: -item[1].size)[:6]
     columns = min(3, len(found))
     rows = -(-len(found) // columns)
@@ -313,8 +315,8 @@ def distributions_figure(source: ReportedRun, words: Words) -> Figure:
 
 
 def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
-    """The terrain and the way of one log, one metre up as long as one along; beside them its speed and its clearance,
-    along the same way."""
+    """Profile of the terrain and the path of one log, without vertical exaggeration; beside it the speed and the
+    clearance, along the same path."""
     drop = float(np.ptp(profile.terrain[np.isfinite(profile.terrain)])) / float(profile.way[-1])
     tall = float(np.clip(PROFILE_IN * drop, 1.1, 2.4)) + 0.75
     figure = Figure(figsize=(WIDTH, tall + 0.3), layout="constrained")
@@ -338,6 +340,6 @@ def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
 
 
 def plain(text: Any) -> str:
-    """A name as matplotlib shows it letter by letter: no formula, no line breaks, not endless."""
+    """A name as plain text for matplotlib: no formula, no line breaks, limited in length."""
     shown = re.sub(r"\s+", " ", str(text)).replace("$", r"\$")
     return shown if len(shown) <= 40 else shown[:39] + "…"

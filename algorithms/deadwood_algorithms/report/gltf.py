@@ -43,7 +43,7 @@ class Binary:
         return len(self.views) - 1
 
     def array(self, values: NDArray, target: int | None = None) -> int:
-        """An accessor of float vectors, or of indices; with the bounds that glTF asks of positions and times."""
+        """An accessor of float vectors, or of indices; with the bounds that glTF requires for positions and times."""
         whole = values.dtype.kind in "iu"
         held = np.ascontiguousarray(values, "<u4" if whole else "<f4")
         kind = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}[1 if held.ndim == 1 else held.shape[1]]
@@ -54,7 +54,7 @@ class Binary:
 
 
 def write_gltf(path: Path, space: Space, drape: Image.Image) -> None:
-    """Write the scene; ``drape`` is a picture that lies on the terrain."""
+    """Write the scene; ``drape`` is a picture that is draped over the terrain."""
     binary = Binary()
     document: dict[str, Any] = {
         "asset": {
@@ -96,7 +96,7 @@ def write_gltf(path: Path, space: Space, drape: Image.Image) -> None:
 
 
 def _linear(part: float) -> float:
-    """A part of a colour as glTF has it: in light, not in steps of the screen (sRGB)."""
+    """A colour component as in glTF: linear in light, not in sRGB."""
     return part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
 
 
@@ -116,7 +116,7 @@ def _add(
     document: dict[str, Any], binary: Binary, name: str, places: Array, normals: Array, corners: NDArray, material: int,
     at: Array | None = None,
 ) -> int:  # fmt: skip
-    """A mesh and a node for it; the node's number."""
+    """Add a mesh and a node for it; returns the node's number."""
     facts = {"POSITION": binary.array(y_up(places), VERTICES), "NORMAL": binary.array(y_up(normals), VERTICES)}
     if at is not None:
         facts["TEXCOORD_0"] = binary.array(at, VERTICES)
@@ -159,7 +159,7 @@ def smooth_normals(places: Array, corners: NDArray[np.int64]) -> Array:
 
 
 def cone_mesh(rows: Array) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Truncated cones with lids, of rows of base xyz, tip xyz, base and tip radius: places, normals, triangles."""
+    """Closed truncated cones, from rows of base xyz, tip xyz, base and tip radius: places, normals, triangles."""
     rows = rows[np.linalg.norm(rows[:, 3:6] - rows[:, :3], axis=1) > 1e-6]
     base, tip = rows[:, :3], rows[:, 3:6]
     along = (tip - base) / np.linalg.norm(tip - base, axis=1)[:, None]
@@ -198,7 +198,7 @@ def plate_mesh(barriers: list[tuple[Array, float]]) -> tuple[Array, Array, NDArr
 
 
 def _moving(document: dict[str, Any], binary: Binary, space: Space) -> None:
-    """The moving logs: one mesh each, upright along glTF's y, and an animation of place and direction."""
+    """The moving logs: one mesh each, upright along glTF's y, and an animation of position and direction."""
     material = _material(document, "moving")
     channels: list[dict[str, Any]] = []
     samplers: list[dict[str, Any]] = []
@@ -221,7 +221,9 @@ def _moving(document: dict[str, Any], binary: Binary, space: Space) -> None:
 
 
 def turned_from_up(axis: Array) -> Array:
-    """Unit quaternions (x, y, z, w) that turn +y into each direction the short way; neighbours on the same side."""
+    """Unit quaternions (x, y, z, w) that turn +y into each direction by the shorter rotation; consecutive ones without
+    change of sign.
+    """
     axis = axis / np.linalg.norm(axis, axis=1)[:, None]
     x, y, z = axis.T
     turn = np.column_stack([z, np.zeros_like(x), -x, 1.0 + y])

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 QUALITY = 78
-LONG = 45  # letters of a cell, from which on it is a sentence
-SHORT = 8  # rows of a table that is not torn apart on paper
+LONG = 45  # length of a cell from which it counts as a sentence
+SHORT = 8  # tables up to this number of rows are not split between pages
 
 
 class Markup(str):
@@ -26,7 +26,7 @@ def escaped(text: Any) -> Markup:
 
 
 def element(tag: str, *inside: Any, **attributes: Any) -> Markup:
-    """``<tag a="b">...</tag>``; a trailing underscore of a name falls away, others become hyphens (class_, data_x)."""
+    """``<tag a="b">...</tag>``; a trailing underscore of a name is dropped, others become hyphens (class_, data_x)."""
     shown = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{html.escape(str(value), quote=True)}"'
         for name, value in attributes.items()
@@ -40,9 +40,9 @@ def joined(parts: Iterable[Any]) -> Markup:
 
 
 def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | None = None) -> Markup:
-    """A table that scrolls on a narrow screen; the first column is text, the others stand to the right."""
+    """A table that scrolls on a narrow screen; the first column is text, the others are right-aligned."""
     rows = list(rows)
-    # a column with whole sentences stands to the left, its head too
+    # a column of sentences is left-aligned, including its header
     kinds = ["text" if any(len(str(row[k])) > LONG for row in rows) else None for k in range(len(head))]
     top = element(
         "tr", *(element("th", each, scope="col", class_=kind) for each, kind in zip(head, kinds, strict=True))
@@ -69,13 +69,13 @@ def two_lines(cell: Any) -> Any:
 
 
 def scrolled(inside: Any, name: str, *, short: bool = True) -> Markup:
-    """A table that scrolls on a narrow screen, by the keyboard too; a short one is not torn apart on paper."""
+    """A table that scrolls on a narrow screen, also with the keyboard; a short one is not split between pages."""
     return element("div", inside, class_="scroll short" if short else "scroll", tabindex="0", **labelled(name))
 
 
 def figure_of(drawing: Any, caption: str = "", *, card: bool = False) -> Markup:
-    """A drawing (`figures.Drawing`) with its caption; nothing for None. A map lies on a ``card``: pale in the dark too,
-    as its relief is. On a narrow screen the figure scrolls, which the keyboard can do too."""
+    """A drawing (`figures.Drawing`) with its caption; empty for None. A map lies on a ``card``, which stays pale in
+    dark mode, like its relief. On a narrow screen the figure scrolls, also with the keyboard."""
     if drawing is None:
         return Markup("")
     frame = element(
@@ -85,7 +85,9 @@ def figure_of(drawing: Any, caption: str = "", *, card: bool = False) -> Markup:
 
 
 def labelled(name: str) -> dict[str, str]:
-    """What makes a part that scrolls known by its name to those who do not see it; no landmark, of which few help."""
+    """Attributes that name a scrolling part for screen readers; not as a landmark, because too many landmarks are no
+    help.
+    """
     return {"role": "group", "aria_label": name}
 
 
@@ -96,14 +98,16 @@ def embedded_json(content: Any) -> Markup:
 
 
 def picture_address(image: Any) -> str:
-    """A Pillow image as a data address: WebP, which is a fifth of a PNG of relief, and which every browser shows."""
+    """A Pillow image as a data address: WebP, which takes a fifth of the size of a PNG of relief, and which every
+    browser supports.
+    """
     out = io.BytesIO()
     image.save(out, "WEBP", quality=QUALITY, method=4)
     return "data:image/webp;base64," + base64.b64encode(out.getvalue()).decode("ascii")
 
 
 def plain_numbers(value: Any) -> Any:
-    """With null instead of values that are not numbers, because NaN is not JSON."""
+    """Replace values that are not numbers by None, because NaN is not JSON."""
     if isinstance(value, dict):
         return {str(key): plain_numbers(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,4 +1,4 @@
-"""The page itself: sections, figures, styles and scripts in one file that asks no other for anything."""
+"""The page itself: sections, figures, styles and scripts in one file that needs no other."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.space import Space, packed
 from deadwood_algorithms.report.words import Words
 
-# A page that may load nothing, whatever a name in it says.
+# A page that may load nothing, whatever names it contains.
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; base-uri 'none'"
 PACES = (0.25, 0.5, 1, 2, 4, 8)
 
@@ -44,7 +44,7 @@ def report_of(
     author: str | None = None,
     project: str | None = None,
 ) -> Report:
-    """Put the whole page together."""
+    """Assemble the page."""
     title = title or words.say("title", names=", ".join(each.name for each in sources))
     shown, chapters, contents, plans = [], [], [], []
     alone = len(sources) == 1

@@ -80,9 +80,9 @@ PHRASES = {
     "scenario_posture": "posture at the start",
     "posture_upright": "upright",
     "posture_lying": "lying",
+    "posture_random": "any direction",
+    "posture_random-lying": "lying, any azimuth",
     "posture_tilted": "tilted",
-    "posture_random": "random direction",
-    "posture_random-lying": "lying, random direction",
     "scenario_dbh": "DBH",
     "scenario_length": "length",
     "scenario_height": "height",
@@ -95,8 +95,8 @@ PHRASES = {
     "author": "author",
     "modelled": "What was modelled, and what was not",
     "modelled_note": (
-        "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not say "
-        "how likely a log starts to slide at all. Results are a basis for an expert's judgement, not a hazard map."
+        "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not give "
+        "the probability that a log starts to slide. Results are a basis for an expert's judgement, not a hazard map."
     ),
     "modelled_older": "Written by an older version, in English only.",
     "model_terrain": "terrain",
@@ -334,8 +334,8 @@ PHRASES = {
     "started_in_contact": "logs that started in contact with an obstacle",
     "not_run": "logs not run, because the interval was narrow enough",
     "left_dem_warning": (
-        "Logs that left the terrain model: {n}. On a larger one they would have continued, so reach and spread may "
-        "be wrong by up to this number."
+        "Logs that left the terrain model: {n}. Their further movement is not known: spread, run-outs and deposits are "
+        "as far as they were seen; the reach of a line to which they had not come before stands with bounds."
     ),
     "failed_warning": "Logs whose calculation failed: {n}. The others are not affected.",
     "time_limit_warning": "Logs that still moved at the time limit: {n}. Their deposits are not final.",

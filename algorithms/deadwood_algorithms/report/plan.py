@@ -33,16 +33,16 @@ from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.schemas.looks import BARRIER, ENDS, LOOKS, RELEASE, ROAD, STONE, TREE, WOOD
 
-MOST_DOTS = 8000  # of a kind
+MOST_DOTS = 8000  # of each kind
 MOST_WAYS = 150
 WAY_STEP_M = 3.0
-LONGEST, SHORTEST = 4.4, 3.0  # inches, of the map's height: as much as paper has room for (`page.css`)
-LETTER_IN, KEY_IN = 0.075, 0.45  # inches of a legend: a letter of its longest entry, and the key before it
-# Inches beside a map that its coordinates and its scale take, and its legend, whose lines have so many letters
+LONGEST, SHORTEST = 4.4, 3.0  # inches, of the map's height: as much as fits on paper (`page.css`)
+LETTER_IN, KEY_IN = 0.075, 0.45  # size of a legend [inches]: a letter of its longest entry, and the key before it
+# Space beside a map for its coordinates and its scale [inches], and for its legend, whose lines have so many characters
 SIDES_IN, BESIDE_IN, BESIDE_WORDS = 1.6, 2.1, 22
-SMALL = 0.55  # of the size of dots, on a map beside others
-ABREAST, HIGHEST = 3, 4.4  # maps side by side, and inches of the height of all rows
-# The quantities over the map, and the look of each
+SMALL = 0.55  # relative size of dots on a map beside others
+ABREAST, HIGHEST = 3, 4.4  # number of maps side by side, and height of all rows [inches]
+# The quantities shown over the map, and the look of each
 QUANTITIES = {"hits": "shares", "speed": "speed", "energy": "energy", "jump": "jump", "danger": "danger"}
 SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "blocks", "lines", "releases", "deposits")
 
@@ -66,7 +66,7 @@ def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) ->
 
 
 def legend_of_map(figure: Figure, handles: list[Any]) -> None:
-    """The legend of a map: beside a tall one, else below, in as many columns as its words leave room for."""
+    """The legend of a map: beside a tall one, otherwise below, in as many columns as fit."""
     (west, east), (south, north) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()
     if has_room_beside((west, south, east, north), figure.get_figwidth()):
         for each in handles:
@@ -83,7 +83,7 @@ def has_room_beside(extent: Extent, width: float) -> bool:
 
 
 def legend_below(figure: Figure, handles: list[Any]) -> None:
-    """The legend of maps side by side, in as many columns as its words leave room for."""
+    """The legend of maps side by side, in as many columns as fit."""
     longest = max((len(str(each.get_label())) for each in handles), default=0)
     columns = int(np.clip(figure.get_figwidth() / (longest * LETTER_IN + KEY_IN), 1, 3))
     switched(figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=1.4), handles)
@@ -102,12 +102,12 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     west, south, east, north = extent
     tall = float(np.clip((width - 1.6) * (north - south) / (east - west), SHORTEST, LONGEST))
     below = 0.6 if has_room_beside(extent, width) else 1.1
-    figure = Figure(figsize=(width, tall + below), layout="compressed")  # about a map, whose sides keep their ratio
+    figure = Figure(figsize=(width, tall + below), layout="compressed")  # around a map, whose aspect ratio is kept
     axes = figure.subplots()
     axes.set_aspect("equal")
     axes.set(xlim=(west, east), ylim=(south, north), xlabel=words.say("east"), ylabel=words.say("north"))
     axes.set_gid("frame")
-    # without the lowest of the upright numbers, which would run into those along the foot
+    # without the lowest of the vertical numbers, which would overlap those along the bottom
     for axis, many, prune in ((axes.xaxis, 5, None), (axes.yaxis, 8, "lower")):
         axis.set_major_locator(MaxNLocator(many, steps=[1, 2, 5, 10], prune=prune))
         axis.set_major_formatter(lambda at, _: f"{at:,.0f}".replace(",", "\u2009"))
@@ -128,7 +128,7 @@ def draw_relief(axes: Any, source: ReportedRun) -> None:
 
 
 def draw_reliefs(axes: Any, sources: Sequence[ReportedRun]) -> None:
-    """The ground of a map that shows more than one run's own: under all, what the run with the widest terrain knows."""
+    """Relief for a map of several runs: at the bottom that of the run with the largest terrain."""
     for each in sorted((each for each in sources if each.ground is not None), key=lambda each: -area(each.extent)):
         draw_relief(axes, each)
 
@@ -139,7 +139,7 @@ def area(extent: Extent) -> float:
 
 
 def show_layer(axes: Any, source: ReportedRun, name: str, **more: Any) -> Any:
-    """A quantity of the run in its look: where no log passed nothing is drawn, of danger 0 is a value too."""
+    """A quantity of the run in its look; nothing is drawn where no log passed, but a danger of 0 is drawn."""
     values, (west, south, east, north) = source.rasters[name]
     values = values if name == "danger" else np.where(values > 0.0, values, np.nan)
     return show_quantity(axes, values, QUANTITIES[name], (west, east, south, north), **more)
@@ -154,14 +154,14 @@ def lines_of_shapes(shapes: Any) -> list[NDArray[np.float64]]:
 
 
 def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:
-    """All rows, or an even draw of them, the same every time."""
+    """All rows, or a random subset of them, always the same."""
     if number <= most:
         return np.arange(number)
     return np.sort(np.random.default_rng(seed).choice(number, most, replace=False))
 
 
 def _scene(axes: Any, source: ReportedRun, words: Words, size: float = 1.0) -> list[Any]:
-    """The obstacles; ``size`` of their dots on a small map."""
+    """The obstacles; ``size`` is the relative size of their dots."""
     handles: list[Any] = []
     if "trees" in source.scene:
         x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
@@ -181,7 +181,7 @@ def _scene(axes: Any, source: ReportedRun, words: Words, size: float = 1.0) -> l
 
 
 def roads(axes: Any, source: ReportedRun, words: Words) -> list[Any]:
-    """The lines that are watched, and their entry of the legend."""
+    """The lines whose reach is counted, and their legend entry."""
     if source.lines is None:
         return []
     show_lines(axes, lines_of_shapes(source.lines.geometry), gid="layer_lines")
@@ -209,7 +209,7 @@ def _logs(axes: Any, source: ReportedRun, words: Words, ways_too: bool, size: fl
             keep = np.diff(np.floor(far / WAY_STEP_M), prepend=-1.0) > 0.0
             keep[-1] = True
             strings.append(points[keep])
-        ramp, scale = colours_of(LOOKS["speed"])  # as QGIS has them: by the largest speed
+        ramp, scale = colours_of(LOOKS["speed"])  # as in QGIS: by the largest speed
         colours = ramp(scale(ways["speed_max_ms"].to_numpy(float)[rows]))
         axes.add_collection(
             LineCollection(strings, colors=colours, linewidths=0.7, gid="layer_trajectories", zorder=4), autolim=False
@@ -266,7 +266,7 @@ def draw_differences(
     sources: Sequence[ReportedRun],
     words: Words,
 ) -> Figure:
-    """Where logs pass more often (red) or less often (blue) than in the first run; of one scale and frame."""
+    """Where logs pass more often (red) or less often (blue) than in the first run; with a common scale and frame."""
     reference, names = sources[0], list(maps)
     figure, panels, room = map_panels(len(names), shown, words)
     image: Any = None
@@ -295,7 +295,7 @@ def draw_differences(
 
 
 def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Figure:
-    """The runs side by side: where logs pass, and where they end; of one scale and frame."""
+    """The runs side by side: where logs pass, and where they end; with a common scale and frame."""
     figure, panels, room = map_panels(len(sources), shown, words)
     handles: dict[str, Any] = {}
     image: Any = None
@@ -316,11 +316,13 @@ def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Fi
 
 
 def map_panels(number: int, shown: Extent, words: Words) -> tuple[Figure, list[Any], list[Any]]:
-    """Maps of one frame without coordinates, at most three abreast; the figure, its maps, and all its axes."""
+    """Maps with a common frame without coordinates, at most three side by side; returns the figure, its maps, and all
+    axes.
+    """
     columns = min(number, ABREAST)
     rows = -(-number // columns)
     west, south, east, north = shown
-    wide = (WIDTH - 0.8) / max(columns, 2)  # one alone would fill the page
+    wide = (WIDTH - 0.8) / max(columns, 2)  # a single one would fill the page
     tall = float(np.clip(wide * (north - south) / (east - west), SHORTEST / 2, HIGHEST / rows))
     width = WIDTH if columns > 1 else wide + 1.4  # with the scale beside it
     figure = Figure(figsize=(width, rows * (tall + 0.3) + 0.7), layout="constrained")

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.report.sources import ReportedRun, paths_by_log
 
-POINTS = 1200  # of a profile: more are not seen
+POINTS = 1200  # of a profile; more would not be visible
 
 
 @dataclass(frozen=True)
 class Profile:
-    """Along the way of one log's centre of mass, shape (n,) [m, m/s]; ``chosen`` is what for: farthest, ..."""
+    """Along the path of one log's centre of mass, shape (n,) [m, m/s]; ``chosen`` is the reason: farthest, ..."""
 
     log_id: int
     chosen: str
@@ -26,7 +26,7 @@ class Profile:
 
 
 def chosen_profiles(source: ReportedRun) -> list[Profile]:
-    """Of the stored logs the farthest, the fastest and the one of median run-out; none without terrain."""
+    """The farthest and the fastest of the stored logs, and the one with the median run-out; none without terrain."""
     stored = source.deposits.loc[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
     stored = stored.loc[np.isfinite(stored["runout_m"])]
     if source.ground is None or not len(stored):

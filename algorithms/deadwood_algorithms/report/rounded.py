@@ -1,9 +1,8 @@
-"""Numbers for a reader: no more digits than their interval allows, in the language's own signs."""
+"""Numbers for a reader: no more digits than their interval justifies, in the notation of the language."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from deadwood_algorithms.params.counts import significant
@@ -12,7 +11,7 @@ from deadwood_algorithms.stats.statistics import decimals_of, percent_with_inter
 from deadwood_algorithms.stats.statistics import percent as share_in_percent
 
 DIGITS = 3  # of a number without an interval
-LEAST = 1e-6  # in any unit of the report: what is below is rounding of the arithmetic, and shown as 0
+LEAST = 1e-6  # in any unit of the report: smaller values are due to rounding and shown as 0
 NBSP = "\u00a0"
 
 
@@ -37,7 +36,7 @@ def _zero_if_tiny(value: float) -> float:
 
 
 def _grouped(value: int) -> str:
-    """Thousands apart from five digits on."""
+    """Separate thousands in numbers of five or more digits."""
     return f"{value:,}".replace(",", "\u202f") if abs(value) >= 10_000 else str(value)
 
 
@@ -81,17 +80,8 @@ def with_interval(value: float, low: float, high: float, words: Words, *, signed
     return f"{a} ({b} {words.say('to')} {c})"
 
 
-def alike(values: Sequence[float]) -> list[str]:
-    """Numbers of one kind with as many decimals each: as the first one needs, less zeros that all end in."""
-    first = abs(values[0])
-    places = max(0, DIGITS - 1 - math.floor(math.log10(first))) if first >= LEAST else DIGITS
-    while places and all(f"{each:.{places}f}".endswith("0") for each in values):
-        places -= 1
-    return [to_decimals(each, places) for each in values]
-
-
 def in_signs(text: str, words: Words) -> str:
-    """A number in the signs of the language: its decimal point, a minus that is one."""
+    """A number in the notation of the language: its decimal sign, and a true minus sign."""
     text = text.replace("-", "−") if text.startswith("-") else text
     return words.signs(text)
 

@@ -1,4 +1,4 @@
-"""The box at the head of the report: what was slid through what, as it took effect."""
+"""The box at the top of the report: the logs and the scene, with the values that took effect."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from datetime import datetime
 from typing import Any, NamedTuple
 
 from deadwood_algorithms.report.markup import Markup, element, scrolled
-from deadwood_algorithms.report.rounded import alike, decimal, in_signs, shown_number
+from deadwood_algorithms.report.rounded import decimal, in_signs, shown_number
 from deadwood_algorithms.report.sections import Parts
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.stats.statistics import alike
 
-SELDOM = ("model_lying_logs", "model_blocks", "model_lines")  # no row in a box where no run has any
+SELDOM = ("model_lying_logs", "model_blocks", "model_lines")  # no row in the box if no run has any
 
 
 def made_at(manifest: Mapping[str, Any]) -> str:
@@ -22,7 +23,7 @@ def made_at(manifest: Mapping[str, Any]) -> str:
 
 
 def cells_of(cells: list[str]) -> list[Markup]:
-    """A cell a run, or one over all where they are alike."""
+    """One cell for each run, or one across all if they are equal."""
     if len(set(cells)) == 1:
         return [element("td", cells[0], colspan=str(len(cells)))]
     return [element("td", each) for each in cells]
@@ -44,13 +45,14 @@ def span_words(values: Any, words: Words, unit: str = "") -> str:
         return decimal(values, words)
     if values["median"] is None:
         return "–"
+    if values["low"] == values["high"]:
+        return f"{decimal(values['median'], words)} {unit}".strip()
     middle, low, high = (in_signs(each, words) for each in alike([values[name] for name in ("median", "low", "high")]))
-    shown = f"{middle} {unit}".strip()
-    return shown if low == high else f"{shown} ({low} {words.say('to')} {high})"
+    return f"{f'{middle} {unit}'.strip()} ({low} {words.say('to')} {high})"
 
 
 def terrain_words(source: ReportedRun, words: Words) -> str:
-    """Cells of the terrain model, and the day of its file, where the run noted it."""
+    """Cells of the terrain model, and the date of its file, if the run recorded it."""
     dem = source.summary["scenario"]["dem"]
     cells = words.say("scenario_cells", nx=dem["nx"], ny=dem["ny"], cell=decimal(dem["cell_m"], words))
     day = str(source.run.manifest.get("modified_utc", {}).get("dem", ""))[:10]
@@ -58,7 +60,7 @@ def terrain_words(source: ReportedRun, words: Words) -> str:
 
 
 class ScenarioRow(NamedTuple):
-    """What of a scenario (a phrase's name), its value in words, and whether there is any of it."""
+    """A property of the scenario (a phrase's name), its value in words, and whether it exists."""
 
     phrase: str
     value: str
@@ -66,7 +68,7 @@ class ScenarioRow(NamedTuple):
 
 
 def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[ScenarioRow]:
-    """What one run slid through what."""
+    """The rows for one run."""
 
     def things(name: str, *sizes: tuple[str, str, str]) -> str:
         each = scenario[name]
@@ -98,7 +100,7 @@ def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[ScenarioRow
 
 
 def scenario_box(sources: list[ReportedRun], words: Words, author: str | None, project: str | None) -> Parts:
-    """What was asked, beside each other for several runs, as it took effect: columns before options."""
+    """The scenarios, side by side for several runs, with the values that took effect: columns override options."""
     with_scenario = [source for source in sources if "scenario" in source.summary]
     if not with_scenario:
         return []

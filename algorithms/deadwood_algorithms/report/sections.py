@@ -1,4 +1,4 @@
-"""The sections of the report about one run, each a heading with what belongs under it."""
+"""The sections of the report about one run, each a heading with its content."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ Parts = list[Any]
 
 
 def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Parts:
-    """Warnings that a reader must not overlook; with the run's name if there are several."""
+    """Important warnings for the reader; with the run's name if there are several."""
     reasons = source.summary["logs"]["by_stop_reason"]
     found = [
         words.say(f"{name}_warning", n=reasons.get(name, 0))
@@ -103,7 +103,7 @@ def map_section(source: ReportedRun, drawing: Drawing, frame: tuple[float, ...],
     for name in layers_drawn(source):
         reason = name.removeprefix("deposits_")
         label = words.say("layer_deposits", stop=words.stop(reason)) if reason != name else words.say(f"layer_{name}")
-        if name in QUANTITIES and name != "hits":  # whose scale is drawn
+        if name in QUANTITIES and name != "hits":  # with a scale beside the map
             look = LOOKS[QUANTITIES[name]]
             ends = [shown_number(look.factor * look.stops[k], words) for k in (0, -1)]
             label += f" ({ends[0]}–{ends[1]} {look.shown})"
@@ -166,7 +166,7 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
 
 
 def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any], words: Words) -> str:
-    """What is known of the error of calculation of a run's fidelity."""
+    """The known error of calculation of a run's fidelity."""
     fidelity = accuracy["fidelity"]
     if promise := accuracy.get("auto"):
         return words.say("calculation_bound", bound=shown_number(100.0 * promise["calculation"], words, 2))
@@ -181,17 +181,17 @@ def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any]
 
 
 def promise_words(promise: Mapping[str, Any], words: Words) -> str:
-    """What --fidelity auto promises: both errors of the line that is farthest off, apart and together."""
+    """The promise of --fidelity auto: both errors of the line with the largest error, separately and together."""
     points = {name: shown_number(100.0 * promise[name], words, 2) for name in ("sampling", "calculation", "together")}
     how = "calculation_none" if promise["chosen"] == "reference" else "promise_assumed"
-    against = promise.get("measured_against")  # by pairs of logs, up to version 0.2
+    against = promise.get("measured_against")  # from pairs of logs, up to version 0.2
     source = words.say("promise_measured" if against else how, against=against)
     chosen, n = promise["chosen"], promise["logs"]
     return words.say("promise", chosen=chosen, n=n, line=promise["line_id"], source=source, **points)
 
 
 def points_words(points: Points, words: Words) -> str:
-    """``−0.4 (−0.8 to +0.1)``, to a tenth of a point as the README has it."""
+    """``−0.4 (−0.8 to +0.1)``, to a tenth of a point, as in the README."""
     value, low, high = (in_signs(to_decimals(each, 1, sign=True), words) for each in points)
     return f"{value} ({low} {words.say('to')} {high})"
 
@@ -242,7 +242,7 @@ def design(source: ReportedRun, words: Words) -> Parts:
 
 
 def design_cell(row: Mapping[str, Any], words: Words) -> str:
-    """``310 (250 to 420)``; where no upper bound can be given, how many more hits it takes."""
+    """``310 (250 to 420)``; if no upper bound can be given, the number of additional hits needed."""
     if not row["n_more"]:
         return with_interval(row["value"], row["ci_low"], row["ci_high"], words)
     return words.say("design_more", value=shown_number(row["value"], words), n=row["n_more"])
@@ -298,7 +298,7 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
 
 
 def profile_section(drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    """A figure a trajectory, so that a page of paper may end between two."""
+    """One figure for each trajectory, so that a printed page may end between two."""
     shown = [figure_of(each) for kind, each in drawings.items() if kind.startswith("profile_")]
     return (
         [element("div", *shown, class_="profiles"), element("p", words.say("profile_note"), class_="quiet")]
@@ -308,7 +308,7 @@ def profile_section(drawings: Mapping[str, Drawing], words: Words) -> Parts:
 
 
 def ledgers(source: ReportedRun, words: Words) -> Parts:
-    """What barriers, trees, lying logs and boulders did."""
+    """The balances of barriers, trees, lying logs and boulders."""
     parts: Parts = []
     barriers = source.summary["barriers"]
     if barriers:
@@ -363,7 +363,7 @@ ABOVE = {"of_trees": "above_of_trees", "of_logs": "above_of_logs"}
 
 
 def above_capacity(record: Mapping[str, Any] | None, words: Words) -> Parts:
-    """Which share of the logs that trees hold, and of those that reach a line, had a hit above what stems can take."""
+    """The shares of the logs held by trees, and of those that reach a line, with a hit above the capacity of stems."""
     if not record:
         return []
     asked = [name for name in ("of_trees", "of_logs") if record[name]]

@@ -1,4 +1,4 @@
-"""The words of a run's QGIS project and its print layout, in one language of the report."""
+"""The texts of a run's QGIS project and its print layout, in one language of the report."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from deadwood_algorithms.schemas.looks import ENDS
 if TYPE_CHECKING:
     import pyproj
 
-MOST_ANSWERS = 3  # of several lines
+MOST_ANSWERS = 3  # lines of several
 SCALE = "[% format_number(map_get(item_variables('map'), 'map_scale'), 0) %]"
 DATE = "[% format_date(now(), 'yyyy-MM-dd') %]"
 PHRASES = {english: phrase for phrase, english in QGIS_PHRASES.items()} | {

@@ -1,4 +1,6 @@
-"""What a run's QGIS project says, in English: names of layers, groups and sheets, and the words of the print layout."""
+"""The texts of a run's QGIS project, in English: names of layers, groups and sheets, and the texts of the print
+layout.
+"""
 
 from __future__ import annotations
 

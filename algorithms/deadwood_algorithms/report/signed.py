@@ -1,6 +1,6 @@
 """The first pages of the report, those that are signed: question, scenario, conclusion, numbers, map, judgement.
 
-What proves them, and where it comes from, is the annex (`page`).
+Evidence and provenance are in the annex (`page`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.stats.order_statistics import percentile_record
 from deadwood_algorithms.stats.statistics import loss_matters, percent_of
 
-MOST_LINES = 4  # in the tables; the annex has all
-LEVEL = 0.95  # of the energies and heights of arrival
+MOST_LINES = 4  # rows in the tables; the annex has all lines
+LEVEL = 0.95  # percentile of the energies and heights of arrival
 Parts = list[Any]
 
 
@@ -32,7 +32,7 @@ def signed_pages(
     author: str | None,
     project: str | None,
 ) -> Markup:
-    """All of it; ``plan`` is the one map."""
+    """All sections of these pages; ``plan`` is their only map."""
     parts: Parts = [element("h2", words.say("question"), id="question"), element("p", question(sources, words))]
     parts += scenario_box(list(sources), words, author, project)
     parts += [element("h2", words.say("conclusion"), id="conclusion"), *conclusion(sources, words)]
@@ -48,7 +48,7 @@ def signed_pages(
 
 
 def question(sources: Sequence[ReportedRun], words: Words) -> str:
-    """What was asked."""
+    """The question that the run answers."""
     one = sources[0]
     releases = list(dict.fromkeys(one.deposits["release_id"].astype(str)))
     where = (
@@ -66,7 +66,7 @@ def question(sources: Sequence[ReportedRun], words: Words) -> str:
 
 
 def conclusion(sources: Sequence[ReportedRun], words: Words) -> Parts:
-    """The answer, a line for each line and run, and what its interval does not hold."""
+    """The answer, one sentence for each line and run, and what its interval does not cover."""
     answers = []
     for source in sources:
         before = f"{source.name} – " if len(sources) > 1 else ""
@@ -105,7 +105,7 @@ def share_of_logs(count: int, released: int, words: Words) -> str:
 
 
 def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
-    """The runs side by side: reach, what arrives, how logs ended, how far they came."""
+    """The runs side by side: reach, energies and heights of arrival, how logs ended, run-out."""
     rows: list[list[str]] = []
     for k, each in enumerate(sources[0].summary["reach"][:MOST_LINES]):
         line = str(each["line_id"])
@@ -136,7 +136,7 @@ def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
 
 
 def arriving(source: ReportedRun, line: str, quantity: str, words: Words) -> str:
-    """The percentile of what arrives at a line, with its interval; a dash where nothing is known of it."""
+    """The percentile of what arrives at a line, with its interval; a dash if it is unknown."""
     for each in source.passages:
         if each.kind == "line" and each.place_id == line and each.log_id.size:
             for row in design_rows(each, (LEVEL,), 0.95):
@@ -146,7 +146,7 @@ def arriving(source: ReportedRun, line: str, quantity: str, words: Words) -> str
 
 
 def differences_table(compared: Comparison, names: Sequence[str], words: Words) -> Markup:
-    """The paired differences of the reach to the first run, in points, and the share of it that is kept away."""
+    """The paired differences of the reach to the first run, in points, and the relative reduction of the reach."""
     bari = {(row.scenario, row.item): row for row in compared.rows if row.quantity == "bari"}
     body = []
     for row in compared.rows:
@@ -163,7 +163,7 @@ def differences_table(compared: Comparison, names: Sequence[str], words: Words) 
 
 
 def judgement(sources: Sequence[ReportedRun], words: Words) -> Parts:
-    """What no run can say, and what its warnings leave open."""
+    """What a run cannot answer, and what its warnings leave open."""
     parts: Parts = [each for source in sources for each in warnings_of(source, words, named=len(sources) > 1)]
     scenarios = [source.summary["scenario"] for source in sources if "scenario" in source.summary]
     points = [words.say("judge_start")]
@@ -179,7 +179,7 @@ def judgement(sources: Sequence[ReportedRun], words: Words) -> Parts:
 
 
 def signature(words: Words, author: str | None) -> Markup:
-    """Room for place, date, name and signature."""
+    """Space for place, date, name and signature."""
     cells = [("sign_place", ""), ("sign_date", ""), ("sign_name", author or ""), ("sign_signature", "")]
     return element(
         "div",

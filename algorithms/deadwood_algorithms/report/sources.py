@@ -1,6 +1,6 @@
 """Data of a run for the report, read from its folder and, if they still exist, from its inputs.
 
-A missing input is not an error: the page then lacks a layer, and says so (`ReportedRun.lacks`).
+A missing input is not an error: the page then lacks a layer, and states this (`ReportedRun.lacks`).
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.scene.layers import read_lines
 from deadwood_algorithms.schemas.looks import RUNS
 
-MARGIN = 0.06  # of the longer side of what the logs covered, around it
-GROUND_CELLS = 800  # along the longer side of the terrain that is kept
-STRIP_CELLS = 4_000_000  # of the DEM, read at once
-HASHED_BYTES = 1 << 22  # at once
+MARGIN = 0.06  # margin around the area covered by logs, as a share of its longer side
+GROUND_CELLS = 800  # cells along the longer side of the terrain on the page
+STRIP_CELLS = 4_000_000  # cells of the DEM read at once
+HASHED_BYTES = 1 << 22  # bytes read at once
 SHOWN_RASTERS = {
     "hits": "reach_probability",
     "speed": "speed_max",
@@ -50,10 +50,10 @@ Extent = tuple[float, float, float, float]  # west, south, east, north [m]
 
 @dataclass
 class Answers:
-    """What the page shows of a run besides the run; empty where nothing was named.
+    """Results of other tools that the page shows for a run; empty if none were named.
 
-    tree_effect : by layer (values, planted), the rows of value-trees
-    folders : by tool, the folder, its facts, and the tool's parameters
+    tree_effect : the rows of value-trees, by layer (values, planted)
+    folders : by tool: the folder, its facts, and the tool's parameters
     """
 
     tree_effect: dict[str, pandas.DataFrame] = field(default_factory=dict)
@@ -62,15 +62,15 @@ class Answers:
 
 @dataclass
 class ReportedRun:
-    """A run with all that the page says of it.
+    """A run with everything that the page shows of it.
 
-    ground : the terrain around the logs, thinned; None where the DEM is gone
-    dem_cell : side of the DEM's cells [m], as the run had them
-    scene : by input (trees, barriers, lying_logs, blocks), the layer in the run's CRS; absent when not given or gone
-    rasters : by name in `SHOWN_RASTERS`, values on about the ground's cells, row 0 south, with their extent
-    lacks : (phrase, what fills it) of everything that could not be shown
-    answers : what other tools found out about the run, where it was named
-    colour : the run's in every chart, by its place among the runs of the page
+    ground : the terrain around the logs, at reduced resolution; None if the DEM no longer exists
+    dem_cell : cell size of the DEM in the run [m]
+    scene : by input (trees, barriers, lying_logs, blocks), the layer in the run's CRS; absent if not given or missing
+    rasters : by name in `SHOWN_RASTERS`, values at about the resolution of the ground, row 0 south, with their extent
+    lacks : (phrase, its placeholders) for everything that could not be shown
+    answers : results of other tools for the run, if any were named
+    colour : the run's colour in every chart, by its place among the runs of the page
     """
 
     name: str
@@ -99,7 +99,7 @@ class ReportedRun:
         return self.run.deposits
 
     def column(self, name: str) -> NDArray[np.float64]:
-        """A column of the deposits as numbers, without what is missing."""
+        """A column of the deposits as numbers, without missing values."""
         values = self.deposits[name].to_numpy(np.float64) if name in self.deposits else np.zeros(0)
         return values[np.isfinite(values)]
 
@@ -148,7 +148,7 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
 
 
 def shown_extent(run: Run) -> Extent:
-    """Around the releases, the deposits and all that the stored trajectories cover, within the run's grid."""
+    """Extent of the releases, the deposits and the stored trajectories, with a margin, within the run's grid."""
     ends = shapely.get_coordinates(np.asarray(run.deposits.geometry))
     places = [run.deposits[["release_x", "release_y"]].to_numpy(np.float64), ends]
     if run.stored_log_ids.size:
@@ -163,7 +163,7 @@ def shown_extent(run: Run) -> Extent:
 
 
 def read_ground(path: str, run: Run, extent: Extent, feedback: Feedback) -> Grid:
-    """The terrain over an extent, in so few cells that a page holds them: each the mean of those in it."""
+    """The terrain of an extent, averaged to few enough cells for a page."""
     with open_windows(path, crs=run.grid.crs.to_string(), feedback=Quiet(), look_through=False) as dem:
         columns = slice(*_cells(extent[0], extent[2], dem.x0, dem.cell, dem.shape[1]))
         rows = slice(*_cells(extent[1], extent[3], dem.y0, dem.cell, dem.shape[0]))
@@ -186,13 +186,13 @@ def read_ground(path: str, run: Run, extent: Extent, feedback: Feedback) -> Grid
 
 
 def _cells(low: float, high: float, first: float, cell: float, number: int) -> tuple[int, int]:
-    """In a row of cells, the first in an interval and the first after it."""
+    """The first cell of a row in an interval, and the first one after it."""
     start, stop = round((low - first) / cell + 0.5), round((high - first) / cell + 0.5)
     return max(0, min(start, number)), max(0, min(stop, number))
 
 
 def mean_of_blocks(values: NDArray[np.float64], step: int) -> NDArray[np.float64]:
-    """Mean of each block of step x step cells; of its finite ones, NaN where it has none."""
+    """Mean of each block of step x step cells; over its finite values, NaN without any."""
     blocks = values.reshape(values.shape[0] // step, step, values.shape[1] // step, step)
     known = np.isfinite(blocks)
     count = known.sum(axis=(1, 3))
@@ -201,7 +201,9 @@ def mean_of_blocks(values: NDArray[np.float64], step: int) -> NDArray[np.float64
 
 
 def read_rasters(run: Run, extent: Extent) -> dict[str, tuple[NDArray[np.float64], Extent]]:
-    """The run's rasters over an extent, thinned as the ground is; shares by mean, the others by the largest."""
+    """The run's rasters over an extent, at the resolution of the ground; shares by the mean, the others by the
+    maximum.
+    """
     found = {}
     for name, stem in SHOWN_RASTERS.items():
         path = run.path / f"{stem}.tif"
@@ -232,14 +234,14 @@ def thinned_raster(source: Any, extent: Extent, gather: Callable) -> tuple[NDArr
         window = Window(left, top + start * step, nx * step, (stop - start) * step)  # type: ignore[call-arg]
         fine = source.read(1, window=window, masked=True).astype(np.float64).filled(np.nan)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # of blocks without any value
+            warnings.simplefilter("ignore", RuntimeWarning)  # for blocks without any value
             out[start:stop] = gather(fine.reshape(stop - start, step, nx, step), axis=(1, 3))
     x, y = west + left * cell, north - top * cell
     return out[::-1], (x, y - ny * step * cell, x + nx * step * cell, y)
 
 
 def _input(run: Run, parameter: str, lacks: list, read: Callable[[str], Any]) -> Any:
-    """An input of the run, where it still lies; None, and a line of the report, where it does not."""
+    """An input of the run if it still exists; otherwise None, and a line in the report."""
     named = str(run.manifest.get("parameters", {}).get(parameter) or "")
     if not named:
         if parameter == "dem":
@@ -263,7 +265,7 @@ def _stands(place: str) -> bool:
 
 
 def _vector(place: str, kind: str, what: str, run: Run) -> geopandas.GeoDataFrame:
-    """A layer of the scene, with the ids that the run counts its rows by."""
+    """A layer of the scene, with the ids by which the run identifies its rows."""
     frame = read_vector(place, geometry=(kind,), target_crs=run.grid.crs, what=what, feedback=Quiet())
     names = {
         "trees": ("tree_id",),
@@ -282,7 +284,7 @@ def _layer(folder: Path, name: str) -> Any:
 
 
 def _barriers(run: Run) -> list[Passages]:
-    """How the logs arrive at the barriers; none where the shape that slid is missing, which `_arrivals` reports."""
+    """How the logs arrive at the barriers; none if the file of the shape is missing, which `_arrivals` reports."""
     try:
         return list(barrier_passages(run))
     except UserError:
@@ -292,22 +294,22 @@ def _barriers(run: Run) -> list[Passages]:
 def _arrivals(
     run: Run, lines: Any, lacks: list, feedback: Feedback
 ) -> tuple[geopandas.GeoDataFrame | None, list[Passages]]:
-    """How the logs arrive at the lines that the run watched; nothing without lines or trajectories."""
+    """How the logs arrive at the lines of the run; nothing without lines or trajectories."""
     if lines is None or not run.stored_log_ids.size:
         return None, []
     marks, items = read_lines(f"{run.path / GEOPACKAGE}|layername=reach", run.grid, Quiet())
     with Edges(run.grid, input_paths(run.path, run.manifest, "dem"), Quiet()) as edges:
         try:
             arrived = find_arrivals(run, marks, items, None, 0.0, feedback)
-        except UserError as error:  # the shape that slid is gone
+        except UserError as error:  # the file of the shape no longer exists
             lacks.append(("lacks_shape", {"reason": str(error)}))
             return None, []
         return arrivals_frame(run, arrived, items, edges), list(line_passages(run, arrived, items, edges))
 
 
 def hashed_inputs(run: Run) -> list[tuple[str, str, str]]:
-    """Name, file and SHA-256 of each input of the run as it was read then; in runs of before version 0.3, which did not
-    note it, as it lies there now."""
+    """Name, file and SHA-256 of each input of the run as it was read then; for runs from before version 0.3, which did
+    not record it, as it is now."""
     if "inputs" in run.manifest:
         return [
             (each["parameter"], one.get("name", each["path"]), str(one["sha256"]))
@@ -325,7 +327,7 @@ def hashed_inputs(run: Run) -> list[tuple[str, str, str]]:
 
 
 def _hashed(named: str, place: str, *, tiled: bool) -> list[tuple[str, str]]:
-    """File and SHA-256 of an input, of a terrain model in tiles of each of them; nothing of another folder."""
+    """File and SHA-256 of an input, for a terrain model in tiles, of each tile; empty for any other folder."""
     files = tiles_of(place) if tiled else [place.split("|")[0]]
     if len(files) > 1:
         return [(each, sha256_of(Path(each))) for each in files]
@@ -353,7 +355,7 @@ def paths_by_log(run: Run, wanted: NDArray[np.int64]) -> Mapping[int, dict[str, 
 
 
 def read_over_runs(path: Path, sources: Any) -> tuple[NDArray[np.float64], Extent]:
-    """A raster over all that the runs cover, thinned by mean; row 0 south."""
+    """A raster over the extent of all runs, averaged to fewer cells; row 0 south."""
     sides = np.array([each.extent for each in sources])
     (west, south), (east, north) = sides[:, :2].min(axis=0), sides[:, 2:].max(axis=0)
     with rasterio.open(path) as source:

@@ -1,7 +1,7 @@
-"""What the 3-D view shows of a run, packed for the page: thinned terrain, obstacles in true size, chosen moving logs.
+"""The content of a run's 3-D view, packed for the page: coarse terrain, obstacles in true size, selected moving logs.
 
 Coordinates are metres east, north and up of the scene's own origin, so that single precision is enough. Poses of the
-moving logs are even in time and quantised to 16 bits of the box that holds them: 1 cm over 650 m.
+moving logs are at equal time steps and quantised to 16 bits within their bounding box: 1 cm over 650 m.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from deadwood_algorithms.schemas.looks import LOOKS, SOLIDS
 GROUND_VERTICES = 260  # along the longer side
 MOST_TREES, MOST_DEPOSITS, MOST_BLOCKS = 20_000, 4_000, 2_000
 SLICES = 6  # of a boulder
-A_GROUP = 30  # logs of each kind that is shown
+A_GROUP = 30  # logs in each group that is shown
 MOST_POSES = 60_000  # 14 bytes each
 STEP_S = 0.1  # between two poses, or more if there would be too many
 LINE_STEP_M = 2.0
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Moving:
-    """A chosen log: its poses at even times, shape (n, 3) [m], and why it was chosen."""
+    """A selected log: its poses at equal time steps, shape (n, 3) [m], and why it was selected."""
 
     log_id: int
     groups: list[str]
@@ -52,19 +52,19 @@ class Space:
     origin: tuple[float, float, float]
     heights: Array  # row 0 south, NaN outside
     cell: float
-    first: tuple[float, float]  # of heights[0, 0], from the origin
+    first: tuple[float, float]  # position of heights[0, 0], from the origin
     trees: Array
     lying: Array
     blocks: Array  # spheres as `SLICES` truncated cones each
     deposits: Array
-    barriers: list[tuple[Array, float]]  # feet along the line (n, 3), height
+    barriers: list[tuple[Array, float]]  # base points along the line (n, 3), and height
     lines: list[Array]
     moving: list[Moving]
     step_s: float
 
 
 def space_of(source: ReportedRun, pages_share: int = 1) -> Space | None:
-    """The scene of a run; None without terrain. ``pages_share``: how many runs share the page and its room."""
+    """The scene of a run; None without terrain. ``pages_share``: number of runs that share the page."""
     ground = source.ground
     if ground is None:
         return None
@@ -191,8 +191,8 @@ def _on_ground(
 
 
 def chosen_groups(source: ReportedRun) -> dict[str, list[int]]:
-    """The logs that move in the view: of those with a trajectory the fastest, the farthest, some that reach a line, and
-    an even draw."""
+    """The logs that move in the view: among those with a trajectory the fastest, the farthest, some that reach a line,
+    and a random sample."""
     stored = source.deposits.loc[source.deposits["log_id"].isin(source.run.stored_log_ids.tolist())]
     ids = stored["log_id"].to_numpy(np.int64)
     groups = {}
@@ -207,7 +207,7 @@ def chosen_groups(source: ReportedRun) -> dict[str, list[int]]:
 
 
 def moving_logs(source: ReportedRun, origin: tuple[float, float, float], most_poses: int) -> tuple[list[Moving], float]:
-    """The chosen logs at regular times, and the time between two of these [s]."""
+    """The selected logs at equal time steps, and the length of the step [s]."""
     groups = chosen_groups(source)
     wanted = sorted({log for each in groups.values() for log in each})
     if not wanted:
@@ -272,7 +272,7 @@ def packed(space: Space, source: ReportedRun) -> dict[str, Any]:
 
 
 def drapes(source: ReportedRun) -> dict[str, Image.Image]:
-    """Pictures to lie on the terrain, on the ground's cells: the relief, and the hits over it."""
+    """Pictures to drape over the terrain, on the ground's cells: the relief, and the relief with hits."""
     assert source.ground is not None
     shade = hillshade(source.ground.values, source.ground.cell)
     grey = np.nan_to_num(0.3 + 0.7 * shade, nan=0.8)
@@ -302,7 +302,7 @@ def _on_cells(values: Array, extent: tuple[float, float, float, float], source: 
 
 
 def _picture(colours: Array) -> Image.Image:
-    """North up."""
+    """A picture with north at the top."""
     return Image.fromarray(np.uint8(np.clip(colours[::-1], 0.0, 1.0) * 255.0))
 
 

@@ -1,4 +1,4 @@
-"""The report's words in one language: its messages, numbers' signs, and sentences that are made from records."""
+"""The report's texts in one language: its messages, notation of numbers, and sentences that are made from records."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ UNITS = {"kJ": "unit_kj", "%": "unit_percent", "years": "unit_years"}  # of clas
 def read_catalogue(text: str) -> dict[tuple[str, str], str]:
     """Messages of a gettext catalogue (.po) by context and English text, without those that are not translated.
 
-    As much of the format as catalogues of single messages have; their tools are Babel's (`python -m
-    deadwood_toolbox.translations`), which a run of the toolbox does not need.
+    Only the part of the format that simple catalogues need; they are maintained with Babel (`python -m
+    deadwood_toolbox.translations`), which is not needed to run the toolbox.
     """
     found = {}
     for block in re.split(r"\n\s*\n", text):
@@ -51,7 +51,7 @@ def catalogue(language: str) -> dict[tuple[str, str], str]:
 
 @dataclass(frozen=True)
 class Words:
-    """The phrases of one language; what its catalogue lacks is shown in English."""
+    """The phrases of one language; missing ones are shown in English."""
 
     language: str
 
@@ -73,11 +73,11 @@ class Words:
         return self.say_or(f"stop_{reason}", reason)
 
     def clauses(self, records: Sequence[Mapping[str, Any]]) -> str:
-        """What a summary says of its model, from its records."""
+        """The description of the model in a summary, in words."""
         return in_words(records, lambda name: self.say(f"clause_{name}"), self.signs)
 
     def of_class(self, record: Mapping[str, Any]) -> str:
-        """The name of a class, from its bounds; of an older version as the tool wrote it."""
+        """The name of a class, from its bounds; from older versions, as written by the tool."""
         if "unit" not in record:
             return record["meaning"]
         low, high, unit = record["low"], record["high"], record["unit"]

@@ -1,4 +1,4 @@
-"""Arrivals at lines and polygons, from stored trajectories, and where their logs came from: the work of `reach-lines`.
+"""Arrivals at lines and polygons, from stored trajectories, and where their logs came from, for `reach-lines`.
 
 An arrival is the first pose at which any part of the log's outline in plan touches the line or the polygon's outline;
 a log that starts inside a polygon arrives with its first pose.
@@ -47,7 +47,7 @@ class Arrived:
 def find_arrivals(
     source: Run, lines: Lines, items: Items, edges: Edges | None, edge_m: float, feedback: Feedback
 ) -> Arrived:
-    """Follow the stored trajectories, piece by piece; without edges, nothing is near one."""
+    """Follow the stored trajectories, piece by piece; without ``edges``, no log counts as near an edge."""
     bodies = bodies_of(source)
     near_edge = np.zeros(len(source.deposits), bool)
     pieces: list[dict[str, NDArray]] = []
@@ -93,7 +93,7 @@ def first_touches(source: Run, piece: dict[str, NDArray], lines: Lines, items: I
 
 
 def arrivals_frame(source: Run, arrived: Arrived, items: Items, edges: Edges) -> geopandas.GeoDataFrame:
-    """The arrivals as a layer: a point at the log's centre of mass then, and how it came."""
+    """The arrivals as a layer: a point at the log's centre of mass at that time, and how it arrived."""
     table = arrived.table
     of_log = source.deposits.iloc[table["log"].to_numpy()]
     x, y, z = (table[name].to_numpy() for name in "xyz")
@@ -134,7 +134,9 @@ def touch_places(table: pandas.DataFrame, items: Items) -> NDArray[np.float64]:
 def travel_angles(
     table: pandas.DataFrame, items: Items, touched: NDArray[np.float64]
 ) -> dict[str, NDArray[np.float64]]:
-    """Direction of travel, and the angles in plan between it and the line there, and the log's axis; NaN at rest."""
+    """Direction of travel, and the plan angles between it and the line there, and between it and the log's axis; NaN
+    at rest.
+    """
     way = table[["dx", "dy"]].to_numpy()
     moving = np.hypot(*way.T) > 0.0
     along = np.array(
@@ -172,7 +174,7 @@ def _direction_at(shape: Any, place: NDArray[np.float64]) -> NDArray[np.float64]
 
 
 def arrival_counts_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> geopandas.GeoDataFrame:
-    """One row for each line: its probability, and how fast, hard and high logs arrive there."""
+    """One row for each line: its reach probability, and with which speeds, energies and heights logs arrive there."""
     rows = []
     stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids.tolist())]
     for line_id in items.ids:
@@ -210,12 +212,14 @@ def origins_frame(arrivals: geopandas.GeoDataFrame) -> geopandas.GeoDataFrame:
 
 
 def _share(mine: Any, logs: Any) -> dict[str, float]:
-    """Reach probability of these logs from their arrivals, and its bounds for those that left before they arrived."""
+    """Reach probability of these logs from their arrivals, and its bounds for logs that left the terrain model
+    before.
+    """
     return share_if_lost(logs["log_id"].isin(mine["log_id"]).to_numpy(), left_dem(logs))
 
 
 def _strength(mine: Any) -> dict[str, float]:
-    """Median and 95 % quantile of speed and energy of arrivals; NaN without any."""
+    """Median and 95 % quantile of the speed and energy of arrivals; NaN without arrivals."""
     out = {}
     for name, unit in (("speed", "ms"), ("energy", "kj")):
         values = mine[f"{name}_{unit}"].to_numpy(np.float64)

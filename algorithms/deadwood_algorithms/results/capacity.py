@@ -33,7 +33,7 @@ TREES_ABOVE, LOGS_ABOVE = "tree_hits_above", "log_hits_above"  # columns, one ro
 
 @dataclass(frozen=True, kw_only=True)
 class Capacity:
-    """Energy that a stem of 40 cm DBH takes before it breaks [kJ], None where that is not asked, and the power."""
+    """Energy that a stem of 40 cm DBH takes before it breaks [kJ], None if not requested, and the power."""
 
     tree_capacity_kj: float | None = None
     tree_capacity_power: float = 2.0
@@ -45,7 +45,7 @@ class Capacity:
         return self.tree_capacity_kj is not None or self.log_capacity_kj is not None
 
     def of_trees(self, dbh_cm: Array) -> Array:
-        """[J]; infinite where it is not asked."""
+        """Capacity of each tree [J]; infinite if not requested."""
         return capacity_of(self.tree_capacity_kj, self.tree_capacity_power, dbh_cm)
 
     def of_logs(self, dbh_cm: Array) -> Array:
@@ -54,7 +54,7 @@ class Capacity:
 
 @dataclass(frozen=True)
 class Overloads:
-    """Tells which hits of a chunk are above capacity.
+    """Determines which hits of a chunk are above capacity.
 
     log_id : sorted; log_capacity : [J] in that order
     """
@@ -81,7 +81,7 @@ class Overloads:
 def overload_record(
     capacity: Capacity, lines: Items, by_log: Mapping[str, NDArray], touched: NDArray[np.bool_]
 ) -> dict[str, Any] | None:
-    """Shares of the logs, of those that standing trees hold and of those that reach each line, with a hit above."""
+    """Shares of the logs held by standing trees, and of those that reach each line, with a hit above capacity."""
     if not capacity:
         return None
     held = ended(by_log, "tree")
@@ -102,19 +102,21 @@ def overload_record(
 
 
 def _share(above: NDArray[np.bool_], group: NDArray[np.bool_]) -> dict[str, Any]:
-    """Of a group of logs those with a hit above, as a record of shares."""
+    """The share of a group of logs with a hit above capacity, as a record."""
     found = reach_record(int((above & group).sum()), int(group.sum()))
     names = {"n_total": "n_logs", "n_reach": "n_above"}
     return {names.get(name, name): value for name, value in found.items()}
 
 
 def as_share(record: dict[str, Any]) -> dict[str, Any]:
-    """Under the names of a `reach_record`, for words."""
+    """The record with the keys of a `reach_record`, for the functions that print those."""
     return {**record, "n_total": record["n_logs"], "n_reach": record["n_above"]}
 
 
 def overload_lines(record: dict[str, Any] | None) -> list[str]:
-    """What is above what stems can take: of the logs held by trees, and of those that reach each line."""
+    """How many logs have a hit above the capacity of stems: of those held by trees, and of those that reach each
+    line.
+    """
     shown = []
     for name, whose in (("of_trees", "a tree"), ("of_logs", "the log itself")):
         share = record[name] if record else None

@@ -55,7 +55,8 @@ def largest_by_rank(
     ranks: Sequence[int],
     feedback: Feedback,
 ) -> NDArray[np.float32]:
-    """Rasters of what given numbers of the logs reach or exceed, shape (ranks, ny, nx): rank 1 is the largest of all.
+    """Rasters of the values that given numbers of logs reach or exceed, shape (ranks, ny, nx): rank 1 is the largest
+    of all.
 
     NaN where fewer logs than the rank passed. ``counts`` as in `cell_quantiles`.
     """
@@ -78,7 +79,7 @@ def peaks_by_rows(
     quantities: Sequence[str],
     feedback: Feedback,
 ) -> Iterator[tuple[slice, CellPeaks]]:
-    """What each log had at most in each cell, by bands of rows; a channel each quantity."""
+    """The largest value of each log in each cell, by bands of rows; one channel for each quantity."""
     bands = list(row_bands(counts.sum(axis=1, dtype=np.int64), HITS_AT_ONCE))
     bodies, reach = bodies_of(source), extents(source, chosen)
     for number, rows in enumerate(bands):
@@ -111,7 +112,7 @@ def values_of(name: str, piece: dict[str, NDArray], bodies: NDArray[np.float64])
 
 
 def row_bands(hits: NDArray[np.int64], most: int) -> Iterator[slice]:
-    """Successive rows with at most ``most`` hits together; a row that alone has more is a separate band."""
+    """Successive rows with at most ``most`` hits together; a row with more hits is a separate band."""
     start, held = 0, 0
     for row, count in enumerate(hits.tolist()):
         if held + count > most and row > start:
@@ -155,7 +156,8 @@ def quantiles_by_cell(
 def ordered_by_cell(values: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.float32]:
     """The values of each cell in ascending order; they are not negative.
 
-    Sorted all at once: the bits of a float that is not negative order it, and the cell's number stands before them.
+    Sorted all at once: the bits of non-negative floats have the same order as their values, and the cell's number
+    precedes them.
     """
     count = np.diff(start)
     keys = np.repeat(np.arange(count.size, dtype=np.uint64), count)

@@ -1,4 +1,4 @@
-"""The content of a run's manifest.json and summary.json, checked once, when read: to which run it belongs, and its
+"""The content of a run's manifest.json and summary.json, checked once when read: the run to which it belongs, and its
 types.
 
 A result is sealed: its manifest has the SHA-256 of every file, and of its own content. Runs before version 0.3 have no
@@ -19,8 +19,8 @@ from deadwood_algorithms.results.identity import Making, damaged_files, is_whole
 
 SUMMARY = "summary.json"
 
-WHOLE = ("logs", "reach", "spread", "barriers", "speed", "accuracy", "modelled", "cost")  # what every summary has
-# A type, a tuple of types, [what each element is], {key: what its value is}; a key that ends in "?" may be missing.
+WHOLE = ("logs", "reach", "spread", "barriers", "speed", "accuracy", "modelled", "cost")  # keys of every summary
+# A type, a tuple of types, [what each element is], {key: the type of its value}; a key that ends in "?" may be missing.
 Wanted = Any
 NUMBER, COUNT, ANY = (int, float), int, object
 MAYBE = (int, float, type(None))
@@ -54,7 +54,7 @@ OF_SUMMARY: Wanted = {
 
 
 def read_json(place: Path, wanted: Wanted) -> dict[str, Any]:
-    """A JSON file whose values have the types that are wanted, or one line that says which has not."""
+    """Read a JSON file whose values have the required types; otherwise one line names the value that has not."""
     try:
         content = json.loads(place.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
@@ -103,9 +103,9 @@ def read_manifest_of(folder: Path) -> dict[str, Any]:
 
 
 def stands(tool: Tool, values: Mapping[str, Any], place: Path, seal: Mapping[str, Any] | None = None) -> bool:
-    """Whether a result exists, complete, and is the one that the tool would make with these values and inputs now.
+    """Whether a result exists, is complete, and is the one that the tool would make now with these values and inputs.
 
-    seal : of a single file, as `identity.sealed` returned it when it was made
+    seal : for a single file, as returned by `identity.sealed` when it was made
     """
     run_id = Making(tool, tool.ask_from({**values, "output": str(place)})).run_id
     if place.is_file():

@@ -1,4 +1,4 @@
-"""Danger: of the logs that pass a cell, the share that reach a line then or later.
+"""Danger: the share of the logs passing a cell that reach a line then or later.
 
 A log passes a cell if its outline in plan touches it. It reaches a line afterwards if its first touch of the line
 occurs with the outline that first touched the cell, or with a later one.
@@ -62,7 +62,7 @@ def bands_by_rows(
 
 
 def bands_of_lines(line_ids: Sequence[Any]) -> list[str]:
-    """The name of the band of each line: its own, where no other band has it."""
+    """The name of each line's band: its own, unless another band has that name."""
     return [f"line {each}" if str(each) in (ANY, COUNT) else str(each) for each in line_ids]
 
 

@@ -1,7 +1,7 @@
 """How close logs come to the edge of the known terrain, and how high they are above it: a DEM read block by block.
 
-Beyond the DEM, and on its nodata, nothing is known: a log whose centre of mass goes there ends (``left_dem``), and one
-that passes nearby hangs over the edge with a part of it. Either would end elsewhere on a larger DEM, so reach and
+Beyond the DEM, and on its nodata, nothing is known: a log whose centre of mass gets there ends (``left_dem``), and one
+that passes nearby has a part beyond the edge. Both would end elsewhere on a larger DEM, so reach and
 spread are uncertain by up to those logs. Blocks of the DEM are read where logs were, so a file of any size can be used.
 """
 
@@ -29,13 +29,13 @@ from deadwood_algorithms.results.run_folder import GEOPACKAGE, input_paths, read
 
 BLOCK = 512  # cells
 BLOCKS_KEPT = 64
-SAME_PLACE_CELLS = 0.05  # as `rasters` allows for headers that were rounded
+SAME_PLACE_CELLS = 0.05  # tolerance for rounded headers, as in `rasters`
 
 
 class Edges:
     """A DEM of which only the requested blocks are read; without a file, only the border of the grid is known.
 
-    grid : of the run, without values; path : the DEM, or None if no file with that grid was found
+    grid : the run's, without values; path : the DEM, or None if no file with that grid was found
     """
 
     def __init__(self, grid: Grid, paths: list[Path], feedback: Feedback) -> None:
@@ -90,7 +90,7 @@ class Edges:
         return out
 
     def _near_mask(self, block: tuple[int, int], reach: float) -> NDArray[np.bool_]:
-        """Of the block's cells, those within ``reach`` cells of one without height."""
+        """The cells of the block within ``reach`` cells of one without height."""
         key = (*block, reach)
         if key not in self._near:
             margin = int(np.floor(reach))
@@ -107,7 +107,7 @@ class Edges:
         return ((at + row >= 0) & (at + row < ny))[:, None] & ((at + column >= 0) & (at + column < nx))
 
     def _heights(self, dem: DemWindows, block: tuple[int, int]) -> Grid:
-        """Heights of a block and of one row and column more, for the surface between it and the next."""
+        """Heights of a block plus one row and column, for the surface between it and the next blocks."""
         if block not in self._blocks:
             if len(self._blocks) >= BLOCKS_KEPT:
                 self._blocks.pop(next(iter(self._blocks)))
@@ -117,7 +117,7 @@ class Edges:
 
 
 def near_mask(valid: NDArray[np.bool_], margin: int, reach: float) -> NDArray[np.bool_]:
-    """Of the cells inside the margin, those within ``reach`` cells (at most margin + 1) of an invalid one."""
+    """The cells inside the margin that are within ``reach`` cells (at most margin + 1) of an invalid one."""
     size = valid.shape[0] - 2 * margin
     if valid.all():
         return np.zeros((size, size), bool)
@@ -125,7 +125,7 @@ def near_mask(valid: NDArray[np.bool_], margin: int, reach: float) -> NDArray[np
     far = 4.0 * valid.shape[1]
     before = np.maximum.accumulate(np.where(valid, -far, at), axis=1)
     after = np.minimum.accumulate(np.where(valid, far, at)[:, ::-1], axis=1)[:, ::-1]
-    along = np.minimum(at - before, after - at)[:, margin : margin + size]  # to the next invalid one of the row
+    along = np.minimum(at - before, after - at)[:, margin : margin + size]  # to the next invalid cell in the row
     near = np.zeros((size, size), bool)
     for off in range(-margin, margin + 1):
         near |= along[margin + off : margin + off + size] ** 2 + off**2 <= reach**2
@@ -141,8 +141,8 @@ def _same_grid(source: Any, grid: Grid) -> bool:
 
 @contextmanager
 def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback: Feedback) -> Iterator[Edges | None]:
-    """The edges that logs of these deposits may have met: of ``dem``, or of the run to which the layer belongs; else
-    None.
+    """The edges that logs of these deposits may have met: those of ``dem``, or of the run to which the layer belongs;
+    otherwise None.
     """
     if dem:
         with open_dem(dem, None, feedback) as (source, dem_crs, transform):
@@ -163,9 +163,19 @@ def edges_of_deposits(deposits: str, dem: str | None, crs: pyproj.CRS, feedback:
         yield edges
 
 
-def edge_words(n_left: int, n_near: int, n: int, distance: float, edges: str, what: str) -> str:
-    """The warning: how many logs left the DEM or came near its edges."""
-    return (
-        f"{n_left} of {n} logs left the terrain model and {n_near} more {what} within {distance:g} m of {edges}; "
-        "on a larger one these may move on: reach and spread may be wrong by up to that number"
-    )
+def edge_words(n_left: int, n_near: int, n: int, distance: float, edges: str, what: str, *, known: bool = True) -> str:
+    """The warning: how many logs left the DEM, whose further movement nobody knows, or came near its edges.
+
+    known : which logs left is known, so that those near the edges stayed
+    """
+    said = []
+    if n_left:
+        said.append(
+            f"{n_left} of {n} logs left the terrain model, and their further movement is not known: reach and spread "
+            "are as far as they were seen"
+        )
+    if n_near:
+        who = f"{n_near} more" if n_left else f"{n_near} of {n} logs"
+        doubt = "check that the heights there are sound" if known else "these may have left it"
+        said.append(f"{who} {what} within {distance:g} m of {edges}: {doubt}")
+    return "; ".join(said)

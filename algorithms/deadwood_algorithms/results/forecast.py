@@ -1,9 +1,9 @@
-"""What a run will take, estimated from what a pilot took: time, memory and disk (``plan`` slides the pilot).
+"""Time, memory and disk that a run will take, estimated from a pilot (which ``plan`` slides).
 
-Time: what the pilot's logs took each, times all of them, and what a run takes beside the sliding. Memory: the most that
-this process has held at the pilot's end, and what each further log adds. Disk: the pilot's files, of which those with a
-row a log grow with the logs, and rasters with the logarithm of their number, because more logs pass the same ground;
-beside the result stands the working folder until the end.
+Time: that of one of the pilot's logs, times the number of logs, plus what a run takes besides sliding. Memory: the
+peak of this process until the pilot's end, plus what each further log adds. Disk: the pilot's files, of which those
+with one row for each log grow with the logs, and rasters with the logarithm of their number, because more logs pass
+the same ground; the working folder exists beside the result until the end.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ VERTEX_MEMORY = 100  # per vertex of a trajectory, while read, thinned and writt
 # Bytes of a GeoPackage without rows, with its styles, and of a trajectory's row beside its vertices: measured on 400 to
 # 40 000 logs.
 EMPTY_LAYERS, TRAJECTORY_ROW = 220_000, 300
-RASTER_DECADE = 0.9  # by so much of itself a raster's file grows with ten times the logs; 0.5 to 0.9 measured
-WRITE_S = 0.5e-3  # a log, to gather and write its rows
-# What the least of runs has of a log and of one that keeps its trajectory, working folder included: below this much no
-# run has been seen, so where not even that is free nothing is begun.
+RASTER_DECADE = 0.9  # relative growth of a raster's file with ten times the logs; 0.5 to 0.9 measured
+WRITE_S = 0.5e-3  # per log, to collect and write its rows
+# Smallest size per log, and per log with trajectory, of any run, including the working folder: no run with less has
+# been seen, so nothing is started if not even that is free.
 LEAST_LOG_DISK, LEAST_KEPT_DISK = 1000, 3000
 
 
@@ -45,8 +45,8 @@ class Pilot:
     cpu_s, slide_s, other_s : processor time and wall time of the sliding, wall time of everything else
     memory : peak memory of the process [bytes]
     files : size of each file by its name
-    passed_cells : cells that any log passed
-    vertices : of all trajectories
+    passed_cells : number of cells that any log passed
+    vertices : number of vertices of all trajectories
     spread : standard deviation over mean of the time for which a log is slid
     """
 
@@ -64,8 +64,8 @@ class Pilot:
 
 @dataclass(frozen=True)
 class Forecast:
-    """What the run will take; sizes in bytes, times in seconds. ``off`` is the half-width of the time's 95 % interval,
-    by the time."""
+    """What the run will take; sizes in bytes, times in seconds. ``off`` is the half-width of the 95 % interval of the
+    time, relative to it."""
 
     logs: int
     kept: int
@@ -82,18 +82,18 @@ class Forecast:
 
 
 def forecast(pilot: Pilot, logs: int, kept: int, *, threads: int, workers: int) -> Forecast:
-    """What the logs will take, of which ``kept`` keep their trajectory."""
+    """Forecast for these logs, of which ``kept`` keep their trajectory."""
     times, more = logs / pilot.logs, max(0, logs - pilot.logs)
     more_kept = max(0, kept - pilot.kept)
     a_trajectory = pilot.vertices / max(pilot.kept, 1)
     memory = pilot.memory + more * LOG_MEMORY + round(more_kept * (KEPT_MEMORY + VERTEX_MEMORY * a_trajectory))
     poses = pilot.files.get("poses.parquet", 0) * kept / max(pilot.kept, 1)
-    lines = pilot.vertices * 24 + pilot.kept * TRAJECTORY_ROW  # x, y, z a vertex
+    lines = pilot.vertices * 24 + pilot.kept * TRAJECTORY_ROW  # x, y, z for each vertex
     rows = max(0, pilot.files.get("run.gpkg", 0) - EMPTY_LAYERS - lines) * times
     package = EMPTY_LAYERS + rows + lines * kept / max(pilot.kept, 1)
     decades = math.log10(max(times, 1.0))
     rasters = {name: size for name, size in pilot.files.items() if name.endswith(".tif")}
-    if "danger.tif" in rasters:  # has nothing where few logs passed, as mostly in a pilot
+    if "danger.tif" in rasters:  # is empty where few logs passed, as usual in a pilot
         rasters["danger.tif"] = max(rasters["danger.tif"], rasters["speed_max.tif"])
     grown = sum(rasters.values()) * (1.0 + RASTER_DECADE * decades)
     others = sum(pilot.files.values()) - pilot.files.get("poses.parquet", 0) - pilot.files.get("run.gpkg", 0)
@@ -117,7 +117,7 @@ def forecast(pilot: Pilot, logs: int, kept: int, *, threads: int, workers: int) 
 
 
 def together(parts: Sequence[Forecast]) -> Forecast:
-    """Of several runs, one after the other: times and disk add up, memory and the working folder are the largest."""
+    """Several runs in sequence: times and disk are added, memory and the working folder are the largest ones."""
     cpu_s = sum(each.cpu_s for each in parts)
     at_end = sum(each.disk_at_end for each in parts)
     return Forecast(
@@ -137,7 +137,7 @@ def together(parts: Sequence[Forecast]) -> Forecast:
 
 
 def refuse_too_large(found: Forecast, output: str) -> None:
-    """Raise ``UserError`` where the run will not find the memory or the disk that it takes."""
+    """Raise ``UserError`` if there is not enough memory or disk for the run."""
     free = free_bytes()
     if free is not None and found.memory > SHARE * (free + held_now()):
         raise UserError(
@@ -164,7 +164,7 @@ def refuse_full_disk(output: str, logs: int, kept: int) -> None:
 
 
 def free_disk(output: str) -> int:
-    """Bytes that are free where an output will stand."""
+    """Free bytes at the place of an output."""
     place = Path(output).absolute()
     while not place.exists():
         place = place.parent
@@ -172,17 +172,17 @@ def free_disk(output: str) -> int:
 
 
 def most_held() -> int:
-    """Most bytes that this process has held."""
+    """Peak memory of this process [bytes]."""
     try:
         import resource
-    except ImportError:  # Windows: what the libraries take by themselves
+    except ImportError:  # Windows: estimated by what the libraries take
         return 500_000_000
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return most if sys.platform == "darwin" else most * 1024
 
 
 def held_now() -> int:
-    """Bytes that this process holds now, which are not free but its own."""
+    """Memory that this process holds now [bytes], which is not free but already its own."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError, IndexError):

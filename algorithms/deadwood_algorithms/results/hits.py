@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from deadwood_algorithms.scene.layers import SceneLayers
     from deadwood_algorithms.scene.releases import Releases
 
-UNIT = 1e-3  # [N s, J] of sums: 2^63 of them are the impulse of 1e9 hits of 9 MN s
-HITS = "hits_"  # how the columns begin that have one row for each hit, or a tree
+UNIT = 1e-3  # [N s, J] unit of sums: 2^63 of them are the impulse of 1e9 hits of 9 MN s
+HITS = "hits_"  # prefix of the arrays with one row for each hit or tree
 BARRIER = (
     "log_row",
     "item",
@@ -44,7 +44,7 @@ BARRIER = (
 def hit_arrays(
     hits: Any, log_id: NDArray[np.int64], layers: SceneLayers, overloads: Overloads | None = None
 ) -> dict[str, NDArray]:
-    """What is kept of a chunk's hits: those of barriers, and the sums of each tree, then lying log, then block.
+    """The stored hits of a chunk: those of barriers, and the sums for each tree, then lying log, then block.
 
     With ``overloads`` also how many hits were above capacity, by tree and by log.
     """
@@ -74,14 +74,14 @@ def hit_arrays(
 
 
 def _numbered(layers: SceneLayers) -> NDArray[np.int64]:
-    """The thing that each of the engine's rows belongs to: its trees, then lying logs, then blocks."""
+    """The object to which each of the engine's rows belongs: trees, then lying logs, then blocks."""
     trees, lying = len(layers.tree_ids), len(layers.lying.ids)
     blocks = trees + lying + np.arange(len(layers.blocks.ids))
     return np.concatenate([np.arange(trees), trees + layers.lying.item, blocks]).astype(np.int64)
 
 
 def _whole_sums(place: NDArray[np.intp], values: NDArray[np.float64], number: int) -> NDArray[np.int64]:
-    """Sums by place in whole units."""
+    """Sums by object in whole units."""
     out = np.zeros(number, np.int64)
     np.add.at(out, place, np.rint(values / UNIT).astype(np.int64))
     return out
@@ -129,7 +129,7 @@ def _held(
 
 
 def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDArray]:
-    """Sums of all chunks, one row for each tree, then one a lying log, then one a block."""
+    """Sums over all chunks, one row for each tree, then for each lying log, then for each block."""
     from deadwood_engine import STOP_REASONS
 
     number = len(layers.tree_ids) + len(layers.lying.ids) + len(layers.blocks.ids)
@@ -173,7 +173,7 @@ def tree_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any
 
 
 def lying_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
-    """The same of the lying logs, as lines."""
+    """The same for the lying logs, as lines."""
     first = len(layers.tree_ids)
     mine = slice(first, first + len(layers.lying.ids))
     total = {name: values[mine] for name, values in _totals(layers, by_log).items()}
@@ -185,7 +185,7 @@ def lying_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
 
 
 def block_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
-    """The same of the boulders."""
+    """The same for the boulders."""
     first = len(layers.tree_ids) + len(layers.lying.ids)
     total = {name: values[first:] for name, values in _totals(layers, by_log).items()}
     block = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
@@ -200,7 +200,7 @@ def block_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
 
 
 def ledger_records(records: list[dict[str, Any]], hits: geopandas.GeoDataFrame) -> list[dict[str, Any]]:
-    """The barriers' records of the summary, with the results of their hits; None where a barrier was never hit."""
+    """The barriers' records of the summary, with the results of their hits; None for a barrier that was never hit."""
     out = []
     barrier, energy, height = (hits[name].to_numpy() for name in ("barrier_id", "energy_kj", "height_m"))
     for record in records:
@@ -213,7 +213,7 @@ def ledger_records(records: list[dict[str, Any]], hits: geopandas.GeoDataFrame) 
 
 
 def obstacle_record(hit: geopandas.GeoDataFrame, number: int) -> dict[str, Any]:
-    """What the standing trees, the lying logs or the boulders did together."""
+    """Total effect of the standing trees, the lying logs or the boulders."""
     hits, stops = hit["n_hits"].to_numpy(), hit["n_stops"].to_numpy()
     return {
         "n_total": number,

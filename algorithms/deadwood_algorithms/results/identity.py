@@ -23,13 +23,13 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms.files import embedded, identity
+from deadwood_algorithms.files import accounts, embedded, identity
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.params import tool as declared
 from deadwood_algorithms.params.tool import Feedback, Tool, UserError
 
-# What may change without changing any value of a result.
+# Parameters that may change without changing any value of a result.
 FREE = (
     "threads", "scheduler", "workers", "output", "overwrite", "resume", "plan", "plan_logs", "plan_workers", "report",
 )  # fmt: skip
@@ -39,13 +39,14 @@ RECORD = ("tool", "version", "engine", "run_id", "parameters", "inputs", "preset
 
 
 class Making:
-    """One question to a tool, on the way to its result."""
+    """One call of a tool, while its result is being made."""
 
     def __init__(self, tool: Tool, ask: Any) -> None:
         self.tool, self.ask = tool, ask
         self.began = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
         self.named = declared.inputs_of(tool, ask)
         self.facts: dict[str, Any] = {}  # what the tool adds to its record
+        self.accounts: dict[str, dict[str, Any]] = {}  # what became of the rows of each layer, as the tool says it
         self._final = {name: _final(tool, name, value) for name, value in self.named.items()}
         self._stamps = {name: _stamps(value) for name, value in self.named.items()}
         self._digests: dict[str, dict[str, Any]] = {}
@@ -56,21 +57,28 @@ class Making:
         for name, value in self.named.items():
             try:
                 self._digests[name] = identity.of_input(value)
-            except OSError:  # what cannot be read the tool says itself
+            except OSError:  # the tool itself reports what it cannot read
                 self._digests[name] = {"layer": None, "sha256": None, "bytes": None}
 
     @cached_property
-    def inputs(self) -> list[dict[str, Any]]:
-        """One entry an input: parameter, path, layer, SHA-256, bytes, rows, CRS."""
+    def _described(self) -> dict[str, dict[str, Any]]:
         self._hashing.join()
+        return {name: {**self._digests[name], **identity.described(value)} for name, value in self.named.items()}
+
+    @property
+    def inputs(self) -> list[dict[str, Any]]:
+        """One entry an input: parameter, path, layer, SHA-256, bytes, rows, CRS, and what became of the rows."""
+        counted = {name: {"counted": self.accounts[name]} for name in self.named if name in self.accounts}
         return [
-            {"parameter": name, "path": self._final[name], **self._digests[name], **identity.described(value)}
-            for name, value in self.named.items()
+            {"parameter": name, "path": self._final[name], **said, **counted.get(name, {})}
+            for name, said in self._described.items()
         ]
 
     @property
     def run_id(self) -> str:
-        """Digest of what decides the bits; the fact ``chosen`` is what the tool itself decided on the way."""
+        """Digest of everything that determines the bits; the fact ``chosen`` is what the tool itself decided while it
+        worked.
+        """
         self._hashing.join()
         values = {}
         for each in self.tool.parameters():
@@ -99,7 +107,7 @@ class Making:
 
     def carried(self) -> dict[str, Any]:
         """The record within a file: without times, places of outputs and numbers of threads, so that two results that
-        are alike have the same bytes."""
+        are equal have the same bytes."""
         whole = self.manifest()
         apart = {*FREE, *(each.name for each in self.tool.parameters() if each.is_output)}
         whole["parameters"] = {name: value for name, value in whole["parameters"].items() if name not in apart}
@@ -107,21 +115,21 @@ class Making:
 
 
 class Outputs(Making):
-    """The outputs of a tool at work, each of which appears whole and with its record, or not at all."""
+    """The outputs of a tool while it works, each of which appears complete and with its record, or not at all."""
 
     def __init__(self, tool: Tool, ask: Any, stack: ExitStack) -> None:
         super().__init__(tool, ask)
         self.stack = stack
 
     def file(self, name: str, suffix: str | None = None) -> Path:
-        """Where the file of an output parameter is written."""
+        """The place to which the file of an output parameter is written."""
         return self.stack.enter_context(self._file(getattr(self.ask, name), suffix))
 
     def optional_file(self, name: str, suffix: str | None = None) -> Path | None:
         return self.file(name, suffix) if getattr(self.ask, name) else None
 
     def folder(self, name: str = "output", *, replaces: bool = False) -> Path:
-        """Where the files of an output folder are written; ``replaces`` as ``--overwrite`` does."""
+        """The place to which the files of an output folder are written; ``replaces``: as with ``--overwrite``."""
         return self.stack.enter_context(self._folder(getattr(self.ask, name), replaces=replaces))
 
     def optional_folder(self, name: str) -> Path | None:
@@ -154,9 +162,10 @@ class Outputs(Making):
 
 @contextmanager
 def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
-    """The outputs of a tool, guarded and with their record."""
+    """Write the outputs of a tool, protected and with their record."""
     with ExitStack() as stack:
         outputs = Outputs(tool, ask, stack)
+        outputs.accounts = stack.enter_context(accounts.accounting())
         for each in outputs.named.values():
             for place in places_of(each):
                 manifest = made_from(place)
@@ -172,7 +181,7 @@ def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
 
 @contextmanager
 def result_folder(tool: Tool, ask: Any, feedback: Feedback, *, replaces: bool = False) -> Iterator[Path]:
-    """The one output folder of a tool."""
+    """Write the only output folder of a tool."""
     with writing(tool, ask, feedback) as outputs:
         yield outputs.folder(replaces=replaces)
 
@@ -217,7 +226,9 @@ def is_whole(path: Path, seal: Mapping[str, Any]) -> bool:
 
 
 def refuse_damaged(folder: Path, manifest: Mapping[str, Any], name: str) -> None:
-    """Raise ``UserError`` where a file of a result is not the one that its manifest seals; older ones have no seal."""
+    """Raise ``UserError`` if a file of a result is not the one that its manifest seals; older manifests have no
+    seal.
+    """
     files = manifest.get("files")
     if files is None:
         return
@@ -232,7 +243,7 @@ def refuse_damaged(folder: Path, manifest: Mapping[str, Any], name: str) -> None
 
 
 def damaged_files(folder: Path, manifest: Mapping[str, Any]) -> list[str]:
-    """The files of a result that are not as they were sealed."""
+    """The files of a result that have changed since they were sealed."""
     return [name for name, seal in manifest.get("files", {}).items() if not is_whole(folder / name, seal)]
 
 
@@ -243,7 +254,7 @@ def _stamps(named: str) -> list[Any]:
 
 
 def _newest(stamps: list[Any]) -> str | None:
-    """When the newest of some files was last written to."""
+    """Time at which the newest of these files was last written."""
     times = [stamp[3] for _, stamp in stamps if stamp[3]]
     if not times:
         return None

@@ -1,8 +1,9 @@
-"""Logs that left the terrain model: what every tool says of them, by one rule.
+"""Logs that left the terrain model: how every tool reports them, by one rule.
 
-Nobody knows what such a log did beyond. A share therefore has bounds beside its interval (``bounds_if_lost``): that
-none of the lost logs reaches the line, and that all do. What has no such bounds, as a map or a percentile, is as far as
-the logs were seen. A warning says of how many logs and of which numbers, where the bounds leave the interval, or where
+Their further movement is unknown. A share therefore has bounds beside its interval (``bounds_if_lost``): if
+none of the lost logs reaches the line, and if all do. Results without such bounds, such as maps and percentiles, hold
+as far as the logs were seen. A warning states the number of logs and the results concerned if the bounds leave the
+interval or if
 more than ``WORTH_A_WARNING`` of the logs were lost.
 """
 
@@ -32,7 +33,7 @@ def reach_records(line_ids: Iterable[Any], touched: NDArray[np.bool_], left: NDA
 
 
 def reach_phrases(records: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Of the lines whose bounds leave the interval, what their reach may be."""
+    """The possible reach of each line whose bounds leave the interval."""
     phrases = []
     for record in records:
         if loss_matters(record):
@@ -43,7 +44,7 @@ def reach_phrases(records: Iterable[Mapping[str, Any]]) -> list[str]:
 
 
 def many(n_lost: int, n: int) -> bool:
-    """Whether enough logs were lost for a warning about what has no bounds."""
+    """Whether enough logs were lost for a warning about results without bounds."""
     return n_lost > WORTH_A_WARNING * n
 
 

@@ -1,4 +1,4 @@
-"""The rasters of a run as GeoTIFFs: what the logs drew on the cells, their shares, and the danger to the lines."""
+"""The rasters of a run as GeoTIFFs: counts and maxima of the cells, shares of the logs, and the danger to the lines."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from deadwood_algorithms.schemas.files import DANGER, DANGER_COUNT, RUN_RASTERS
 from deadwood_algorithms.simulate.totals import Totals
 from deadwood_engine import Rasters
 
-# Name, type, unit and style of the rasters that every run has.
+# Name, type, unit and style of the rasters of every run.
 MAPS = tuple((each.name, each.bands[0].number, each.bands[0].unit, each.look) for each in RUN_RASTERS)
-SECOND = {"jump_max": "height_max"}  # and of those of two bands the second; its unit is the first's
+SECOND = {"jump_max": "height_max"}  # second band of the rasters with two bands; its unit is that of the first
 
 
 def write_run_rasters(
     folder: Path, rasters: Rasters, layers: SceneLayers, n_logs: int, danger_least: int, *, danger_counts: bool = False
 ) -> dict[str, str]:
-    """Write the six GeoTIFFs, with lines a seventh; counts are 0 where no log was, the others NaN.
+    """Write the six GeoTIFFs, with lines a seventh; where no log passed, counts are 0, the others NaN.
 
     With ``danger_counts`` and lines, the counts behind the seventh are an eighth.
     """
@@ -47,12 +47,12 @@ def write_run_rasters(
         written["danger"] = write_danger(folder, hits, danger, layers.dem, ids, danger_least)
         if danger_counts:
             written["danger_count"] = write_danger_counts(folder, danger, layers.dem, ids)
-    rasters.workers.clear()  # their rasters are written, and are most of the memory of a run on a large DEM
+    rasters.workers.clear()  # their rasters have been written, and take most of the memory of a run on a large DEM
     return written
 
 
 def write_maps(folder: Path, total: Mapping[str, Band], grid: Grid, n_logs: int) -> dict[str, str]:
-    """The six GeoTIFFs of what the logs drew on the cells, energies in kJ; what the grid has no height for is NaN
+    """The six GeoTIFFs of the cells' counts and maxima, energies in kJ; cells without height are NaN
     in the shares."""
     hits = total["hit_count"]
 
@@ -90,8 +90,8 @@ def shares_of(hits: NDArray[np.uint32], n_logs: int, outside: NDArray[np.bool_])
 
 
 def nodata_of(name: str, kind: str, *, windowed: bool) -> float | None:
-    """Beyond the window of a large DEM nothing is stored. No log went there, so a share must read as 0 there, as it
-    does within, where no log was; the others mean nothing there and within."""
+    """Nothing is stored outside the window of a large DEM. No log went there, so a share must read as 0 there, as it
+    does inside where no log passed; the other quantities have no value in both cases."""
     return np.nan if kind == "float32" and not (windowed and name == "reach_probability") else None
 
 
@@ -111,7 +111,7 @@ def write_danger(
 
 
 def write_danger_counts(folder: Path, danger: Sequence[Band], grid: Grid, line_ids: Sequence[Any]) -> str:
-    """Of any line, then of each: the counts from which those of several runs add up."""
+    """Write the counts for any line, then for each line, which can be added over several runs."""
     bands = dict(zip((ANY, *bands_of_lines(line_ids)), danger, strict=True))
     place = folder / "danger_count.tif"
     options = {"units": ["logs"] * len(bands), "style": DANGER_COUNT.look, "raster": DANGER_COUNT.name}

@@ -1,7 +1,7 @@
-"""What of a scene a run modelled, and what not and why: clauses as records, and the same in English.
+"""Which parts of a scene a run modelled, which not, and why: clauses as records, and the same in English.
 
-A clause is a row of the table and the numbers in it. ``summary.json`` holds the records; in which language they are
-told is the reader's choice.
+A clause is a row of the table with its numbers. ``summary.json`` contains the records; the language in which they are
+shown is the reader's choice.
 """
 
 from __future__ import annotations
@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deadwood_algorithms.results.scenario import WHYS, slip_record, soft_ground_record
+from deadwood_algorithms.results.scenario import slip_record, soft_ground_record
+from deadwood_algorithms.scene.counts import WHYS
 from deadwood_algorithms.scene.layers import SceneLayers
 
 if TYPE_CHECKING:
     from deadwood_algorithms.results.run_settings import RunSettings
 
-BETWEEN = "; "  # two clauses
-AMONG = ", "  # the clauses of a list, which fill the gap {parts} of another
-Clause = Mapping[str, Any]  # its name in the table under "clause", and the numbers in it
+BETWEEN = "; "  # separates two clauses
+AMONG = ", "  # separates the clauses of a list, which fill the placeholder {parts} of another
+Clause = Mapping[str, Any]  # its name in the table under "clause", and its numbers
 
 CLAUSES = {
     "absent": "not modelled: no layer was given",
@@ -70,7 +71,7 @@ CLAUSES = {
     "no_trees": "hits of trees (no trees)",
     "no_barriers": "hits of barriers (no barriers)",
 }
-DIGITS = {"volume_m3": ".4g"}  # of a number in a clause, where not six
+DIGITS = {"volume_m3": ".4g"}  # significant digits of a number in a clause, if not six
 
 
 def in_words(
@@ -78,7 +79,7 @@ def in_words(
     phrase: Callable[[str], str] = CLAUSES.__getitem__,
     signs: Callable[[str], str] = str,
 ) -> str:
-    """Clauses in words: ``phrase`` gives the sentence of a name, ``signs`` a number its decimal point."""
+    """Clauses in words: ``phrase`` gives the sentence for a name, ``signs`` formats a number."""
 
     def filled(clause: Clause) -> str:
         gaps = {
@@ -94,7 +95,7 @@ def in_words(
 
 
 def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, Any]) -> dict[str, list[Clause]]:
-    """What of the scene was modelled, and what was not and why; ``counted`` as of `counted_of`."""
+    """What of the scene was modelled, and what was not and why; ``counted`` is the result of `counted_of`."""
     (ny, nx), scene = layers.dem.shape, layers.scene
     apart = _apart(settings.scene.tree_restitution, settings.scene.barrier_restitution)
     lying, pieces = len(layers.lying.ids), len(scene.arrays.lying.owner)
@@ -121,7 +122,7 @@ def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, A
 
 
 def _left_out(count: Mapping[str, Any], **least: int) -> list[Clause]:
-    """Why rows of a layer had no part in the run; ``least`` is said even where it is nothing."""
+    """Why rows of a layer had no part in the run; ``least`` is reported even if it is zero."""
     out = least | {each["why"]: each["n"] for each in count["left_out"]}
     return [_clause(why, n=out[why]) for why in WHYS if why in out]
 
@@ -131,7 +132,7 @@ def _clause(name: str, **numbers: Any) -> Clause:
 
 
 def _apart(trees: float | None, barriers: float | None) -> list[Clause]:
-    """Friction and restitution of stems and barriers; empty if they are the ground's."""
+    """Friction and restitution of stems and barriers; empty if they equal those of the ground."""
     own = (("at_stems", trees), ("at_barriers", barriers))
     return [_clause(name, value=value) for name, value in own if value is not None]
 
@@ -169,7 +170,7 @@ def _logs(layers: SceneLayers) -> Clause:
 
 
 def _window(layers: SceneLayers) -> list[Clause]:
-    """Which part of the DEM was modelled, and why that is as good as all of it."""
+    """Which part of the DEM was modelled, and why that gives the same result as the whole."""
     if layers.dem.whole is None:
         return [_clause("whole")]
     part, (rows, columns) = layers.dem.part, layers.dem.whole.shape
@@ -181,8 +182,8 @@ def _window(layers: SceneLayers) -> list[Clause]:
 
 
 def _outputs(settings: RunSettings, layers: SceneLayers) -> list[Clause]:
-    """What was computed of each log and what was not. The rasters always are: they take 6 to 10 % of the time of
-    sliding on cells of 0.5 m (poses 1 %), less than an option to leave them out would be worth."""
+    """What was computed for each log and what was not. Rasters are always computed: they take 6 to 10 % of the time of
+    sliding on cells of 0.5 m (poses 1 %), too little to justify an option to leave them out."""
     nothing_asked = {
         "no_poses": not settings.keeps_poses,
         "no_lines": not layers.lines.ids,

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 def bodies_of(source: Run) -> Array:
     """Mass properties of the logs, one row for each deposit: the engine's table (`log_body.cone_bodies`).
 
-    Of a run with ``--shape`` those of its body, whose file must still be there.
+    For a run with ``--shape`` those of its body, whose file must still exist.
     """
     density = source.deposits["density_kg_m3"].to_numpy(np.float64)
     named = str(source.manifest.get("parameters", {}).get("shape", CONE))
@@ -47,7 +47,9 @@ def energies_kj(piece: dict[str, NDArray], bodies: Array) -> tuple[Array, Array]
 
 
 def axis_rate(piece: dict[str, NDArray]) -> Array:
-    """How fast the log's axis turns [rad/s]: the mean of before and after each pose; 0 for a log's only pose."""
+    """How fast the log's axis turns [rad/s]: mean of the rates before and after each pose; 0 if a log has only one
+    pose.
+    """
     axis = np.stack([piece[f"{name}t"] - piece[f"{name}b"] for name in "xyz"], axis=1)
     axis = axis / np.linalg.norm(axis, axis=1)[:, None]
     chord = np.linalg.norm(np.diff(axis, axis=0), axis=1)

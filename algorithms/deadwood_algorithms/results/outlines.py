@@ -1,8 +1,9 @@
-"""The logs as shapes for maps: outlines in plan at even times, for an animation, and solids as they lie at the end.
+"""The logs as shapes for maps: outlines in plan at equal time steps, for an animation, and solids in their final
+position.
 
 An outline is the convex hull, seen from above, of the log's two round ends. It is valid from `t` to `t_end` (UTC, from
 2000-01-01 on), which ends 10 ms before the next begins: QGIS compares times in a GeoPackage as text, and would show
-both where they touch. The last outline of each log stays to the end of the animation.
+both if they touched. The last outline of each log is shown until the end of the animation.
 """
 
 from __future__ import annotations
@@ -22,14 +23,16 @@ from deadwood_algorithms.results.run_folder import Run
 
 START = np.datetime64("2000-01-01T00:00:00", "ms")  # UTC
 GAP_S = 0.010
-STAYS_S = 5.0  # the last outlines, after the last log has stopped
-CORNERS = 8  # of each round end
+STAYS_S = 5.0  # duration of the last outlines, after the last log has stopped
+CORNERS = 8  # vertices of each round end
 MOST = 300_000  # outlines; with more, the animation is too slow
 
 
 @dataclass(frozen=True)
 class Ends:
-    """Where logs are: ids, times [s], speeds [m/s], centres of base and tip [m], shape (n, 3), and their radii [m]."""
+    """Positions of logs: ids, times [s], speeds [m/s], centres of base and tip [m], shape (n, 3), and their radii
+    [m].
+    """
 
     log_id: NDArray[np.int64]
     time: NDArray[np.float64]
@@ -41,7 +44,7 @@ class Ends:
 
 
 def outlines(run: Run, every_s: float, feedback: Feedback) -> tuple[geopandas.GeoDataFrame, float]:
-    """The outlines of every log with stored poses, and the time between them, longer where they would be too many."""
+    """The outlines of every log with stored poses, and the time between them, longer if there would be too many."""
     durations = run.deposits.set_index("log_id").loc[run.stored_log_ids, "duration_s"].to_numpy(np.float64)
     last = float(durations.max(initial=0.0))
     step = every_s
@@ -64,7 +67,7 @@ def outlines(run: Run, every_s: float, feedback: Feedback) -> tuple[geopandas.Ge
 
 
 def _frames(run: Run, step: float) -> Iterator[Ends]:
-    """The logs at every multiple of the step, and as they end; between two stored poses they move evenly."""
+    """The logs at every multiple of the step, and at their end; between two stored poses they move uniformly."""
     base_radius, tip_radius = run.radii()
     for piece in run.poses(run.stored_log_ids):
         starts = np.flatnonzero(np.diff(piece["log_id"], prepend=piece["log_id"][0] - 1))
@@ -96,7 +99,7 @@ def _frames(run: Run, step: float) -> Iterator[Ends]:
 
 def _outline_rows(ends: Ends, until_s: float) -> geopandas.GeoDataFrame:
     following = np.append(ends.time[1:], until_s)
-    following[np.append(np.diff(ends.log_id) != 0, True)] = until_s + GAP_S  # each log's last outline stays
+    following[np.append(np.diff(ends.log_id) != 0, True)] = until_s + GAP_S  # each log's last outline remains
     columns = {
         "log_id": ends.log_id,
         "time_s": ends.time,
@@ -147,7 +150,7 @@ def _axes(ends: Ends) -> NDArray[np.float64]:
 
 
 def _rim(centre: NDArray, radius: NDArray, axis: NDArray) -> NDArray[np.float64]:
-    """Points around round ends that are square to the axis, shape (n, CORNERS, 3)."""
+    """Points around round ends perpendicular to the axis, shape (n, CORNERS, 3)."""
     level = np.hypot(axis[:, 0], axis[:, 1])
     flat = np.where(level > 1e-9, level, 1.0)
     across = np.stack([-axis[:, 1] / flat, axis[:, 0] / flat, np.zeros(len(axis))], axis=1)

@@ -1,7 +1,7 @@
 """How logs arrive at a barrier or a line: energy, speed, height and impulse of each log, and percentiles of them.
 
-At a barrier these are what the run itself wrote of its hits, just before each; of a log that hits it several times the
-largest counts, because a log's hits are not independent of one another. At a line, where nothing is hit, they are those
+At a barrier these are the run's own records just before each hit; if a log hits it several times, the
+largest value counts, because the hits of a log are not independent. At a line, where nothing is hit, they are those
 of the log when its outline first touches the line, from its stored trajectory.
 """
 
@@ -33,15 +33,15 @@ UNITS = {"energy": "kJ", "translation": "kJ", "rotation": "kJ", "speed": "m/s", 
 NO_IMPULSE = "nothing is hit at a line, so there is no impulse; draw it as a barrier and run slide-logs"
 NO_TERRAIN = "the run's terrain model no longer exists, above which heights are"
 NOT_STORED = "no trajectory was stored; run slide-logs with --trajectories all"
-STATIONS = 41  # along a log, at which its height over a line is looked for
+STATIONS = 41  # places along a log at which its height above a line is evaluated
 
 
 @dataclass(frozen=True)
 class Passages:
-    """The logs that came to one place: values by quantity, one a log, in the order of ``log_id``.
+    """The logs that came to one place: values by quantity, one for each log, in the order of ``log_id``.
 
     kind : barrier or line
-    lacks : by quantity, why it has no values
+    lacks : why a quantity has no values, by quantity
     """
 
     kind: str
@@ -83,7 +83,7 @@ def barrier_passages(source: Run) -> Iterator[Passages]:
 
 
 def passages_of_lines(source: Run, lines: str | None, feedback: Feedback) -> list[Passages]:
-    """The logs that reach each line of a layer, or without one of the run's own; none where it has no lines."""
+    """The logs that reach each line of a layer or, without a layer, each line of the run; none if it has no lines."""
     if lines is None and "reach" not in layers_in(source.path):
         return []
     place = lines or f"{source.path / GEOPACKAGE}|layername=reach"
@@ -95,7 +95,7 @@ def passages_of_lines(source: Run, lines: str | None, feedback: Feedback) -> lis
         return list(unseen_lines(items.ids))
     if source.stored_log_ids.size < len(source.deposits):
         text = f"{source.stored_log_ids.size} of {len(source.deposits)}"
-        feedback.note(f"{text} logs have a stored trajectory; the values at lines are theirs")
+        feedback.note(f"{text} logs have a stored trajectory; the values at lines refer to these")
     with Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback) as edges:
         arrived = find_arrivals(source, polylines, items, None, 0.0, feedback)
         return list(line_passages(source, arrived, items, edges))
@@ -123,10 +123,10 @@ def unseen_lines(ids: Sequence[Any]) -> Iterator[Passages]:
 
 
 def heights_over(table: Any, shape: Any, radii: tuple[Array, Array], edges: Edges) -> Array:
-    """How high above the terrain the top of each log is where it touches a line [m]: what a barrier there must have.
+    """Height above the terrain of the top of each log where it touches a line [m], which a barrier there would need.
 
-    The log is looked at in `STATIONS` places along its axis: those whose outline in plan touches the line, or the
-    nearest of them, count with their upper edge.
+    The log is evaluated at `STATIONS` places along its axis: those whose plan outline touches the line, or the
+    nearest one, count with their upper edge.
     """
     share = np.linspace(0.0, 1.0, STATIONS)
     row = table["log"].to_numpy()
@@ -144,7 +144,7 @@ def heights_over(table: Any, shape: Any, radii: tuple[Array, Array], edges: Edge
 
 
 def design_rows(passages: Passages, levels: Sequence[float], confidence: float) -> Iterator[dict[str, Any]]:
-    """Percentiles of each quantity with their intervals, and in words what cannot be given."""
+    """Percentiles of each quantity with their intervals, and those that cannot be given, in words."""
     for quantity, unit in UNITS.items():
         values = passages.values.get(quantity, np.zeros(0))
         values = values[np.isfinite(values)]

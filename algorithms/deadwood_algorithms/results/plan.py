@@ -1,4 +1,4 @@
-"""``--plan``: a pilot of few of the logs, drawn evenly, is slid and written to a temporary folder.
+"""``--plan``: a pilot with a few randomly drawn logs is slid and written to a temporary folder.
 
 A tool that slides the same logs several times only needs `result_or_plan`.
 """
@@ -35,8 +35,8 @@ from deadwood_algorithms.simulate.workers import NobodySlides
 
 
 class SlidesSome(Protocol):
-    """The options of a tool that slides some of the ``logs``, several times each: those of ``SlidingOptions``, and
-    how many logs (None: all)."""
+    """Options of a tool that slides some of the ``logs`` several times each: those of ``SlidingOptions``, and
+    the number of logs (None: all)."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
@@ -54,7 +54,7 @@ class SlidesSome(Protocol):
 
 
 class SlidesRunAgain(SlidesSome, Protocol):
-    """The same of a tool that slides the logs of a run again."""
+    """The same for a tool that slides the logs of a run again."""
 
     @property
     def run(self) -> str: ...
@@ -62,7 +62,7 @@ class SlidesRunAgain(SlidesSome, Protocol):
 
 Options = TypeVar("Options", bound=SlidesSome)
 Again = TypeVar("Again", bound=SlidesRunAgain)
-LEAST, LEAST_AGAIN = 2, 10  # logs of a pilot; of one whose scenes each slide a part of them
+LEAST, LEAST_AGAIN = 2, 10  # logs of a pilot; of a pilot whose scenes each slide only some of them
 
 
 def result_or_plan(
@@ -79,8 +79,8 @@ def result_or_plan(
     Parameters
     ----------
     run : makes the result
-    times : how often, about, each log slides; least : logs of the pilot
-    logs_there : how many logs there are, of which ``--logs`` takes a part
+    times : how often each log slides, approximately; least : logs of the pilot
+    logs_there : number of logs, of which ``--logs`` takes some
     """
     if not options.plan:
         return run(options, feedback)
@@ -101,7 +101,7 @@ def result_or_plan(
                 raise UserError(f"--plan, with a pilot of {few} logs: {error}") from error
         whole_s = time.perf_counter() - began
         files = [each for each in place.rglob("*") if each.is_file()]
-        # the same logs repeatedly: they contain no more information
+        # the same logs repeatedly: repeating them adds no information
         spread = meter.spread * math.sqrt(meter.logs / few)
         took = Pilot(
             logs=meter.logs, kept=0, cpu_s=meter.cpu_s, slide_s=meter.wall_s, other_s=max(0.0, whole_s - meter.wall_s),
@@ -116,19 +116,19 @@ def result_or_plan(
 def result_or_plan_of_run(
     slide: Callable[[Again, Feedback], Outcome], options: Again, feedback: Feedback, *, times: int
 ) -> Outcome:
-    """The same of a tool that slides the logs of a run again."""
+    """The same for a tool that slides the logs of a run again."""
     return result_or_plan(
         slide, options, feedback, times=times, logs_there=lambda: logs_of_run(options.run), least=LEAST_AGAIN
     )
 
 
 def logs_of_layer(releases: str) -> int:
-    """How many logs a layer of releases has."""
+    """Number of logs in a layer of releases."""
     return len(read_table(releases, what="releases"))
 
 
 def logs_of_run(folder: str) -> int:
-    """How many logs a run slid."""
+    """Number of logs that a run slid."""
     return len(read_run(folder, feedback=Quiet()).deposits)
 
 
@@ -140,7 +140,7 @@ def planned(
     Parameters
     ----------
     slide_few : slides the pilot into a folder; returns its cost, and how many logs the run itself would slide
-    workers : for which the time is given as well; kept : logs whose trajectory is stored, None for all
+    workers : number for which the time is given as well; kept : logs whose trajectory is stored, None for all
     """
     with TemporaryDirectory(prefix="deadwood-plan-") as folder:
         took, logs = slide_few(Path(folder) / "pilot")
@@ -150,7 +150,7 @@ def planned(
 
 
 def pilot_from(folder: Path, whole_s: float) -> Pilot:
-    """Read what a pilot left, that took so long from its beginning to its end."""
+    """Read the results of a pilot and its total duration."""
     import pyogrio
     import rasterio
     import shapely

@@ -1,7 +1,7 @@
 """Print layouts of a run for its QGIS project: map, legend, scale bar, north arrow, title, scenario, scale and CRS.
 
-A4 in landscape and in portrait. The map shows the layers of a map theme, so that it prints the same whatever is checked
-and whatever the time of the animation; its scale is a round number. Written without QGIS, as `qgis_project`.
+A4 in landscape and in portrait. The map shows the layers of a map theme, so that the print does not depend on what is
+checked or on the time of the animation; its scale is a round number. Written without QGIS, like `qgis_project`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Box = tuple[float, float, float, float]  # left, top, width, height
 
 @dataclass(frozen=True)
 class Sheet:
-    """Where things are on a page [mm]; ``columns`` is those of the legend."""
+    """Positions of the items on a page [mm]; ``columns`` is the number of columns of the legend."""
 
     name: str
     map_id: str
@@ -60,9 +60,9 @@ PORTRAIT = Sheet(
 )
 SHEETS = (LANDSCAPE, PORTRAIT)
 MM_PER_M = 1000.0
-ROUND = (1.0, 2.0, 2.5, 5.0)  # of a scale, times a power of ten
-BAR_SHARE = 0.22  # of the map's width, at most
-# QGIS's numbers of the kinds of items.
+ROUND = (1.0, 2.0, 2.5, 5.0)  # round scales, times a power of ten
+BAR_SHARE = 0.22  # largest share of the map's width
+# QGIS's numbers for the types of layout items.
 PAGE, MAP, PICTURE, LABEL, LEGEND, BAR = 65638, 65639, 65640, 65641, 65642, 65646
 ARROW = ":/images/north_arrows/layout_default_north_arrow.svg"
 FONT = "Arial"
@@ -71,9 +71,9 @@ BOLD, PLAIN = 75, 50
 
 @dataclass(frozen=True)
 class SheetWords:
-    """What stands on the page; ``[% %]`` holds an expression of QGIS.
+    """The texts on the page; ``[% %]`` contains an expression of QGIS.
 
-    ``of`` puts a name of the project, or the label of a class, into the language of the page.
+    ``of`` translates a name of the project, or the label of a class, into the language of the page.
     """
 
     title: str
@@ -84,7 +84,7 @@ class SheetWords:
 
 
 def layouts_xml(words: SheetWords, extent: Box, theme: str, legend: Sequence[str]) -> str:
-    """The layouts; ``extent`` is the least area shown, ``legend`` the nodes of the layers in the legend."""
+    """The layouts; ``extent`` is the minimum area shown, ``legend`` the nodes of the layers in the legend."""
     return f"<Layouts>{''.join(_layout(each, words, extent, theme, legend) for each in SHEETS)}</Layouts>"
 
 
@@ -107,7 +107,7 @@ def _layout(sheet: Sheet, words: SheetWords, extent: Box, theme: str, legend: Se
 
 
 def nice_scale(extent: Box, sheet: Sheet) -> float:
-    """The largest round scale at which the extent is on the map, as its denominator."""
+    """The denominator of the largest round scale at which the extent fits on the map."""
     west, south, east, north = extent
     least = max((east - west) / sheet.map[2], (north - south) / sheet.map[3]) * MM_PER_M
     power = 10.0 ** math.floor(math.log10(least))
@@ -115,7 +115,7 @@ def nice_scale(extent: Box, sheet: Sheet) -> float:
 
 
 def _shown(extent: Box, scale: float, sheet: Sheet) -> Box:
-    """What of the ground is on the map, around the middle of the extent."""
+    """The extent of the map, around the centre of the given extent."""
     west, south, east, north = extent
     half_width, half_height = (scale * side / MM_PER_M / 2.0 for side in sheet.map[2:])
     x, y = (west + east) / 2.0, (south + north) / 2.0
@@ -123,7 +123,7 @@ def _shown(extent: Box, scale: float, sheet: Sheet) -> Box:
 
 
 def bar_length(scale: float, sheet: Sheet) -> float:
-    """Of the scale bar [m]: two parts of a round number each, on a fifth of the map."""
+    """Length of a segment of the scale bar [m]: a round number; two segments take a fifth of the map."""
     most = BAR_SHARE * sheet.map[2] * scale / MM_PER_M / 2.0
     power = 10.0 ** math.floor(math.log10(most))
     return 2.0 * max(each * power for each in ROUND if each * power <= most)

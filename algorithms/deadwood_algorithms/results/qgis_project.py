@@ -1,8 +1,9 @@
-"""A ready QGIS project of a run, ``project.qgz``, written without QGIS: layers, groups, styles, times, and a 3-D view.
+"""A ready QGIS project of a run, ``project.qgz``, written without QGIS: layers, groups, styles, temporal settings, and
+a 3-D view.
 
 A .qgz is a zip with one XML file. The layers are those of the run's folder, each with the style that is stored with it
 (`styles`), and ``scene.gpkg``, which this writes beside them: the scene as it was modelled, the animated outlines of
-the logs and the logs as solids. Only the terrain model stays where it is.
+the logs and the logs as solids. Only the terrain model is not copied.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 PROJECT, SCENE, TERRAIN = "project.qgz", "scene.gpkg", "terrain.vrt"
 DAY = (2000, 1, 1, 0, 0, 0)
-# Title, and the layers in it from the top down; layers in no group go to the first.
+# Title and layers of each group, from the top down; all other layers go to the first group.
 GROUPS = (
     (
         "Results",
@@ -66,7 +67,7 @@ SHOWN = ("reach", "deposits", "lines", "barriers", "lying_logs", "blocks", "tree
 # in neither: QGIS 3.22's 3-D view ignores the time, and would show all of it at once.
 SOLID = ("trees", "barriers", "blocks", "log_solids")
 DRAPED = ("reach", "lines", "hit_count", "terrain")
-# Logs at rest: where the controller animates, each from the moment on at which it came to rest.
+# Logs at rest: during an animation each is shown from the moment at which it came to rest.
 AT_REST = ("deposits", "deposited_logs", "log_solids")
 PRINTED = ("reach", "deposits", "lines", "barriers", "lying_logs", "blocks", "trees", "hit_count", "terrain")
 THEME = "Draped over the terrain in 3D"
@@ -76,13 +77,13 @@ LEGEND_TITLES = {
     "deposits": "Logs at rest",
     "hit_count": "Logs that pass a cell",
 }
-Named = Callable[[qml.Label], str]  # a name in the project, or the label of a class, in its language
-MARGIN = 0.1  # of the results' extent, around them
+Named = Callable[[qml.Label], str]  # translates a name in the project, or the label of a class
+MARGIN = 0.1  # margin around the results, as a share of their extent
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A layer of the project: where it is, seen from the project, and its style."""
+    """A layer of the project: its place, relative to the project, and its style."""
 
     name: str
     source: str
@@ -109,7 +110,7 @@ def add_project(
     words_of: Callable[[Run, str, pyproj.CRS], qgis_layout.SheetWords],
     feedback: Feedback,
 ) -> None:
-    """Write the project and its scene into the folder of a run, otherwise complete, that will stand at ``final``."""
+    """Write the project and its scene into the otherwise complete folder of a run, whose final place is ``final``."""
     run = read_run(str(folder), feedback=feedback)
     frames = scene_frames(inputs, layers, releases, run)
     step = outline_every_s
@@ -146,7 +147,7 @@ def scene_frames(
         columns = {"block_id": layers.blocks.ids, "diameter_m": blocks.diameter, "height_m": blocks.height}
         frames["blocks"] = frame(columns, shapely.points(blocks.x, blocks.y))
     for name, path in (("barriers", inputs.barriers), ("lying_logs", inputs.lying_logs)):
-        if path:  # as the file has them, with their heights and diameters
+        if path:  # as in the file, with their heights and diameters
             frames[name] = read_vector(path, geometry=("line",), target_crs=layers.dem.crs, what=name, feedback=Quiet())
     if layers.lines.ids:
         frames["lines"] = frame({"line_id": layers.lines.ids}, layers.lines.geometry)
@@ -187,13 +188,15 @@ def _rasters(folder: Path) -> Iterator[Entry]:
 
 
 def _inner(document: str) -> tuple[str, bool]:
-    """What stands inside a stored style's document, and whether its labels are on."""
+    """The content of a stored style's document, and whether its labels are on."""
     found = re.search(r"<qgis ([^>]*)>(.*)</qgis>", document, re.S)
     return (found[2], 'labelsEnabled="1"' in found[1]) if found else ("", False)
 
 
 def _terrain(dem: str, folder: Path, final: Path) -> str:
-    """The terrain model as the project names it; of several tiles a virtual raster is written beside the project."""
+    """The path of the terrain model in the project; for several tiles a virtual raster is written beside the
+    project.
+    """
     files = tiles_of(dem)
     if len(files) == 1:
         return _seen_from(Path(files[0]), final)
@@ -211,7 +214,7 @@ def _seen_from(path: Path, folder: Path) -> str:
 
 
 def _extent(run: Run) -> tuple[float, float, float, float]:
-    """Around the releases and deposits."""
+    """Extent of the releases and deposits, with a margin."""
     ends = shapely.get_coordinates(np.asarray(run.deposits.geometry))
     places = np.concatenate([run.deposits[["release_x", "release_y"]].to_numpy(np.float64), ends])
     (west, south), (east, north) = places.min(axis=0), places.max(axis=0)
@@ -238,7 +241,7 @@ def project_xml(
     step_s: float,
     words: qgis_layout.SheetWords,
 ) -> str:
-    """The whole project; ``height`` [m] is what the 3-D view looks at, ``last_s`` where the animation ends."""
+    """The whole project; ``height`` [m] is that of the 3-D view's centre, ``last_s`` the end of the animation."""
     grouped = [(title, [each for name in names for each in entries if each.name == name]) for title, names in GROUPS]
     known = {name for _, names in GROUPS for name in names}
     rest = [each for each in entries if each.name not in known]
@@ -293,7 +296,7 @@ def _node(entry: Entry, of: Named, *, shown: bool) -> str:
 
 
 def _printed(entry: Entry, of: Named) -> str:
-    """A layer in the legend of the print layout, named for a reader who has only the sheet.
+    """A layer in the legend of the print layout, named for a reader who has only the printed page.
 
     For a raster QGIS lists the name of its band and the class of no log, which is transparent; both are omitted.
     """
@@ -357,7 +360,7 @@ def _themes(every: Sequence[Entry], of: Named) -> str:
 
 
 def _controller(last_s: float) -> str:
-    """The Temporal Controller, switched on (1: animated), so that the map shows one moment and not all at once."""
+    """The Temporal Controller, switched on (1: animated), so that the map shows one moment instead of all at once."""
     return (
         '<TemporalControllerWidget><NavigationMode type="int">1</NavigationMode>'
         f'<StartDateTime type="QString">{log_outlines.stamp(0.0)}Z</StartDateTime>'

@@ -1,4 +1,4 @@
-"""The ground and the lines of a run as its pictures show them."""
+"""The relief and the lines of a run, for its pictures."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Extent = tuple[float, float, float, float]  # west, east, south, north [m]
 
 
 def read_relief(run: Run, frame: Extent) -> tuple[np.ndarray, float, Extent] | None:
-    """Heights of the run's DEM (row 0 south) in the frame, thinned; None if the DEM no longer exists."""
+    """Heights of the run's DEM (row 0 south) in the frame, at reduced resolution; None if the DEM no longer exists."""
     place = next((each for each in input_paths(run.path, run.manifest, "dem") if is_dem(each)), None)
     if place is None:
         return None
     with open_to_draw(place) as source:
-        if source.transform.e > 0.0:  # a south-up file: the map does without
+        if source.transform.e > 0.0:  # a south-up file: the map is drawn without relief
             return None
         whole = source.bounds
         west, east = max(frame[0], whole.left), min(frame[1], whole.right)

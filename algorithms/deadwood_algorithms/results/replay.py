@@ -1,4 +1,4 @@
-"""A run's question, to be asked again with something changed: its layers and options from its manifest."""
+"""The layers and options of a run, from its manifest, to be used again with changes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ from deadwood_engine import FIDELITIES, Fidelity, fidelity_with
 
 
 def question_of(source: Run, **changes: Any) -> ReleasedScene:
-    """The layers and options of a run; inputs that were moved together with it are found, others are missed."""
+    """The layers and options of a run; inputs that were moved together with it are found, otherwise they are reported
+    as missing.
+    """
     asked = source.manifest.get("parameters", {})
     names = [each.name for each in dataclasses.fields(ReleasedScene)]
     values = {name: asked[name] for name in names if name in asked}
@@ -63,7 +65,7 @@ def _found(source: Run, parameter: str, named: str) -> str:
 
 
 def fidelity_of(source: Run) -> Fidelity:
-    """The numbers of the run's fidelity, with those that it was given in their place."""
+    """The numbers of the run's fidelity, with those that options replaced."""
     asked = source.manifest.get("parameters", {})
     name = source.fidelity
     if name not in FIDELITIES:
@@ -87,7 +89,7 @@ def logs_of(source: Run, releases: Releases, rows: NDArray[np.int64]) -> Release
 
 
 def refuse_other_ends(source: Run, rows: NDArray[np.int64], ends: NDArray[np.float64]) -> None:
-    """Raise ``UserError`` where logs, slid again, do not end where those rows of the deposits say, to the bit."""
+    """Raise ``UserError`` if logs, slid again, do not end exactly where those rows of the deposits are, to the bit."""
     points: Any = source.deposits.geometry.iloc[rows]
     before: NDArray[np.float64] = np.column_stack([points.x, points.y, points.z])
     same = (before == ends).all(axis=1) | (np.isnan(before) & np.isnan(ends)).any(axis=1)

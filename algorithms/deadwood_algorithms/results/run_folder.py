@@ -1,4 +1,4 @@
-"""A run's folder: what `slide-logs` leaves in it, and how the evaluating tools read it again."""
+"""A run's folder: the content that `slide-logs` writes, and how the evaluating tools read it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from deadwood_algorithms.results.checked import read_manifest_of, read_summary
 from deadwood_algorithms.results.identity import refuse_damaged
 
 GEOPACKAGE, POSES = "run.gpkg", "poses.parquet"
-# float32 is plenty for these; positions in world coordinates need float64
+# float32 is sufficient for these; positions in world coordinates need float64
 SINGLE = ("speed_ms", "spin_rad_s", "clearance_m", "height_m")
 POSE_COLUMNS = ("log_id", "t_s", *"xyz", "xb", "yb", "zb", "xt", "yt", "zt", *SINGLE)
 
@@ -47,7 +47,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
 
 
 def link_or_copy(source: str, target: str) -> None:
-    """Results take no second place on the disk where it can be helped."""
+    """Link or copy a file; a link avoids storing results twice."""
     try:
         os.link(source, target)
     except OSError:
@@ -84,12 +84,12 @@ class Run:
     changed: tuple[tuple[str, str], ...] = ()  # parameter and file of each changed input
 
     def part(self, name: str) -> Path:
-        """A file of the run, which is the one that was written with it."""
+        """A file of the run, verified to be the one that was written with it."""
         refuse_damaged(self.path, self.manifest, name)
         return self.path / name
 
     def summary(self, *needed: str) -> dict[str, Any]:
-        """What is in ``summary.json``, which has all that is needed."""
+        """The content of ``summary.json``, verified to be complete."""
         return read_summary(self.path, self.manifest, *needed)
 
     @property
@@ -101,7 +101,7 @@ class Run:
         return str(self.summary("accuracy")["accuracy"]["fidelity"])
 
     def poses(self, wanted: NDArray[np.int64]) -> Iterator[dict[str, NDArray]]:
-        """Poses of the wanted logs in bounded pieces; no log is split between two of them.
+        """Poses of the wanted logs in pieces of bounded size; no log is split between two pieces.
 
         Each piece holds the columns as arrays, and ``log_row``: the row of the log in ``deposits``.
         """
@@ -123,7 +123,9 @@ class Run:
                 yield out
 
     def extent(self) -> tuple[float, float, float, float]:
-        """West, south, east and north [m] of all that the stored logs ever covered, from the file's own statistics."""
+        """West, south, east and north [m] of everything that the stored logs covered, from the file's own
+        statistics.
+        """
         facts = parquet.ParquetFile(self.path / POSES)
         columns = {name: POSE_COLUMNS.index(name) for name in ("xb", "yb", "xt", "yt")}
         groups = [facts.metadata.row_group(k) for k in range(facts.num_row_groups)]
@@ -139,7 +141,7 @@ class Run:
     def radii(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Base and tip radius of every log of the deposits [m]; the tip has half the diameter.
 
-        A body of another shape (``--shape``) is taken for the cylinder around it.
+        A body of another shape (``--shape``) is replaced by its enclosing cylinder.
         """
         radius = self.deposits["dbh_cm"].to_numpy(np.float64) / 200.0
         cone = str(self.manifest.get("parameters", {}).get("shape", "cone")) == "cone"
@@ -157,7 +159,7 @@ def ends_of(piece: Mapping[str, NDArray]) -> tuple[NDArray[np.float64], NDArray[
 
 
 def run_folder_of(layer: str) -> Path | None:
-    """The run's folder that is named, or in whose GeoPackage a layer lies; None of any other layer."""
+    """The run's folder that is named, or whose GeoPackage contains the layer; None for any other layer."""
     package = Path(layer.partition("|")[0])
     folder = package if package.is_dir() else package.parent
     is_of_run = (folder / MANIFEST).is_file() and (package.is_dir() or package.name == GEOPACKAGE)
@@ -165,7 +167,9 @@ def run_folder_of(layer: str) -> Path | None:
 
 
 def read_run(path: str, *, feedback: Feedback) -> Run:
-    """Open a run's folder, or report what is missing, damaged or of another run; reports which inputs changed."""
+    """Open a run's folder, or report what is missing, damaged or belongs to another run; also reports changed
+    inputs.
+    """
     folder = Path(path)
     if not folder.is_dir():
         raise UserError(f"{path}: the run's folder does not exist; slide-logs makes such a folder")
@@ -188,14 +192,14 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
     for parameter, file in changed:
         feedback.warn(
             f"{file}: this file, the {parameter.replace('_', ' ')} of the run {folder}, has changed since the logs "
-            "slid; what is read of it now is not what they slid with. Put it back, or run slide-logs again"
+            "slid, so it no longer is the file with which they slid. Put that back, or run slide-logs again"
         )
     return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)), changed)
 
 
 def input_paths(run: Path, manifest: Mapping[str, Any], parameter: str) -> list[Path]:
-    """Where an input of a run may be: first where it is unchanged, then as the manifest names it, relative to the run's
-    folder, or beside that.
+    """Possible places of an input of a run: first where it is unchanged, then as named in the manifest, relative to
+    the run's folder, or beside that.
     """
     named = str(manifest.get("parameters", {}).get(parameter) or "")
     if not named:
@@ -211,7 +215,9 @@ def input_paths(run: Path, manifest: Mapping[str, Any], parameter: str) -> list[
 
 
 def input_record(manifest: Mapping[str, Any], parameter: str) -> dict[str, Any] | None:
-    """What a run's manifest says of an input; None of one that it had not, and in manifests of before version 0.3."""
+    """The record of an input in a run's manifest; None if it was not given, and in manifests from before version
+    0.3.
+    """
     named = manifest.get("parameters", {}).get(parameter)
     records = (each for each in manifest.get("inputs", ()) if each["parameter"] == parameter)
     return next((each for each in records if each["path"] == named), None)

@@ -1,4 +1,4 @@
-"""The settings of a run, as its results repeat them."""
+"""The settings of a run, as repeated in its results."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from deadwood_algorithms.scene.released_scene import ReleasedScene
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
-    """Settings of a run: the scene, the fidelity by name, whether any trajectory is kept, on how few logs danger is
-    told, whether its counts are kept, and what stems can take. With --fidelity auto also what was promised, and what
-    the pilot cost beside the run."""
+    """Settings of a run: the scene, the fidelity by name, whether any trajectory is kept, the number of logs from
+    which danger is given, whether its counts are kept, and the capacity of stems. With --fidelity auto also what was
+    promised, and what the pilot cost beside the run."""
 
     scene: ReleasedScene
     fidelity: str

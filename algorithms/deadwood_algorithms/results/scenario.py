@@ -4,40 +4,37 @@ layers.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import count_of
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.checked import read_summary
-from deadwood_algorithms.scene.items import NO_TERRAIN, OFF_DEM, Items
+from deadwood_algorithms.scene.counts import NOT_RUN, counts_of_scene, in_scene
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas import ORIENTATIONS
+from deadwood_algorithms.stats.statistics import alike
 
 if TYPE_CHECKING:
     from deadwood_algorithms.results.run_folder import Run
     from deadwood_algorithms.scene.released_scene import ReleasedScene
 
-# Why a row of a layer had no part in a run, beside those of `items`
-BEYOND_WINDOW = "beyond_window"  # beyond the part of the terrain model that logs can reach
-NOT_RUN = "not_run"  # a log that --until-ci or --error made needless
-WHYS = (OFF_DEM, NO_TERRAIN, BEYOND_WINDOW, NOT_RUN)
-
 
 def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releases: Releases) -> dict[str, Any]:
-    """Logs, laws of contact and scene; sizes over the logs that were slid and the trees and barriers of the scene."""
+    """Logs, contact laws and scene; sizes are those of the logs that were slid and of the trees and barriers of the
+    scene.
+    """
     logs, prepared = releases.logs, layers.scene
-    trees = _used(len(layers.tree_ids), prepared.trees_outside)
-    barriers = _used(len(layers.barriers.item), prepared.barriers_outside)
-    lying = _used(len(layers.lying.item), prepared.lying_outside)
+    trees = in_scene(len(layers.tree_ids), prepared.trees_outside)
+    barriers = in_scene(len(layers.barriers.item), prepared.barriers_outside)
+    lying = in_scene(len(layers.lying.item), prepared.lying_outside)
     rows, columns = layers.dem.frame.shape
     mu = layers.friction
     return {
@@ -62,7 +59,7 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
             height_m=np.asarray(layers.engine_barriers.height)[barriers],
         ),
         "lying_logs": _things(len(set(layers.lying.item[lying].tolist()))),
-        "blocks": _things(int(_used(len(layers.blocks.ids), prepared.blocks_outside).sum())),
+        "blocks": _things(int(in_scene(len(layers.blocks.ids), prepared.blocks_outside).sum())),
         "lines": _things(len(layers.lines.ids)),
         "dem": {"nx": columns, "ny": rows, "cell_m": layers.dem.cell},
         "fidelity": fidelity,
@@ -71,14 +68,14 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
 
 
 def slip_record(scene: ReleasedScene) -> dict[str, float | None] | None:
-    """The law by which friction grows with slip; None where it does not."""
+    """The law by which friction grows with slip; None if it does not."""
     if scene.friction_max is None:
         return None
     return {"friction_max": scene.friction_max, "kappa_per_m": scene.friction_kappa, "beta_per_s": scene.friction_beta}
 
 
 def soft_ground_record(scene: ReleasedScene) -> dict[str, float | None] | None:
-    """The ground that bodies scar; None where it is hard."""
+    """The properties of soft ground, in which bodies leave scars; None if it is hard."""
     if scene.soil_strength_mn_m2 is None:
         return None
     return {"strength_mn_m2": scene.soil_strength_mn_m2, "drag": scene.scar_drag}
@@ -91,7 +88,7 @@ def posture_shares(releases: Releases) -> dict[str, float]:
 
 
 def posture_words(logs: dict[str, Any]) -> str:
-    """``upright``, or of several postures the share of each."""
+    """``upright``, or the share of each posture."""
     postures = [name for name in ORIENTATIONS if logs["posture"][name]]
     if len(postures) == 1:
         return postures[0]
@@ -138,7 +135,7 @@ def lines_of_run(source: Run, name: str = "") -> tuple[str, ...]:
 
 
 def summary_if_there(folder: Path, manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """What a run's summary says; nothing where it has none, or a damaged one, of which the tool needs nothing."""
+    """The content of a run's summary; empty if it is missing or damaged, for tools that do not depend on it."""
     try:
         return read_summary(folder, manifest)
     except UserError:
@@ -152,7 +149,7 @@ def lines_of_folder(folder: Path, manifest: Mapping[str, Any], name: str = "") -
         return (scenario_line(scenario, name),) if scenario else ()
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(
-            f"{folder}: what summary.json tells of the scenario is not as slide-logs writes it; slide it again"
+            f"{folder}: the scenario in summary.json is not as written by slide-logs; run slide-logs again"
         ) from error
 
 
@@ -160,30 +157,20 @@ def _span(values: dict[str, float | None], unit: str = "") -> str:
     """``45 cm``, or ``45 cm (32 to 61)`` where the values differ."""
     if values["median"] is None:
         return "unknown"
-    shown = f"{values['median']:.4g}" + (f" {unit}" if unit else "")
-    return shown if values["low"] == values["high"] else f"{shown} ({values['low']:.4g} to {values['high']:.4g})"
+    if values["low"] == values["high"]:
+        return f"{values['median']:g} {unit}".strip()
+    middle, low, high = alike([values["median"] or 0.0, values["low"] or 0.0, values["high"] or 0.0])
+    return f"{f'{middle} {unit}'.strip()} ({low} to {high})"
 
 
 def counted_of(layers: SceneLayers, releases: Releases, n_read: int) -> dict[str, Any]:
     """For each layer that was given: its rows, those that had a part in the run, and why the others had none."""
-    scene = layers.scene
-    trees, blocks = (
-        _left_out(layers, np.asarray(shapely.points(np.column_stack([of.x, of.y])))[outside])
-        for of, outside in ((layers.trees, scene.trees_outside), (layers.blocks.solid, scene.blocks_outside))
-    )
-    counts = {
-        "releases": _count(n_read, Counter({NOT_RUN: n_read - len(releases)})),
-        "trees": _points(layers.tree_ids, layers.trees_left_out, trees),
-        "barriers": _count_rows(layers, layers.barriers, layers.engine_barriers, scene.barriers_outside),
-        "lying_logs": _count_rows(layers, layers.lying, layers.lying_logs, scene.lying_outside),
-        "blocks": _points(layers.blocks.ids, layers.blocks.left_out, blocks),
-        "lines": _count(layers.lines.row_count, _rows_off(layers.lines)),
-    }
-    return {name: count for name, count in counts.items() if count["read"]}
+    logs = count_of(n_read, len(releases), {NOT_RUN: n_read - len(releases)})
+    return {"releases": logs, **counts_of_scene(layers)}
 
 
 def range_of(values: NDArray[np.float64]) -> dict[str, float | None]:
-    """Median, smallest and largest of some values; null if there are none."""
+    """Median, smallest and largest of some values; None if there are none."""
     if not values.size:
         return {"median": None, "low": None, "high": None}
     return {"median": float(np.median(values)), "low": float(values.min()), "high": float(values.max())}
@@ -191,41 +178,6 @@ def range_of(values: NDArray[np.float64]) -> dict[str, float | None]:
 
 def _things(number: int, **sizes: NDArray[np.float64]) -> dict[str, Any]:
     return {"n": number, **({name: range_of(values) for name, values in sizes.items()} if number else {})}
-
-
-def _used(number: int, outside: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which of n things are not among those outside."""
-    used = np.ones(number, bool)
-    used[outside] = False
-    return used
-
-
-def _left_out(layers: SceneLayers, shapes: NDArray[Any]) -> Counter[str]:
-    """Why things have no terrain below them: it has no height there, or they lie beyond the window that was read."""
-    here = shapely.intersects(shapes, shapely.box(*layers.dem.bounds))
-    return Counter({NO_TERRAIN: int(here.sum()), BEYOND_WINDOW: int((~here).sum())})
-
-
-def _points(on_dem: Sequence[Any], off: Counter[str], outside: Counter[str]) -> dict[str, Any]:
-    return _count(len(on_dem) + off.total(), off + outside)
-
-
-def _count_rows(layers: SceneLayers, items: Items, paths: Any, outside: NDArray[np.int64]) -> dict[str, Any]:
-    """Of a layer of lines, whose rows may have several parts: a row is used if one of its parts is."""
-    used = set(items.row[_used(len(items.row), outside)].tolist())
-    lost = [np.flatnonzero(items.row == row)[0] for row in sorted(set(items.row.tolist()) - used)]
-    shapes = np.array([shapely.linestrings(paths.vertices[slice(*paths.starts[k : k + 2])]) for k in lost], object)
-    return _count(items.row_count, _rows_off(items) + (_left_out(layers, shapes) if lost else Counter()))
-
-
-def _rows_off(items: Items) -> Counter[str]:
-    """Rows of a layer of lines that lie off the DEM: those without a path."""
-    return Counter({OFF_DEM: items.row_count - np.unique(items.row).size})
-
-
-def _count(read: int, left_out: Counter[str]) -> dict[str, Any]:
-    reasons = [{"why": why, "n": left_out[why]} for why in WHYS if left_out[why]]
-    return {"read": read, "used": read - left_out.total(), "left_out": reasons}
 
 
 def overridden_options(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> set[str]:

@@ -1,4 +1,4 @@
-"""The result of a run: the content of ``summary.json``, and the few lines of it that a reader wants to see first."""
+"""The result of a run: the content of ``summary.json``, and its most important lines for the reader."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import account
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
@@ -30,9 +31,9 @@ from deadwood_algorithms.stats.statistics import (
 )
 from deadwood_engine import STOP_REASONS, Fidelity, station_spacing, where_things_rebound
 
-NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: as from mu 0.30 to 0.21, or 0.39
-FEW_NAMED = 10  # releases that a line names
-SPREAD_MOVED_DEG = 1.0  # by the logs that left the terrain model: worth a warning
+NEAR_EDGE_DEG = 5.0  # from the edge of a friction cone: equivalent to mu 0.21 or 0.39 instead of 0.30
+FEW_NAMED = 10  # releases named in one line of text
+SPREAD_MOVED_DEG = 1.0  # change of the spread due to logs that left the terrain model that causes a warning
 
 
 def summary_of(
@@ -53,6 +54,8 @@ def summary_of(
     fences = scene.barrier_restitution if len(layers.barriers.ids) else None
     restitutions = (scene.restitution, stems or 0.0, fences or 0.0)
     counted = counted_of(layers, releases, queue.rows.size)
+    for name, count in counted.items():
+        account(name, count)
     clauses = modelled(settings, layers, counted)
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
     return {
@@ -97,9 +100,9 @@ def summary_of(
 
 
 def held_record(grip: NDArray[np.float64]) -> dict[str, Any]:
-    """Of the logs that one standing tree alone holds, how many would slip off it with a little less friction there.
+    """How many of the logs held by a single standing tree would slip off it with slightly less friction there.
 
-    grip : [rad] as the engine's ``Result.grip``, NaN where no tree holds the log, or not it alone
+    grip : [rad] as in the engine's ``Result.grip``, NaN if no tree, or not only a tree, holds the log
     """
     alone = np.degrees(grip[np.isfinite(grip)])
     near = int(np.sum(alone < NEAR_EDGE_DEG))
@@ -147,7 +150,7 @@ def spread_records(
 
 
 def barrier_records(barriers: Items, by_log: Mapping[str, NDArray]) -> list[dict[str, Any]]:
-    """What each barrier did: reached = stopped + overjumped + passed beside; each log counts once a barrier."""
+    """Effect of each barrier: reached = stopped + overjumped + passed beside; each log counts once for each barrier."""
     records = []
     crossed = barriers.any_row(by_log["barrier_crossed"])
     met = barriers.any_row(by_log["barrier_reached"]) | crossed
@@ -171,7 +174,7 @@ def barrier_records(barriers: Items, by_log: Mapping[str, NDArray]) -> list[dict
 
 
 def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
-    """What a reader wants to know first."""
+    """The most important results, as lines of text."""
     logs, speed, accuracy = summary["logs"], summary["speed"], summary["accuracy"]
     ends = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in logs["by_stop_reason"].items() if count)
     lines = [f"{counted(logs['released'], 'log')}: {ends}"]
@@ -209,7 +212,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
 
 
 def spreadless_lines(records: list[dict[str, Any]]) -> list[str]:
-    """The releases of which no lateral spread can be given, in one line."""
+    """The releases without a lateral spread, in one line."""
     without = [str(record["release_id"]) for record in records if not np.isfinite(record["spread_deg"])]
     if not without:
         return []
@@ -228,7 +231,7 @@ def mean_words(speed: dict[str, Any], n_logs: int) -> str:
 
 
 def spread_words(record: dict[str, Any]) -> str:
-    """What the logs that left the terrain model have to do with a spread; empty where none left."""
+    """The influence on the spread of logs that left the terrain model; empty if none left."""
     if not record["n_left_dem"]:
         return ""
     without = record["spread_without_lost_deg"]
@@ -237,21 +240,21 @@ def spread_words(record: dict[str, Any]) -> str:
 
 
 def loss_of_run(summary: dict[str, Any]) -> str | None:
-    """What of a summary depends on logs that left the terrain model; None where nothing of weight does."""
+    """Results in a summary that depend on logs that left the terrain model; None if they hardly do."""
     logs = summary["logs"]
     lost, released = logs["by_stop_reason"][LEFT], logs["released"]
     phrases = reach_phrases(summary["reach"])
     for record in summary["spread"]:
         moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
         if moved or many(record["n_left_dem"], record["n"]):
-            phrases.append(f"the spread of release {record['release_id']} is that of the places where they left")
+            phrases.append(f"the spread of release {record['release_id']} refers to the places where they left")
     if many(lost, released):
-        phrases.append("their deposits and run-outs are where they left")
+        phrases.append("their deposits and run-outs end where they left")
     return lost_warning(lost, released, phrases)
 
 
 def enough_words(record: dict[str, Any]) -> str:
-    """Whether the intervals became as narrow as was asked, and after how many logs."""
+    """Whether the intervals became as narrow as requested, and after how many logs."""
     wide, wanted = 100 * record["half_width"], 100 * record["target_half_width"]
     widest = f"the widest interval, of line {record['line_id']}, is ±{significant(wide, 2)} points"
     if record["reached"]:
@@ -280,10 +283,10 @@ def unseen_words(records: Sequence[Mapping[str, Any]]) -> str:
 
 
 def promised_words(record: dict[str, Any]) -> str:
-    """Both errors of the line that is farthest off, separately and together, and the source of the latter."""
+    """Both errors of the line with the largest error, separately and together, and the source of the latter."""
     sampling, calculation, together = (100 * record[name] for name in ("sampling", "calculation", "together"))
     source = "by definition" if record["chosen"] == "reference" else "as on the benchmark's slopes, assumed"
-    if record.get("measured_against"):  # by pairs of logs, up to version 0.2
+    if record.get("measured_against"):  # from pairs of logs, up to version 0.2
         source = f"measured on this slope against {record['measured_against']}"
     asked = f", ±{significant(100 * record['error'], 2)} requested" if record.get("error") else ""
     missed = "" if record.get("reached", True) else "; NOT kept, all logs were slid: release more"

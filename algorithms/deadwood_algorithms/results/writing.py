@@ -1,4 +1,4 @@
-"""The results of a run as layers, rasters and a summary: the way up from the engine's arrays.
+"""The results of a run as layers, rasters and a summary: converted from the engine's arrays.
 
 Directions become azimuths from grid north, joules become kilojoules, row numbers become the ids of logs, trees,
 barriers and lines. `slide_logs` calls `write_results` once, when the last chunk of logs is finished.
@@ -56,12 +56,12 @@ from deadwood_algorithms.stats.directions import azimuth
 from deadwood_algorithms.stats.endings import ended, left_dem, reasons_in_words
 from deadwood_engine import STOP_REASONS
 
-# A vertex of a trajectory line per so much path: at 30 m/s a flight sags 1.4 mm between two of them.
+# Path length between vertices of a trajectory line: at 30 m/s a flight deviates by 1.4 mm between two of them.
 VERTEX_SPACING_M = 1.0
 VERTEX_BYTES = 24
-PIECE, PATHS_PIECE = 2**14, 2**11  # rows of a layer that are made at once, and paths, which are longer
-COST = "cost_"  # how the columns begin that have one row for each chunk
-FAILED = "failed_"  # and those of logs that failed
+PIECE, PATHS_PIECE = 2**14, 2**11  # number of rows of a layer made at once, and number of paths, which are longer
+COST = "cost_"  # prefix of arrays with one row for each chunk
+FAILED = "failed_"  # prefix of arrays of logs that failed
 FAILED_STATES = "failed.json"
 BY_LOG = (
     "stop_reason",
@@ -96,7 +96,7 @@ BY_LOG = (
 def arrays_of(
     result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float, overloads: Overloads | None = None
 ) -> dict[str, NDArray]:
-    """What is kept of a chunk: one row for each log, the ledgers of hits, and one row for each chunk of what it "
+    """The stored results of a chunk: one row for each log, the ledgers of hits, and one row for the chunk's "
     "cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
@@ -108,12 +108,12 @@ def arrays_of(
 def kept_of(
     result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float, overloads: Overloads | None = None
 ) -> tuple[dict[str, NDArray], pa.Table]:
-    """What is kept of a chunk, and the poses of its logs."""
+    """The stored results of a chunk, and the poses of its logs."""
     return arrays_of(result, layers, log_id, wall_s, overloads), pose_table(result.poses, log_id, layers.dem.crs)
 
 
 def keeper_of(capacity: Capacity, releases: Releases) -> Keeper:
-    """What is kept of a chunk: with a capacity also the hits above it."""
+    """The function that selects the stored results of a chunk; with a capacity, hits above it are included."""
     return partial(kept_of, overloads=Overloads.of(capacity, releases)) if capacity else kept_of
 
 
@@ -142,9 +142,10 @@ def write_results(
     *,
     geoparquet: bool = False,
 ) -> Outcome:
-    """Write every file of the run's folder, which will stand at ``final``; with ``geoparquet`` its layers twice.
+    """Write every file of the run's folder, whose final place is ``final``; with ``geoparquet`` its layers in both
+    formats.
 
-    Rows are in the order of the releases, in whatever order logs were slid.
+    Rows are in the order of the releases, whatever the order in which logs were slid.
     """
     feedback.progress(0, 3, "writing the results")
     layers, releases, queue, work = done.slope.layers, done.releases, done.queue, done.work
@@ -202,9 +203,9 @@ def write_results(
     by_log.close()
     write_json(folder / SUMMARY, summary)
     making.facts |= {**_facts(layers, releases), "effective": effective_values(releases)}
-    if settings.auto is not None:  # by --fidelity auto, which depends on the clock of the machine
+    if settings.auto is not None:  # chosen by --fidelity auto, which depends on the clock of the machine
         making.facts["chosen"] = {"fidelity": settings.fidelity, "logs": len(releases)}
-    write_manifest(folder, making.manifest())  # for readers of the run before it is complete and sealed
+    write_manifest(folder, making.manifest())  # for code that reads the run before it is complete and sealed
     feedback.progress(3, 3, "writing the results")
     names = {"run": GEOPACKAGE, "poses": POSES, "summary": SUMMARY, "manifest": MANIFEST} | outputs
     paths = {"output": final} | {key: final / name for key, name in names.items()}
@@ -212,7 +213,7 @@ def write_results(
 
 
 def effective_values(releases: Releases) -> dict[str, dict[str, float]]:
-    """Least, median and largest of what the logs had, from their columns or from the options; shares of postures."""
+    """Minimum, median and maximum of the logs' values, from their columns or from the options; shares of postures."""
     logs = releases.logs
     columns = {
         "dbh_cm": releases.dbh_cm,
@@ -238,7 +239,7 @@ def in_pieces(
     geometry: str,
     frame_of: Callable[[geopandas.GeoDataFrame, Mapping[str, NDArray]], geopandas.GeoDataFrame],
 ) -> Stream:
-    """A layer of one row for each log, made from `PIECE` deposits at a time."""
+    """A layer of one row for each log, made for `PIECE` deposits at a time."""
 
     def pieces() -> Iterator[geopandas.GeoDataFrame]:
         for start in range(0, len(releases), PIECE):
@@ -250,7 +251,7 @@ def in_pieces(
 
 
 def deposits_frame(layers: SceneLayers, releases: Releases, by_log: Mapping[str, NDArray]) -> geopandas.GeoDataFrame:
-    """One row for each released log: where it ended, and how it went."""
+    """One row for each released log: where it ended, and how it moved."""
     start, end, axis = by_log["release_position"], by_log["end_position"], by_log["tip_end"] - by_log["base_end"]
     dx, dy, dz = (end - start).T
     columns: dict[str, Any] = {
@@ -332,7 +333,7 @@ def axes_frame(deposits: geopandas.GeoDataFrame, by_log: Mapping[str, NDArray]) 
 
 @dataclass
 class KeptPaths:
-    """The thinned paths of the logs that keep theirs, in a nameless file, and where in it the path of each lies."""
+    """The thinned paths of the logs that keep theirs, in an anonymous file, and the position of each in it."""
 
     spool: BinaryIO
     log_id: array[int] = field(default_factory=lambda: array("q"))
@@ -347,7 +348,7 @@ class KeptPaths:
         self.starts.append(self.starts[-1] + len(points))
 
     def line(self, number: int) -> NDArray[np.float64]:
-        """Vertices of the path that was kept as such a number, shape (n, 3)."""
+        """Vertices of the path with this number in the file, shape (n, 3)."""
         start, stop = self.starts[number : number + 2]
         self.spool.seek(start * VERTEX_BYTES)
         return np.frombuffer(self.spool.read((stop - start) * VERTEX_BYTES)).reshape(-1, 3)
@@ -355,7 +356,7 @@ class KeptPaths:
 
 @contextmanager
 def _stream_poses(path: Path, work: WorkFolder, crs: pyproj.CRS) -> Iterator[KeptPaths]:
-    """Bring the chunks' poses into one file, one row group each, and thin the paths of their logs on the way."""
+    """Copy the chunks' poses into one file, one row group each, and thin the paths of their logs at the same time."""
     with TemporaryFile(dir=work.path) as spool:
         paths = KeptPaths(spool)
         with parquet.ParquetWriter(path, pose_schema(crs), compression="zstd") as writer:
@@ -398,7 +399,7 @@ def trajectories(paths: KeptPaths, layers: SceneLayers, releases: Releases, by_l
 
 
 def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The first and last point, and the first in each further metre of path; at least two points, shape (k, 3)."""
+    """The first and last point, and the first one in each further metre of path; at least two points, shape (k, 3)."""
     if len(points) == 1:
         return np.repeat(points, 2, axis=0)
     path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])

@@ -1,4 +1,4 @@
-"""Boulders as obstacles, from a layer of points: where they lie, how large they are, how far they stick out."""
+"""Boulders as obstacles, from a layer of points: positions, sizes, and heights above the ground."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import numpy as np
 from deadwood_algorithms.files.columns import filled_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
-from deadwood_algorithms.params.counts import none_of
+from deadwood_algorithms.params.counts import none_of, rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.items import (
     extent_words,
     ids_of,
     plan_of,
     points_on,
-    rows_named,
     say_left_out,
     shared_words,
     why_left_out,
@@ -30,11 +29,11 @@ DIAMETER, RADIUS, HEIGHT = "diameter_m", "radius_m", "height_m"
 
 @dataclass(frozen=True)
 class Boulders:
-    """Boulders on the DEM as the engine takes them, their ids as text, and how many lie off it."""
+    """Boulders on the DEM in the engine's form, their ids as text, and how many lie off the DEM."""
 
     solid: Blocks
     ids: list[str]
-    left_out: Counter[str]  # by why
+    left_out: Counter[str]  # by reason
 
     @staticmethod
     def none() -> Boulders:
@@ -42,9 +41,9 @@ class Boulders:
 
 
 def read_blocks(path: str | None, grid: Grid, feedback: Feedback) -> Boulders:
-    """Boulders with their diameters, from ``diameter_m``, else twice ``radius_m``; those off the DEM are left out.
+    """Boulders with their diameters, from ``diameter_m``, otherwise twice ``radius_m``; those off the DEM are left out.
 
-    The top is ``height_m`` above the terrain; a whole diameter, where the field is missing or empty.
+    The top is ``height_m`` above the terrain, or one diameter if the field is missing or empty.
     """
     if path is None:
         return Boulders.none()

@@ -14,7 +14,7 @@ _number = partial(tool.number, group=_GROUP)
 
 @dataclass(frozen=True, kw_only=True)
 class DefaultLog:
-    """The columns of the releases layer, and what holds where they are missing."""
+    """The columns of the releases layer, with the values to be used if they are missing."""
 
     dbh_cm: float = _number(
         "DBH, where the layer has none", unit="cm", default=75.0, minimum=0.0, maximum=DBH_CM[1], exclusive=True

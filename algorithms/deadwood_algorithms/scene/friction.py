@@ -1,7 +1,7 @@
 """Friction as one value, a raster, or polygons with a column: Coulomb's coefficient for every cell of the DEM.
 
-A cell takes the value at its centre: of the raster's cell that holds it, or of the polygon over it. Where polygons
-overlap, the later row counts. Cells that neither covers are refused, unless a value for elsewhere is given.
+A cell takes the value at its centre: that of the raster's cell or of the polygon that contains it. Where polygons
+overlap, the later row counts. Cells without a value are rejected, unless a value for them is given.
 """
 
 from __future__ import annotations
@@ -11,21 +11,27 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyproj
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import is_raster, open_raster, read_part_on, read_raster_on
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.scene.items import say_left_out
 
-COLUMNS = ("friction", "mu")  # looked for in this order, in any letter case
-# Wood on soil, rock, snow or litter slides with 0.1 to 1; a median beyond this is a slip of the unit.
+if TYPE_CHECKING:
+    from deadwood_algorithms.files.dem_windows import DemWindows
+
+COLUMNS = ("friction", "mu")  # searched for in this order, in any letter case
+# Wood on soil, rock, snow or litter slides with 0.1 to 1; a larger median is an error of the unit.
 IMPLAUSIBLE = 2.0
 
 Array = NDArray[np.float64]
@@ -48,9 +54,7 @@ def read_friction(
             raise UserError(f"--friction-column belongs to polygons, but {path} is a raster, whose band 1 is read")
         mu, where = as_written(read_raster_on(path, grid, what="friction", feedback=feedback)), path
     else:
-        shapes, values, where = _polygons(path, grid.crs, column, feedback)
-        if not shapely.intersects(shapes, shapely.box(*grid.frame.bounds)).any():
-            raise UserError(f"{where}: none of the friction polygons lies on the DEM; check the CRS of both")
+        shapes, values, where = _polygons(path, grid.frame.bounds, grid.crs, column, feedback)
         mu = _burnt(shapes, values, grid)
         double = int((_burnt(shapes, np.ones(len(shapes)), grid, added=True) > 1).sum())
         if double:
@@ -67,7 +71,7 @@ def read_friction(
 
 @contextmanager
 def open_friction(
-    friction: str | float, crs: pyproj.CRS, feedback: Feedback
+    friction: str | float, dem: DemWindows, feedback: Feedback
 ) -> Iterator[Callable[[Grid], float | Array]]:
     """The same for windows of a DEM that is too large to hold: gives a function from a window to its friction."""
     number, path = number_of(friction), str(friction)
@@ -80,7 +84,7 @@ def open_friction(
                 feedback.note(f"{path}: the friction raster has no CRS, it is taken to be in the DEM's")
             yield lambda grid: _checked(as_written(read_part_on(source, grid)), grid, path)
     else:
-        shapes, values, where = _polygons(path, crs, None, feedback)
+        shapes, values, where = _polygons(path, dem.bounds, dem.crs, None, feedback)
         tree = shapely.STRtree(shapes)
 
         def on(grid: Grid) -> Array:
@@ -91,7 +95,7 @@ def open_friction(
 
 
 def as_written(values: NDArray[np.float32]) -> Array:
-    """Single precision as the shortest decimal that it stands for: a cell of 0.3 is 0.3, not 0.30000001192."""
+    """Single precision as the shortest decimal that it represents: a cell of 0.3 is 0.3, not 0.30000001192."""
     out = values.astype(np.float64, order="C")
     wrong = np.isfinite(out) & (out != 0.0)
     for digits in (6, 7, 8, 9):  # 9 digits distinguish any two
@@ -106,7 +110,7 @@ def as_written(values: NDArray[np.float32]) -> Array:
 
 
 def number_of(friction: str | float) -> float | None:
-    """The coefficient that is the same everywhere, or None where a layer holds it."""
+    """The coefficient if it is the same everywhere, or None if it comes from a layer."""
     try:
         return float(friction)
     except ValueError:
@@ -133,21 +137,31 @@ def warn_of_large(middle: float, where: str, feedback: Feedback) -> None:
         )
 
 
-def _polygons(path: str, crs: pyproj.CRS, column: str | None, feedback: Feedback) -> tuple[NDArray, Array, str]:
-    """Polygons, their values, and how messages name the layer."""
+def _polygons(
+    path: str, bounds: tuple[float, float, float, float], crs: pyproj.CRS, column: str | None, feedback: Feedback
+) -> tuple[NDArray, Array, str]:
+    """The polygons on the DEM, their values, and how messages name the layer."""
     frame = read_vector(path, geometry=("polygon",), target_crs=crs, what="friction", feedback=feedback)
     names = {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
     name = next((names[each.lower()] for each in ([column] if column else COLUMNS) if each.lower() in names), None)
     if name is None:
         asked = f"'{column}' (--friction-column)" if column else "'friction' or 'mu'; --friction-column names another"
         raise UserError(f"{where_of(frame)}: the friction polygons need a field {asked}; it has {field_names(frame)}")
-    return np.asarray(frame.geometry.array), number_column(frame, name, minimum=0.0), where_of(frame)
+    shapes, values = np.asarray(frame.geometry.array), number_column(frame, name, minimum=0.0)
+    there = shapely.intersects(shapes, shapely.box(*bounds))
+    if not there.any():
+        raise UserError(f"{where_of(frame)}: none of the friction polygons lies on the DEM; check the CRS of both")
+    say_left_out(frame, ~there, "friction polygons", feedback.note)
+    account("friction", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
+    return shapes[there], values[there], where_of(frame)
 
 
 def _burnt(shapes: NDArray, values: Array, grid: Grid, *, added: bool = False) -> Array:
-    """The value of the polygon over each cell's centre, or the sum of all there; NaN, or 0, where there is none.
+    """The value of the polygon over each cell's centre, or the sum of all polygons there; NaN, or 0, where there is
+    none.
 
-    Calculated in cells from the corner of the whole DEM, minus whole numbers: a window gives the same as the whole.
+    Calculated in cells from the corner of the whole DEM, shifted by integers, so that a window gives the same as the
+    whole.
     """
     from rasterio.enums import MergeAlg
     from rasterio.features import rasterize
@@ -163,7 +177,7 @@ def _burnt(shapes: NDArray, values: Array, grid: Grid, *, added: bool = False) -
 def _checked(
     mu: Array, grid: Grid, where: str, elsewhere: float | None = None, fix: str = "clip the DEM to it"
 ) -> Array:
-    """Friction on every cell of the ground, the value for elsewhere in its gaps."""
+    """Friction on every cell of the ground; gaps take the value for elsewhere."""
     ground = np.isfinite(grid.values)
     gaps = np.isnan(mu) & ground
     if gaps.any() and elsewhere is None:
@@ -175,7 +189,7 @@ def _checked(
             f"extend it, or {fix}"
         )
     mu[gaps] = elsewhere
-    mu[~ground] = 0.0  # cells off the DEM are outside whatever they hold
+    mu[~ground] = 0.0  # cells off the DEM are outside, whatever their value
     least = float(mu.min(initial=np.inf))
     if least < 0.0:
         raise UserError(f"{where}: the friction coefficient is {least:g} somewhere, but must not be negative")

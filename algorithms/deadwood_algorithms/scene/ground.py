@@ -1,4 +1,4 @@
-"""What of a terrain model makes a run wrong that looks right: heights in feet, cells too coarse to hold a log."""
+"""Defects of a terrain model that make a plausible run wrong: heights in feet, cells too coarse to hold a log."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from deadwood_algorithms.files.heights import STEEPEST_DEG, holes_in, slopes_of,
 from deadwood_algorithms.params.counts import significant
 from deadwood_algorithms.params.tool import Feedback
 
-# Relief that is smaller than a log holds it, and cells larger than this know none: of 20 logs on one steep hillside all
+# Relief smaller than a log holds it, and cells larger than this have no such relief: of 20 logs on a steep hillside all
 # left it with cells of 5 m, and all came to rest with cells of 0.5 m.
 COARSEST_M = 2.0
 ROWS_LOOKED_AT = 500
 
 
 def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], feedback: Feedback) -> None:
-    """Warn of coarse cells, of holes, and of slopes that no ground has, where the logs start [m]."""
+    """Warn of coarse cells, of holes, and of impossible slopes, at the places where logs start [m]."""
     if grid.cell > COARSEST_M:
         feedback.warn(
             f"{grid.path}: cells of {grid.cell:g} m do not resolve the relief that holds logs, so that too many slide,"
@@ -35,12 +35,12 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
             "them from another terrain model, or by interpolation (in QGIS: Fill NoData)"
         )
     there = slope_at_deg(grid, x, y)
-    if there > STEEPEST_DEG and median_slope_deg(grid) <= STEEPEST_DEG:  # else it was said as the DEM was opened
+    if there > STEEPEST_DEG and median_slope_deg(grid) <= STEEPEST_DEG:  # else reported when the DEM was opened
         feedback.warn(steep_words(grid.path, there, "where the logs start"))
 
 
 def median_slope_deg(grid: Grid) -> float:
-    """From a sufficient number of rows; 0 if no two cells have heights."""
+    """Median slope from a sufficient number of rows; 0 if no two adjacent cells have heights."""
     step = max(1, grid.shape[0] // ROWS_LOOKED_AT)
     rows = np.arange(0, grid.shape[0] - 1, step)
     slopes = np.concatenate([slopes_of(grid.values[row : row + 2], grid.cell) for row in rows])
@@ -48,7 +48,7 @@ def median_slope_deg(grid: Grid) -> float:
 
 
 def slope_at_deg(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
-    """The median over places, each across two cells; 0 where none has heights around it."""
+    """Median slope at places, each across two cells; 0 if none has heights around it."""
     h = grid.cell
     east = grid.height(x + h, y) - grid.height(x - h, y)
     north = grid.height(x, y + h) - grid.height(x, y - h)

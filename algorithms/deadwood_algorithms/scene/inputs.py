@@ -10,7 +10,7 @@ from deadwood_algorithms.params.presets import Taken
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.laws import Breaking
 
-# The laws of contact but the ground's sliding friction, by the names that the engine's ``slide`` takes.
+# The contact laws, except the sliding friction of the ground, by the names that the engine's ``slide`` takes.
 CONTACT_LAWS = (
     "restitution", "rolling_friction", "tree_friction", "tree_restitution", "barrier_friction", "barrier_restitution",
 )  # fmt: skip
@@ -20,7 +20,7 @@ CONTACT_LAWS = (
 class SceneInputs:
     """Layers are paths, None if there is none; ``friction`` is a coefficient or the path of a layer.
 
-    defaults : of the columns that `DefaultLog` names; laws : keyword arguments of the engine's ``slide``
+    defaults : values for the columns of `DefaultLog`; laws : keyword arguments of the engine's ``slide``
     presets : those used; breaking : energy at which trees break, None: they do not
     """
 
@@ -49,7 +49,7 @@ class SceneInputs:
 
 
 def say_presets(presets: tuple[Taken, ...], cell: float, feedback: Feedback) -> None:
-    """What a friction by name is, and that it was found on cells of another size."""
+    """Report what a friction by name is, and if it was found on cells of another size."""
     for each in presets:
         feedback.note(each.said)
         found_on = each.preset.cell_m

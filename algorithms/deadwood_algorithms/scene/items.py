@@ -1,4 +1,4 @@
-"""The things of a layer that results are counted for: their ids, geometries and rows, and words that name them."""
+"""The objects of a layer for which results are counted: ids, geometries, rows, and how messages name them."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, count_of
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.params.counts import none_of
+from deadwood_algorithms.params.counts import none_of, rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
@@ -22,15 +23,10 @@ if TYPE_CHECKING:
 
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
-# Why a row of a layer has no part in a run
-OFF_DEM = "off_dem"  # it lies beyond the terrain model
-NO_TERRAIN = "no_terrain"  # on its last half cell or on nodata, where the surface has no height
-ROWS_NAMED = 5  # an error names this many rows, then counts the rest
-
 
 @dataclass(frozen=True)
 class Paths:
-    """Lines as the engine takes them; several paths (parts, rings) may belong to one item of the layer."""
+    """Lines in the engine's form; several paths (parts, rings) may belong to one item of the layer."""
 
     vertices: NDArray[np.float64]
     starts: NDArray[np.int64]
@@ -39,13 +35,13 @@ class Paths:
 
 @dataclass(frozen=True)
 class Items:
-    """The things of a layer that results are counted for: ids, geometries (one each), and the engine's rows."""
+    """The objects of a layer for which results are counted: ids, geometries (one each), and the engine's rows."""
 
     ids: list[Any]
     geometry: NDArray[Any]
-    item: NDArray[np.int64]  # of each row of the engine
-    row: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))  # of the layer, likewise
-    row_count: int = 0  # of the layer
+    item: NDArray[np.int64]  # the item of each row of the engine
+    row: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))  # the row of the layer, likewise
+    row_count: int = 0  # number of rows of the layer
 
     def any_row(self, by_row: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """From (n, rows) to (n, items): true where any row of the item is."""
@@ -55,7 +51,7 @@ class Items:
         return out
 
     def then(self, more: Items) -> Items:
-        """These things, and further ones behind them."""
+        """These objects, followed by others."""
         geometry = np.concatenate([self.geometry, more.geometry])
         return Items([*self.ids, *more.ids], geometry, np.concatenate([self.item, more.item + len(self.ids)]))
 
@@ -68,9 +64,9 @@ class Items:
 
 
 def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str, feedback: Feedback) -> Paths:
-    """Parts and rings of the line and polygon rows that touch the DEM, as polylines; without length is refused.
+    """Parts and rings of the line and polygon rows that touch the DEM, as polylines; one without length is rejected.
 
-    Rows off the DEM are left out, with a warning; if all are, the CRS is wrong or the layer is another's.
+    Rows off the DEM are left out, with a warning; if all are off it, the CRS is wrong or the layer belongs elsewhere.
     """
     geometry = np.asarray(frame.geometry)
     touches = shapely.intersects(geometry, shapely.box(*grid.frame.bounds))
@@ -94,9 +90,9 @@ def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str, feedback: Fee
 
 
 def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths, feedback: Feedback) -> Items:
-    """Rows with paths that share an id become one item, in the order of their first row, and that is reported.
+    """Rows with paths that share an id become one item, in the order of their first row, with a note.
 
-    The first of ``names`` is the id proper; where another field serves as one, its twins may well be different things.
+    The first of ``names`` is the actual id; if another field is used instead, equal values may be different objects.
     """
     rows = np.unique(paths.item)
     ids = ids_of(frame, *names)[rows].tolist()
@@ -118,10 +114,16 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     return Items(unique, out, of_row[np.searchsorted(rows, paths.item)], paths.item, len(frame))
 
 
+def count_of_items(items: Items) -> dict[str, Any]:
+    """What became of the rows of a layer of lines: those that have a path are used, the others lie off the DEM."""
+    used = np.unique(items.row).size
+    return count_of(items.row_count, used, {OFF_DEM: items.row_count - used})
+
+
 def shared_words(
     frame: geopandas.GeoDataFrame, field: str, ids: list[Any], rows: NDArray[np.intp] | None = None
 ) -> str:
-    """Which rows share an id, in words; empty where each has its own. ``rows`` are those of the ids, where not all."""
+    """Which rows share an id, in words; empty if each has its own. ``rows`` are the rows of the ids, if not all."""
     count = Counter(ids)
     twins = next((each for each in ids if count[each] > 1), None)
     if twins is None:
@@ -156,14 +158,14 @@ def plan_of(frame: geopandas.GeoDataFrame) -> tuple[NDArray[np.float64], NDArray
 def points_on(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which points lie on the DEM.
 
-    Of a large DEM only a window is known, and that may grow: a thing keeps its row whatever the window, and the engine
+    Of a large DEM only a window is known, which may grow: an object keeps its row whatever the window, and the engine
     leaves out those without terrain.
     """
     return grid.contains(x, y) if grid.whole is None else shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)
 
 
-def why_left_out(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> Counter[str]:
-    """How many of some points that do not lie on the DEM are beyond it, and how many where it has no height."""
+def why_left_out(grid: Grid | DemBlocks, x: NDArray[np.float64], y: NDArray[np.float64]) -> Counter[str]:
+    """How many of the points that are not on the DEM are beyond it, and how many are where it has no height."""
     within = int(np.sum(shapely.contains_xy(shapely.box(*grid.frame.bounds), x, y)))
     return Counter({OFF_DEM: x.size - within, NO_TERRAIN: within})
 
@@ -171,19 +173,12 @@ def why_left_out(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> 
 def say_left_out(frame: geopandas.GeoDataFrame, off: NDArray[np.bool_], what: str, say: Callable[[str], None]) -> None:
     """Name the rows of a layer that have no part in the run because they lie off the DEM.
 
-    say : a warning where a row is a work or a road; a note of trees and boulders, whose layers cover whole regions
+    say : a warning for structures and roads; a note for trees and boulders, whose layers cover whole regions
     """
     rows = np.flatnonzero(off)
     if rows.size:
         verb = "lies off the DEM and is" if rows.size == 1 else "lie off the DEM and are"
         say(f"{where_of(frame)}, {rows_named(rows)}: {rows.size} of {off.size} {what} {verb} left out")
-
-
-def rows_named(rows: NDArray[Any]) -> str:
-    """``row 7`` or ``rows 1, 2, 3, 4, 5 and 12 more``; the first row is row 1."""
-    shown = ", ".join(str(int(row) + 1) for row in rows[:ROWS_NAMED])
-    more = f" and {rows.size - ROWS_NAMED} more" if rows.size > ROWS_NAMED else ""
-    return f"row{'s' if rows.size > 1 else ''} {shown}{more}"
 
 
 def digest_of(*parts: Any) -> str:
@@ -202,7 +197,7 @@ def digest_of(*parts: Any) -> str:
 
 
 def extent_words(x: NDArray[np.float64], y: NDArray[np.float64], ground: Grid | DemBlocks) -> str:
-    """Where things are that are not on the DEM, where it is, and what the usual mistake is if it is one."""
+    """Where the objects that are not on the DEM are, where the DEM is, and the usual mistake if it explains this."""
     from deadwood_algorithms.files.crs import misplacement
 
     west, south, east, north = ground.frame.bounds

@@ -1,4 +1,4 @@
-"""Laws that a scene has only on request: trees that break, friction that grows with slip, soft ground."""
+"""Optional laws of a scene: trees that break, friction that grows with slip, soft ground."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params.tool import UserError
 
-if TYPE_CHECKING:  # the tools' declarations bring this file along, and help is to answer at once
+if TYPE_CHECKING:  # the tools' declarations import this file, and help must be fast
     import numpy as np
     from numpy.typing import NDArray
 
@@ -19,7 +19,9 @@ DBH_CM = 40.0  # of the stem whose capacity is given
 
 
 def capacity_of(at_40_cm: float | None, power: float, dbh_cm: Array) -> Array:
-    """Energy [J] that stems take before they break, of that [kJ] of one of 40 cm DBH; infinite where that is None."""
+    """Energy [J] that stems absorb before they break, from that of a stem of 40 cm DBH [kJ]; infinite if that is
+    None.
+    """
     import numpy as np
 
     if at_40_cm is None:
@@ -43,12 +45,12 @@ class Breaking:
         return cls(capacity_kj, power)
 
     def of(self, trees: Trees) -> Trees:
-        """The trees with what each takes."""
+        """The trees with the energy that each absorbs before it breaks."""
         return trees._replace(capacity=capacity_of(self.capacity_kj, self.power, 100.0 * trees.diameter))
 
 
 def slip_laws(shape: str, most: float | None, kappa_per_m: float | None, beta_per_s: float | None) -> dict[str, float]:
-    """The law of slip-dependent friction as the engine's ``slide`` takes it; empty where it is not asked for."""
+    """The law of slip-dependent friction as the engine's ``slide`` takes it; empty if it is not requested."""
     given = {"--friction-max": most, "--friction-kappa": kappa_per_m, "--friction-beta": beta_per_s}
     law = "friction that grows with slip has these three"
     found = _of_points(shape, given, "logs have one friction coefficient", law)
@@ -63,7 +65,9 @@ def scar_laws(shape: str, strength_mn_m2: float | None, drag: float | None) -> d
 
 
 def _of_points(shape: str, given: dict[str, float | None], logs: str, law: str) -> list[float]:
-    """The numbers of a law that bodies of points have, all of them or none; ``logs``, ``law`` : why, in an error."""
+    """The numbers of a law that only bodies of points have, all of them or none; ``logs``, ``law`` : words for the
+    error.
+    """
     named = {name: value for name, value in given.items() if value is not None}
     if not named:
         return []
@@ -77,13 +81,13 @@ def _of_points(shape: str, given: dict[str, float | None], logs: str, law: str) 
 
 
 def refuse_idle_capacity(breaks: bool, capacity_kj: float | None) -> None:
-    """Of tools that count no hits: a capacity alone would do nothing."""
+    """For tools that count no hits: reject a capacity that would have no effect."""
     if capacity_kj is not None and not breaks:
         raise UserError("--tree-capacity-kj alone changes nothing here: add --break-trees, or leave it out")
 
 
 def refuse_idle_slip(most: float | None, friction: float | Array) -> None:
-    """A greatest friction that is nowhere above the least would do nothing."""
+    """Reject a maximum friction that is nowhere above the minimum and would have no effect."""
     import numpy as np
 
     least = float(np.nanmin(friction))

@@ -1,6 +1,6 @@
 """From layers to the engine's arrays: a `Scene` from DEM, trees, barriers, lines and friction.
 
-Here centimetres become metres, and what makes no sense together is refused in one line: lines off the DEM, friction
+Here centimetres become metres, and inconsistent inputs are rejected with one line: lines off the DEM, friction
 that does not cover it, trees in another country. What a scene lacks becomes an empty array, never None.
 """
 
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import account
 from deadwood_algorithms.files.columns import field_names, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import read_dem
@@ -26,6 +27,7 @@ from deadwood_algorithms.scene.blocks import Boulders, read_blocks
 from deadwood_algorithms.scene.friction import read_friction
 from deadwood_algorithms.scene.items import (
     Items,
+    count_of_items,
     digest_of,
     extent_words,
     ids_of,
@@ -51,15 +53,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SceneLayers:
-    """A prepared scene, and what its arrays are called in the layers."""
+    """A prepared scene, with the ids of its arrays' rows in the layers."""
 
     dem: Grid
     scene: Scene
     friction: float | NDArray[np.float64]
     trees: Trees
     tree_ids: list[str]
-    tree_dbh_cm: NDArray[np.float64]  # as the layer has it: 29 cm over 100, times 100, is not 29
-    trees_left_out: Counter[str]  # by why: they stand off the DEM
+    tree_dbh_cm: NDArray[np.float64]  # as in the layer: 29 cm over 100, times 100, is not 29
+    trees_left_out: Counter[str]  # by reason: they stand off the DEM
     engine_barriers: Barriers  # the barriers as the engine takes them
     barriers: Items
     lines: Items
@@ -68,24 +70,24 @@ class SceneLayers:
     lying: Items
     blocks: Boulders
     digest: str  # of every array that went into the scene
-    # Sides of the DEM's window, and the lines along them, which the engine watches behind those of the layer.
+    # Sides of the DEM's window, and the lines along them, which the engine watches after those of the layer.
     watched: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
-    threads: int = 1  # as many as were asked for, or as there is memory for
-    shape: Shape | None = None  # what slides in the logs' place
-    breaking: Breaking | None = None  # at what energy trees break; None: they do not
+    threads: int = 1  # as many as requested, or as fit in memory
+    shape: Shape | None = None  # the body that slides instead of the logs
+    breaking: Breaking | None = None  # the energy at which trees break; None: they do not
 
     def escaped(self, result: Result) -> list[str]:
-        """The sides of the window that some log came too near to; they must be slid again in a wider one."""
+        """The sides of the window that some log came too close to; the logs must be slid again in a wider one."""
         count = result.reach.shape[1] - len(self.watched)
         return [side for k, side in enumerate(self.watched) if result.reach[:, count + k].any()]
 
     def without_watch(self, result: Result) -> Result:
-        """The result for the lines of the layer alone."""
+        """The result restricted to the lines of the layer."""
         count = result.reach.shape[1] - len(self.watched)
         return replace(result, reach=result.reach[:, :count], reach_time=result.reach_time[:, :count])
 
     def danger_bands(self) -> NDArray[np.int64]:
-        """The band of danger, from 1, of each line that the engine watches; 0 of those along the window's sides."""
+        """The band of danger, from 1, of each line that the engine watches; 0 for those along the window's sides."""
         return np.concatenate([self.lines.item + 1, np.zeros(len(self.watched), np.int64)])
 
     def by_scene_line(self, by_item: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -105,9 +107,10 @@ class SceneLayers:
         friction: float | NDArray[np.float64] | None = None,
         trees: Trees | None = None,
     ) -> SceneLayers:
-        """The scene with other heights [m], another friction or other trees in the same places; the rest is the same.
+        """The scene with other heights [m], another friction or other trees in the same places; everything else is
+        unchanged.
 
-        The digest stays that of the layers.
+        The digest remains that of the layers.
         """
         return replace(
             self,
@@ -127,7 +130,9 @@ class SceneLayers:
         return replace(self, scene=scene, watched=watched)
 
     def with_capacity(self, trees: Trees) -> Trees:
-        """Trees as the engine takes them in this scene: with what each takes before it breaks, if they break."""
+        """Trees in the engine's form for this scene: with the energy that each absorbs before it breaks, if they
+        break.
+        """
         return self.breaking.of(trees) if self.breaking else trees
 
 
@@ -149,9 +154,9 @@ def read_scene(
     grid: Grid | None = None,
     breaking: Breaking | None = None,
 ) -> SceneLayers:
-    """Read and check every layer but the releases, and prepare the engine's scene.
+    """Read and check every layer except the releases, and prepare the engine's scene.
 
-    ``grid`` is the DEM, or a window of it, where that has been read already; so may ``lines`` have been.
+    ``grid`` is the DEM, or a window of it, if already read; likewise ``lines``.
     """
     from deadwood_algorithms.scene.lying_logs import read_lying_logs
 
@@ -195,8 +200,8 @@ def read_scene(
 def _watched(grid: Grid, lying: LyingLogs, blocks: Blocks) -> Mapping[str, NDArray[np.float64]]:
     """Lines along the sides of a window.
 
-    A lying log rests on all the terrain below it, so none that the window's side cuts may be met; nor may a boulder
-    whose centre is beyond it.
+    A lying log rests on all the terrain below it, so no log may touch one that the window's side cuts, nor a boulder
+    whose centre is beyond the side.
     """
     return watched_sides(grid, beyond_m=max(_longest(lying), 0.5 * float(blocks.diameter.max(initial=0.0))))
 
@@ -224,7 +229,7 @@ def _prepared(
         lying_logs=lying,
         blocks=blocks,
         first=grid.first,
-        reference=0.0 if frame.part.cells > WHOLE_CELLS else None,  # a large DEM's lowest height is never looked for
+        reference=0.0 if frame.part.cells > WHOLE_CELLS else None,  # not searched for in a large DEM
     )
 
 
@@ -234,13 +239,13 @@ def _watched_too(engine_lines: Lines, watched: Mapping[str, NDArray[np.float64]]
 
 
 def _longest(lying: LyingLogs) -> float:
-    """How far [m] the farthest two vertices of a lying log's line are apart, at most."""
+    """Upper bound of the distance [m] between the farthest two vertices of any lying log's line."""
     lines = zip(lying.starts[:-1], lying.starts[1:], strict=True)
     return max((float(np.ptp(lying.vertices[a:b], axis=0).sum()) for a, b in lines), default=0.0)
 
 
 class StandingTrees(NamedTuple):
-    """Standing trees on the DEM, their ids as text, how many are left out, and their DBH as the layer has it."""
+    """Standing trees on the DEM, their ids as text, how many are left out, and their DBH as in the layer."""
 
     trees: Trees
     ids: list[str]
@@ -279,7 +284,7 @@ def read_barriers(
 ) -> tuple[Barriers, Items]:
     """Barriers with their heights; rows of one barrier_id (without it: of one name) count as one, with a note.
 
-    ``height_field`` names the field of the heights [m] where none of the usual names does.
+    ``height_field`` names the field of the heights [m] if it has none of the usual names.
     """
     if path is None:
         return Barriers.none(), Items([], np.array([], object), np.array([], np.int64))
@@ -303,9 +308,11 @@ def read_barriers(
     return Barriers(paths.vertices, paths.starts, height[paths.item]), items
 
 
-def read_lines(path: str | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
-    """The lines of a layer."""
-    return lines_of(lines_layer(path, grid.crs, feedback) if path else None, grid, feedback)
+def read_lines(path: str | None, grid: Grid, feedback: Feedback, *, parameter: str = "lines") -> tuple[Lines, Items]:
+    """The lines of a layer, which a parameter of the tool names."""
+    found = lines_of(lines_layer(path, grid.crs, feedback) if path else None, grid, feedback)
+    account(parameter, count_of_items(found[1]))
+    return found
 
 
 def lines_layer(path: str, crs: pyproj.CRS, feedback: Feedback) -> geopandas.GeoDataFrame:
@@ -316,7 +323,8 @@ def lines_layer(path: str, crs: pyproj.CRS, feedback: Feedback) -> geopandas.Geo
 def lines_of(frame: geopandas.GeoDataFrame | None, grid: Grid, feedback: Feedback) -> tuple[Lines, Items]:
     """Lines, or the outlines of polygons, whose reach is counted; rows of one line_id count as one.
 
-    Without that field rows of one name do. Either is reported, and that results call lines by their rows.
+    Without that field, rows with the same name do. Both are reported, as is the case that results identify lines by
+    row.
     """
     if frame is None:
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))

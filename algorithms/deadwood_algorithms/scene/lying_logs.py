@@ -8,8 +8,9 @@ from deadwood_algorithms.files.columns import schema_column, warn_implausible, w
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import say_defaults
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.scene.items import Items, items_of, paths_of, rows_named
+from deadwood_algorithms.scene.items import Items, items_of, paths_of
 from deadwood_algorithms.schemas import LYING_LOGS
 from deadwood_engine import LyingLogs
 
@@ -19,8 +20,8 @@ TIP = "tip_diameter_cm"
 def read_lying_logs(path: str | None, grid: Grid, default_cm: float, feedback: Feedback) -> tuple[LyingLogs, Items]:
     """Lying logs with their diameters, drawn from base to tip; rows of one lying_id count as one log.
 
-    The diameter is taken from ``diameter_cm``, else ``dbh_cm``, else it is the default; the tip's from
-    ``tip_diameter_cm``, else it is half the base's, as of every log here.
+    The diameter is taken from ``diameter_cm``, else ``dbh_cm``, else the default; the tip's from
+    ``tip_diameter_cm``, else it is half the base's, as for all logs.
     """
     if path is None:
         return LyingLogs.none(), Items([], np.array([], object), np.array([], np.int64))

@@ -1,4 +1,4 @@
-"""How much memory sliding takes, by the number of cells, and how much is free: reported before the work starts."""
+"""Memory needed for sliding, by the number of cells, compared with the free memory before the work starts."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 
-# Bytes a cell: heights as read, for the kernels, and their roughness (4 each); writing the rasters, strip by strip (12,
-# measured on 6 million cells, GDAL's cache among it); friction that differs by cell (8, and 8 while it is read).
+# Bytes per cell: heights as read, for the kernels, and their roughness (4 each); writing the rasters, strip by strip
+# (12, measured on 6 million cells, including GDAL's cache); friction that differs by cell (8, and 8 while it is read).
 SCENE_BYTES, WRITING_BYTES, FRICTION_BYTES = 12, 12, 16
-RASTER_BYTES = 28  # a cell and thread
-# Of danger, with lines: the list of a log's cells (once) and the count of any line (once) and of each, a cell and
-# thread. Pages that no log reaches are never allocated: the most it can be.
+RASTER_BYTES = 28  # per cell and thread
+# Danger, with lines: the list of a log's cells (once), the count of any line (once) and that of each line, per cell and
+# thread. An upper bound: pages that no log reaches are never allocated.
 DANGER_BYTES = 4
 WORKER_BYTES = 300_000_000  # of libraries and kernels in a process of --scheduler local (measured: 250 MB)
-LOG_BYTES = 800  # a released log, mostly its row as read: 370 with four columns (docs/memory.md), 620 with thirteen
-MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, this number for each core; more gain nothing
+LOG_BYTES = 800  # per released log, mostly its row as read: 370 with four columns (docs/memory.md), 620 with thirteen
+MOST_THREADS, MOST_A_CORE = 64, 4  # or, on a large machine, this number per core; more have no benefit
 
 
 def threads_that_fit(
@@ -45,7 +45,7 @@ def threads_that_fit(
     most = max(MOST_THREADS, MOST_A_CORE * cores)
     if wanted > most:
         feedback.note(
-            f"--threads {wanted}: {counted(most, 'thread is', 'threads are')} used, because more gain nothing on "
+            f"--threads {wanted}: {counted(most, 'thread is', 'threads are')} used, because more have no benefit on "
             f"{counted(cores, 'core')}"
         )
         wanted = most
@@ -75,7 +75,7 @@ def threads_that_fit(
 def refuse_too_many_workers(
     number: int, cells: int, *, friction_by_cell: bool, what: str, danger_lines: int = 0
 ) -> None:
-    """Raise ``UserError`` where the processes, each with its own scene and rasters, do not fit into memory.
+    """Raise ``UserError`` if the processes, each with its own scene and rasters, do not fit into memory.
 
     ``what`` is the DEM's path; ``danger_lines`` are the lines whose danger is counted.
     """
@@ -87,7 +87,7 @@ def refuse_too_many_workers(
     if free is None or here + number * each <= SHARE * free:
         return
     fitting = max(0, int((SHARE * free - here) // each))
-    fix = f"--workers {fitting} fit" if fitting else "leave out --scheduler: threads share what processes cannot"
+    fix = f"--workers {fitting} fit" if fitting else "leave out --scheduler: threads share memory that processes cannot"
     raise UserError(
         f"--scheduler local: {counted(number, 'worker')} on the {cells / 1e6:.3g} million cells of {what} need "
         f"{(here + number * each) / GIB:.1f} GB of memory, {free / GIB:.1f} GB are free; {fix}"
@@ -95,7 +95,7 @@ def refuse_too_many_workers(
 
 
 def refuse_too_many(count: int, things: str, what: str, *, each: int, fix: str) -> None:
-    """Raise ``UserError`` where things of a given number and size [bytes] do not fit into the free memory."""
+    """Raise ``UserError`` if a number of items of a given size [bytes] does not fit into the free memory."""
     free = free_bytes()
     if free is not None and count * each > SHARE * free:
         raise UserError(

@@ -3,11 +3,11 @@ itself.
 
 From each release an energy line descends outwards with a slope of `slope`; where the ground rises above it, no log is
 expected. The estimate proceeds over blocks of the DEM from the releases outwards, so it reads only a little more than
-its result, however large the file. It need not be right: a watched line runs inside every side of the window that is
-not a side of the DEM itself, and a log that touches it is slid again in a wider window. The line keeps such a distance
-from the window's side that nothing beyond the side can have affected a log, even by a bit, that did not touch the line:
+its result, however large the file. It need not be correct: a watched line runs inside every side of the window that is
+not a side of the DEM itself, and a log that touches it is slid again in a wider window. The line is so far
+from the window's side that nothing beyond the side can have affected, even by a bit, a log that did not touch the line:
 its outline is drawn at least every four cells of travel, a step moves it by less, roughness is known from three cells
-around, and obstacles are sought within 2 m of it.
+around, and obstacles are searched for within 2 m of it.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.heights import HIGHEST_M
 from deadwood_algorithms.params.tool import UserError
 
-BLOCK_CELLS = 256  # side of the blocks that the guess walks over
-# From a side of the window to the line that watches it: cells for steps and outlines, metres for obstacles (the
+BLOCK_CELLS = 256  # side of the blocks over which the estimate proceeds
+# Distance from a side of the window to its watched line: cells for steps and outlines, metres for obstacles (the
 # engine's margin of 2 m, once more for the motion in between, and the thickest of trees).
 WATCH_CELLS, WATCH_M = 16, 8.0
-WIDER = 0.5  # of its width, is what a window grows by at a side that was touched
+WIDER = 0.5  # a window grows by this share of its width at a side that was touched
 SIDES = ("west", "south", "east", "north")
 
 
@@ -39,7 +39,7 @@ def first_part(
     Parameters
     ----------
     x, y : release points [m]; those off the DEM are ignored
-    lift_m : how high above the ground of its release a log's energy lets it rise at most (its height, v^2 / 2g)
+    lift_m : largest height above the release that a log's energy permits (its height, v^2 / 2g)
     slope : of the energy line [-]
     margin_m : added around the estimate, for the logs' length
     """
@@ -59,7 +59,7 @@ def first_part(
         reached.append(block)
         for dj, di in ((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1) if dj or di):
             beside = block[0] + dj, block[1] + di
-            # a release may stand at its block's edge, so the first step costs nothing
+            # a release may be at its block's edge, so the first step costs nothing
             left = -energy - (0.0 if block in head else slope * step * math.hypot(dj, di))
             if 0 <= beside[0] < rows and 0 <= beside[1] < columns and left > best.get(beside, -math.inf):
                 best[beside] = left
@@ -74,7 +74,7 @@ def first_part(
 def _heads(
     dem: DemWindows, x: NDArray[np.float64], y: NDArray[np.float64], lift_m: float
 ) -> dict[tuple[int, int], float]:
-    """Energy height [m] of the highest release in each block that holds one."""
+    """Energy height [m] of the highest release in each block that contains one."""
     i, j = np.rint((x - dem.x0) / dem.cell).astype(np.int64), np.rint((y - dem.y0) / dem.cell).astype(np.int64)
     on = (i >= 0) & (j >= 0) & (i < dem.shape[1]) & (j < dem.shape[0])
     blocks = np.column_stack([j, i])[on] // BLOCK_CELLS
@@ -94,7 +94,7 @@ def _block(dem: DemWindows, block: tuple[int, int]) -> NDArray[np.float64]:
 
 
 def _lowest_of(dem: DemWindows, block: tuple[int, int]) -> float:
-    """The lowest ground of a block [m]; infinite where all is outside."""
+    """The lowest ground of a block [m]; infinite if all of it is outside."""
     values = _block(dem, block)
     return float(np.min(values, where=np.isfinite(values), initial=HIGHEST_M * 2.0))
 
@@ -113,9 +113,9 @@ def wider(part: Part, sides: list[str], shape: tuple[int, int]) -> Part:
 
 
 def watched_sides(grid: Grid, beyond_m: float = 0.0) -> dict[str, NDArray[np.float64]]:
-    """The lines to be watched, two vertices [m] each, by the side of the window that they run inside of.
+    """The lines to be watched, two vertices [m] each, by the side of the window along which they run.
 
-    ``beyond_m``: of things that matter as wholes, the longest; one that is cut by the side must not be met.
+    ``beyond_m``: length of the longest object that counts as a whole; one that is cut by the side must not be touched.
     """
     if grid.whole is None:
         return {}

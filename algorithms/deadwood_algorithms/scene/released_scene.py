@@ -1,7 +1,7 @@
-"""What every tool asks that slides logs itself: the layers of the scene, the released logs, and how to slide them.
+"""The parameters of every tool that slides logs: the layers of the scene, the released logs, and how to slide them.
 
-Declared once, as the base of the ``Ask`` of every tool that takes a scene and released logs, so that one manifest's
-values mean the same in the other. Below the tool goes a record of its values, `SceneInputs`.
+Declared once, as the base of the ``Ask`` of every tool that takes a scene and released logs, so that the values of one
+tool's manifest mean the same in another. Lower packages get them as a record, `SceneInputs`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from deadwood_algorithms.scene.inputs import CONTACT_LAWS, SceneInputs
 from deadwood_algorithms.scene.laws import Breaking, scar_laws, slip_laws
 from deadwood_algorithms.schemas import DBH_CM
 
-# Ground that a log sinks into so far that it resists more does not carry a rigid log
+# Ground into which a log sinks so far that resistance increases does not carry a rigid log
 MOST_ROLLING = 0.5
 
 
@@ -233,7 +233,7 @@ class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
 
 @dataclass(frozen=True, kw_only=True)
 class ReleasedScene(OpenScene, _Released):
-    """The same with the layer of the logs, which stands behind the terrain."""
+    """The same with the layer of the logs, which follows the terrain."""
 
     def inputs(self, releases: str = "") -> SceneInputs:
         return super().inputs(releases or self.releases)
@@ -241,7 +241,7 @@ class ReleasedScene(OpenScene, _Released):
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionByName(OpenScene, tool.TakesPresets):
-    """A scene with a friction that may be picked by name."""
+    """A scene with a friction that may be selected by name."""
 
     friction: str | float = tool.number_or_layer(
         "Friction coefficient",
@@ -270,4 +270,4 @@ class FrictionByName(OpenScene, tool.TakesPresets):
 
 @dataclass(frozen=True, kw_only=True)
 class SceneByName(FrictionByName, ReleasedScene):
-    """Both: what slide-logs and its like ask."""
+    """Both: the parameters of slide-logs and similar tools."""

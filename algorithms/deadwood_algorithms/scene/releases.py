@@ -1,4 +1,4 @@
-"""From a releases layer to the engine's `Logs`: columns or their defaults, units, and what cannot be released."""
+"""From a releases layer to the engine's `Logs`: columns or their defaults, units, and checks."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from deadwood_algorithms.files.dem_windows import open_windows
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import say_defaults
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.default_log import DefaultLog
-from deadwood_algorithms.scene.items import Items, digest_of, extent_words, plan_of, rows_named
+from deadwood_algorithms.scene.items import Items, digest_of, extent_words, plan_of
 from deadwood_algorithms.schemas import ORIENTATIONS, RELEASES
 from deadwood_engine import Logs
 from deadwood_engine.limits import DENSITY, DIAMETER, LENGTH
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     import geopandas
 
 Array = NDArray[np.float64]
-LEAST_OF_A_RELEASE = 20  # logs, below which the quantiles of its azimuths mean nothing
+LEAST_OF_A_RELEASE = 20  # logs; with fewer, the quantiles of the azimuths are meaningless
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Releases:
         return self.x.size
 
     def take(self, rows: NDArray[np.int64] | slice) -> Releases:
-        """The logs of these rows; the digest stays that of the layer."""
+        """The logs of these rows; the digest remains that of the layer."""
         return Releases(
             self.logs.take(rows), self.release_id[rows], self.x[rows], self.y[rows], self.dbh_cm[rows], self.digest
         )
@@ -52,7 +53,7 @@ class Releases:
 
 @dataclass(frozen=True)
 class Group:
-    """The logs of one release, as the spread of their deposits is seen."""
+    """The logs of one release, for the spread of their deposits."""
 
     release_id: Any
     rows: NDArray[np.int64]
@@ -61,13 +62,13 @@ class Group:
 
 
 def read_releases(path: str, grid: Grid, defaults: Mapping[str, Any], *, feedback: Feedback) -> Releases:
-    """Read the released logs; ``defaults`` holds the value of each column that the layer may lack."""
+    """Read the released logs; ``defaults`` has the value of each column that the layer may lack."""
     frame = read_vector(path, geometry=("point",), target_crs=grid.crs, what="releases", feedback=feedback)
     return releases_of(frame, grid, defaults, feedback=feedback)
 
 
 def read_numbered(dem: str, releases: str, crs: str | None, feedback: Feedback) -> geopandas.GeoDataFrame:
-    """The layer of releases in the DEM's CRS, each row with the log_id that it has in the whole: for parts of it."""
+    """The layer of releases in the DEM's CRS, each row with its log_id in the whole layer: for parts of a layer."""
     with open_windows(dem, crs=crs, feedback=feedback, look_through=False) as windows:
         frame = read_vector(releases, geometry=("point",), target_crs=windows.crs, what="releases", feedback=feedback)
     frame["log_id"] = read_log_ids(frame)
@@ -77,7 +78,7 @@ def read_numbered(dem: str, releases: str, crs: str | None, feedback: Feedback) 
 def releases_of(
     frame: geopandas.GeoDataFrame, grid: Grid, defaults: Mapping[str, Any], *, feedback: Feedback
 ) -> Releases:
-    """The released logs of a layer that was read."""
+    """The released logs of a layer already read."""
     x, y = plan_of(frame)
     log_id = read_log_ids(frame)
     _refuse_off_dem(x, y, log_id, grid, where_of(frame))
@@ -86,7 +87,7 @@ def releases_of(
         return schema_column(frame, RELEASES.column(name), defaults[name])
 
     def size(name: str, limits: tuple[float, float], unit: float = 1.0) -> NDArray[np.float64]:
-        """A column within what the engine takes, also where it is the option's value."""
+        """A column within the engine's limits, also if its value is that of the option."""
         least, most = (round(unit * limit, 9) for limit in limits)
         if name not in frame and not least <= defaults[name] <= most:
             flag = "--" + name.replace("_", "-")
@@ -118,7 +119,7 @@ def releases_of(
 
 
 def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
-    """Whole, not negative, each used once; the row number where the layer has none."""
+    """Ids: whole, not negative, unique; the row number if the layer has none."""
     if "log_id" not in frame:
         return np.arange(1, len(frame) + 1, dtype=np.int64)
     values = number_column(frame, "log_id", minimum=0.0)
@@ -138,7 +139,7 @@ def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
 
 
 def _say_overridden(frame: geopandas.GeoDataFrame, defaults: Mapping[str, Any], feedback: Feedback) -> None:
-    """Warn of options that were set and do not hold, because the layer has their column."""
+    """Warn of options that were set but have no effect, because the layer has their column."""
     idle = []
     for each in fields(DefaultLog):
         given = defaults[each.name]
@@ -184,7 +185,7 @@ def reached(lines: Items, by_log: Mapping[str, NDArray], releases: Releases) -> 
 
 
 def starts_inside(lines: Items, releases: Releases) -> NDArray[np.bool_]:
-    """Which log starts inside which polygon, shape (n, n_lines); inside a line none does."""
+    """Which log starts inside which polygon, shape (n, n_lines); none starts inside a line."""
     inside = np.zeros((len(releases), len(lines.ids)), bool)
     for column, shape in enumerate(lines.geometry):
         if shapely.get_dimensions(shape) == 2:

@@ -1,4 +1,4 @@
-"""A shape that slides in the logs' place, from a file of points: ``x y z`` a line in metres, without a header.
+"""A body that slides instead of the logs, from a file of points: ``x y z`` on each line, in metres, without a header.
 
 This is the custom shape of RAMMS::Rockfall and what `make_log` writes. The body is the points' convex hull.
 """
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 CONE = "cone"
 MOST_POINTS = 20_000
-USUAL_M = (0.05, 60.0)  # a body smaller or larger than this is more likely given in another unit
-# Beyond this it is refused: no stone below 1 cm is worth the steps that it asks for, no log is longer than a tree.
+USUAL_M = (0.05, 60.0)  # a body smaller or larger than this was more likely given in another unit
+# Beyond this it is rejected: a stone below 1 cm would take too many steps, and no log is longer than a tree.
 LIMITS_M = (0.01, TREE_M[1])
-FARTHEST_M = 1e8  # of the points from their origin; beyond, numbers cannot represent millimetres
+FARTHEST_M = 1e8  # largest distance of points from their origin; beyond it, numbers cannot represent millimetres
 
 
 def read_points(path: str) -> NDArray[np.float64]:
@@ -55,7 +55,7 @@ def read_points(path: str) -> NDArray[np.float64]:
 
 
 def read_shape(name: str, cell: float, feedback: Feedback) -> Shape | None:
-    """The shape of ``--shape``: None for the cone, else that of a file of points; ``cell`` of the DEM [m]."""
+    """The shape of ``--shape``: None for the cone, else that of a file of points; ``cell`` is that of the DEM [m]."""
     if str(name).strip().lower() == CONE:
         return None
     points = read_points(name)
@@ -86,7 +86,9 @@ def read_shape(name: str, cell: float, feedback: Feedback) -> Shape | None:
 
 
 def longest_gap(shape: Shape) -> float:
-    """Largest distance [m] of neighbouring points along an edge of the hull: nothing between them feels the ground."""
+    """Largest distance [m] of neighbouring points along an edge of the hull: nothing between them is tested against
+    the ground.
+    """
     points, corners = shape.cloud.points, shape.cloud.corners
     near = 1e-5 * float(np.ptp(points, axis=0).max())
     worst = 0.0

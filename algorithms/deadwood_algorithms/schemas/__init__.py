@@ -1,7 +1,7 @@
 """Every layer, raster, table and JSON file of the toolbox: what each column, band and key means, its unit, its bounds.
 
-`words` has the classes of declarations, `brought` the layers that users bring, `results` those of results, `files` the
-rasters, tables and JSON files; `written` says which tool writes what, and where: a test runs every tool and compares
+`words` has the classes of declarations, `brought` the layers of users, `results` those of results, `files` the
+rasters, tables and JSON files; `written` lists what each tool writes, and where: a test runs every tool and compares
 that list with its output. ``docs/layers.md`` is rendered from here. Standard library only.
 """
 
@@ -61,5 +61,5 @@ LAYERS = {layer.name: layer for layer in (*BROUGHT, *RESULTS)}
 
 
 def columns_of(name: str) -> tuple[Column, ...]:
-    """The columns of a layer, none for a name that is not in the table."""
+    """The columns of a layer, empty for a name that is not in the table."""
     return LAYERS[name].columns if name in LAYERS else ()

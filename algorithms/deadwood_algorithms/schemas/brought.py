@@ -1,4 +1,4 @@
-"""The layers that users bring, and that some tools make for others."""
+"""The layers that users provide, and that some tools make for others."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_num
 
 ORIENTATIONS = ("upright", "lying", "tilted")
 STRUCTURE_KINDS = ("embankment", "ditch")
-# Beyond these a size is a slip, and no log, tree or work on Earth; a scene of such would be computed in vain, or hang.
-# The stoutest trunk is 14 m across (Tule), the tallest tree 116 m (Hyperion), the highest dam 305 m (Jinping); the
-# densest matter that may stand for a body (--shape) weighs 22 600 kg/m³; a log falls through air at 100 m/s or less.
+# Beyond these limits a size is an error, not a log, tree or structure; computing such a scene would be pointless, or
+# hang. The stoutest trunk is 14 m across (Tule), the tallest tree 116 m (Hyperion), the highest dam 305 m (Jinping);
+# the densest matter that may stand for a body (--shape) weighs 22 600 kg/m³; a log falls through air at 100 m/s or
+# less.
 DBH_CM = (0.1, 1500.0)
 TREE_M = (0.05, 150.0)
 BARRIER_M = 350.0
@@ -68,7 +69,7 @@ RELEASES = Layer(
             choices=ORIENTATIONS,
             default="upright",
         ),
-        a_number("tilt_deg", "Angle of the axis from the vertical, of a tilted log", 0, 180, default=0.0),
+        a_number("tilt_deg", "Angle of the axis of a tilted log from the vertical", 0, 180, default=0.0),
         a_number("azimuth_deg", "Where tip and speed point, clockwise from grid north", 0, FULL_CIRCLE, default=0.0),
         a_number(
             "speed_ms",
@@ -90,7 +91,7 @@ RELEASES = Layer(
 TREES = Layer(
     name="trees",
     geometry=("Point",),
-    meaning="Standing trees: rigid truncated cones, base diameter DBH, top half of it",
+    meaning="Standing trees: rigid truncated cones with the DBH as base diameter and half of it at the top",
     columns=(
         an_id("tree_id", "The tree; unique. Missing: the row number, from 1"),
         a_number(
@@ -113,14 +114,14 @@ TREES = Layer(
             usual=(1.3, 80),
             required=True,
         ),
-        a_text("species", "Species as the source names it"),
+        a_text("species", "Species as named in the source"),
         a_number("crown_diameter_m", "Diameter of the crown", 0),
         a_text(
             "dbh_source",
             "measured, or modelled where it was computed from the height",
             choices=("measured", "modelled"),
         ),
-        an_id("source_id", "The id in the source, where ids were given again"),
+        an_id("source_id", "The id in the source, if new ids were assigned"),
     ),
 )
 
@@ -173,7 +174,7 @@ LYING_LOGS = Layer(
 BLOCKS = Layer(
     name="blocks",
     geometry=("Point",),
-    meaning="Boulders that hold logs back: rigid spheres, on the terrain or partly in it",
+    meaning="Boulders that hold logs back: rigid spheres, on the terrain or partly embedded in it",
     columns=(
         an_id("block_id", "The block; unique. Missing: name, else the row number"),
         a_number(
@@ -187,7 +188,7 @@ BLOCKS = Layer(
         a_number("radius_m", "Its radius, used where diameter_m is missing", 0, 0.5 * BLOCK_M, exclusive=True),
         a_number(
             "height_m",
-            "Height of its top above the terrain, at most the diameter; less, where it sticks in the ground. Missing "
+            "Height of its top above the terrain, at most the diameter; less if it is partly embedded. Missing "
             "or empty: the diameter",
             0,
             BLOCK_M,
@@ -199,7 +200,7 @@ BLOCKS = Layer(
 LINES = Layer(
     name="lines",
     geometry=("LineString", "Polygon"),
-    meaning="Roads, railways, houses: what must not be reached, as lines or outlines",
+    meaning="Roads, railways, houses and other objects that must not be reached, as lines or outlines",
     columns=(
         an_id("line_id", "The line; unique. Missing: name, else the row number"),
         a_text("name", "Its name, used where line_id is missing"),
@@ -214,7 +215,7 @@ STRUCTURES = Layer(
         *STRUCTURE,
         a_number(
             "height_m",
-            "Height of the crest above the ground under the line, of a ditch its depth",
+            "Height of the crest above the ground under the line; depth of a ditch",
             0,
             exclusive=True,
         ),
@@ -229,13 +230,16 @@ STRUCTURES = Layer(
 DEADWOOD = Layer(
     name="deadwood",
     geometry=("Point",),
-    meaning="Mapped dead trees, standing or lying, as assess-mobilisation rates them",
+    meaning="Mapped dead trees, standing or lying, for assess-mobilisation to rate",
     columns=(
         a_text("decay_stage", "Stage of Maser and Trappe, I to V or 1 to 5, with early or late before it where known"),
         a_number("years_dead", "Years since death, where the stage is not known", 0),
         a_text("species", "Binomial, or common name in German, French, Italian or English; for the years"),
         a_number(
-            "standing", "1 if it stands, 0 if it lies; the years of other species than spruce are of downed wood", 0, 1
+            "standing",
+            "1 if it stands, 0 if it lies; the years of species other than spruce are those of downed wood",
+            0,
+            1,
         ),
     ),
 )

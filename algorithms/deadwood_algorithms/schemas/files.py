@@ -21,43 +21,49 @@ def _one(name: str, meaning: str, unit: str, number: str = "float32", look: str 
 
 
 def _quantiles(name: str, what: str, unit: str) -> RasterFile:
-    band = Band(name=f"{name}, PERCENT %", meaning=f"That quantile of {what}, over the logs that pass", unit=unit)
-    return RasterFile(name=name, meaning=f"Quantiles of {what} in each cell; a band each", bands=(band,), look=name)
+    band = Band(name=f"{name}, PERCENT %", meaning=f"This quantile of {what}, over the logs that pass", unit=unit)
+    return RasterFile(
+        name=name, meaning=f"Quantiles of {what} in each cell; one band for each", bands=(band,), look=name
+    )
 
 
-SUSCEPTIBILITY = _one("susceptibility", "How easily a log starts there, 0 to 1", "1", look="susceptibility")
+SUSCEPTIBILITY = _one("susceptibility", "Susceptibility to the start of a log, 0 to 1", "1", look="susceptibility")
 FACTORS = RasterFile(
     name="factors",
     meaning="Factors of the susceptibility",
     bands=(
         Band(name="slope", meaning="Slope at the scale of a log", unit="°"),
         Band(name="roughness", meaning="Standard deviation of the heights about the fitted surface", unit="m"),
-        Band(name="depth across the slope", meaning="How deep the ground lies across the slope: gullies", unit="m"),
+        Band(
+            name="depth across the slope",
+            meaning="Depth of the ground below its surroundings across the slope (gullies)",
+            unit="m",
+        ),
     ),
 )
 DEM = RasterFile(
     name="dem",
     look="terrain",
-    meaning="A terrain model, in the number type of the one that it was made from",
+    meaning="A terrain model, with the number type of the original",
     bands=(Band(name="", meaning="Height of the ground", unit="m", number="NUMBER"),),
 )
 RUN_RASTERS = (
     _one(
         "hit_count",
-        "How many logs overlapped the cell with any part of their outline in plan at any time, each log once",
+        "Number of logs whose plan outline overlapped the cell at any time, each log once",
         "logs",
         "uint32",
         "counts",
     ),
     _one(
         "reach_probability",
-        "Share of all logs that overlapped the cell with any part of their outline in plan at any time",
+        "Share of all logs whose plan outline overlapped the cell at any time",
         "1",
         look="shares",
     ),
     _one(
         "deposit_count",
-        "How many logs lie on the cell at the end",
+        "Number of logs that come to rest on the cell",
         "logs",
         "uint32",
         "counts",
@@ -66,7 +72,7 @@ RUN_RASTERS = (
     _one("energy_max", "Largest kinetic energy of a log over the cell", "kJ", look="energy"),
     RasterFile(
         name="jump_max",
-        meaning="How high logs jump over the cell",
+        meaning="Heights of logs that pass the cell",
         look="jump",
         bands=(
             Band(
@@ -89,28 +95,32 @@ DANGER = RasterFile(
     bands=(
         Band(
             name="any_line",
-            meaning="Of the logs that passed the cell, the share that reached any line with the same outline or later",
+            meaning="Share of the logs passing the cell that reached any line with the same outline or a later one",
             unit="1",
         ),
-        Band(name="logs_passed", meaning="How many logs passed the cell, on which the shares rest", unit="logs"),
-        Band(name="LINE", meaning="Share that reached this line; a band each", unit="1"),
+        Band(
+            name="logs_passed",
+            meaning="Number of logs that passed the cell, on which the shares are based",
+            unit="logs",
+        ),
+        Band(name="LINE", meaning="Share that reached this line; one band for each line", unit="1"),
     ),
 )
 DANGER_COUNT = RasterFile(
     name="danger_count",
     look="counts",
-    meaning="The counts behind danger.tif, with --danger-counts: those of several runs add up",
+    meaning="The counts behind danger.tif, with --danger-counts: those of several runs can be added",
     bands=(
         Band(
             name="any_line",
-            meaning="Logs that passed the cell and reached any line with the same outline or later",
+            meaning="Logs that passed the cell and reached any line with the same outline or a later one",
             unit="logs",
             number="uint32",
         ),
-        Band(name="LINE", meaning="Logs that reached this line; a band each", unit="logs", number="uint32"),
+        Band(name="LINE", meaning="Logs that reached this line; one band for each line", unit="logs", number="uint32"),
     ),
 )
-HITS = _one("hits", "How many of the chosen logs overlap the cell at any time", "logs", "uint32", "counts")
+HITS = _one("hits", "Number of the chosen logs that overlap the cell at any time", "logs", "uint32", "counts")
 CELL_QUANTILES = (
     _quantiles("speed", "the largest speed of each log", "m/s"),
     _quantiles("energy", "the largest kinetic energy of each log", "kJ"),
@@ -124,18 +134,18 @@ ORIGIN_REACH = RasterFile(
         Band(name="any line", meaning="Share of the cell's logs that reach any line; NaN if too few", unit="1"),
         Band(name="any line: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
         Band(name="any line: upper end", meaning="Upper end of its 95 % Wilson interval", unit="1"),
-        Band(name="any line: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
-        Band(name="line LINE", meaning="Share that reaches this line; four bands each", unit="1"),
+        Band(name="any line: logs that reach", meaning="Number of the cell's logs that do", unit="logs"),
+        Band(name="line LINE", meaning="Share that reaches this line; four bands for each line", unit="1"),
         Band(name="line LINE: lower end", meaning="Lower end of its 95 % Wilson interval", unit="1"),
         Band(name="line LINE: upper end", meaning="Upper end of its 95 % Wilson interval", unit="1"),
-        Band(name="line LINE: logs that reach", meaning="How many of the cell's logs do", unit="logs"),
-        Band(name="logs released", meaning="How many were released in the cell", unit="logs"),
+        Band(name="line LINE: logs that reach", meaning="Number of the cell's logs that do", unit="logs"),
+        Band(name="logs released", meaning="Number of logs released in the cell", unit="logs"),
     ),
 )
 DIFFERENCE = RasterFile(
     name="difference_SCENARIO",
     look="difference of shares",
-    meaning="How much more likely a passage of each cell is in this scenario than in the first",
+    meaning="Change of the probability that a log passes the cell, from the first scenario to this one",
     bands=(
         Band(
             name="difference",
@@ -144,7 +154,7 @@ DIFFERENCE = RasterFile(
         ),
         Band(
             name="standard_errors",
-            meaning="That difference in units of its standard deviation by chance, if other logs were released in each",
+            meaning="This difference in standard errors, as if different logs had been released in the two scenarios",
         ),
     ),
 )
@@ -153,7 +163,7 @@ DIFFERENCE = RasterFile(
 def _classes(name: str, what: str) -> RasterFile:
     return RasterFile(
         name=name,
-        meaning=f"{what}, from 1; 0 where no log passed; classes.json says what each is",
+        meaning=f"{what}, from 1; 0 where no log passed; classes.json has the meaning of each",
         bands=(Band(name=name, meaning=f"{what}; the colours of the classes are in the file", number="uint8"),),
     )
 
@@ -180,7 +190,7 @@ INTENSITY_MAPS = (
 
 COMPARISON = TableFile(
     name="comparison.csv",
-    meaning="Every quantity of every scenario with its 95 % interval, and its difference to the first",
+    meaning="Every quantity of every scenario with its 95 % interval, and its difference from the first",
     columns=(
         a_text("scenario", "Name of the scenario"),
         a_text("quantity", "What was measured"),
@@ -190,16 +200,16 @@ COMPARISON = TableFile(
         a_number("value", "The value"),
         a_number("ci_low", "Lower end of its 95 % interval"),
         a_number("ci_high", "Upper end"),
-        a_number("difference", "The value less that of the baseline"),
+        a_number("difference", "The value minus that of the baseline"),
         a_number("diff_ci_low", "Lower end of the difference's 95 % interval, over the same logs"),
         a_number("diff_ci_high", "Upper end"),
-        a_number("n_only_reference", "Of a share: logs that do so in the baseline only", 0),
-        a_number("n_only_scenario", "Of a share: logs that do so in this one only", 0),
-        a_number("p_mcnemar", "Probability that chance alone changes as many, by McNemar's exact test", 0, 1),
+        a_number("n_only_reference", "For a share: logs that do so in the baseline only", 0),
+        a_number("n_only_scenario", "For a share: logs that do so in this scenario only", 0),
+        a_number("p_mcnemar", "Probability of at least such a change by chance alone (McNemar's exact test)", 0, 1),
         a_number("n_lost", "Logs that left the terrain model before the outcome was known", 0),
         a_number("value_low_if_lost", "The value if none of these had done it"),
         a_number("value_high_if_lost", "The value if all had"),
-        a_number("difference_low_if_lost", "The least difference, whatever they did"),
+        a_number("difference_low_if_lost", "The smallest difference, whatever they did"),
         a_number("difference_high_if_lost", "The largest"),
         a_number("diff_ci_low_if_lost", "Lower end of the 95 % interval of the least"),
         a_number("diff_ci_high_if_lost", "Upper end of that of the largest"),
@@ -219,26 +229,27 @@ OVERVIEW = TableFile(
         a_number("value", "The value"),
         a_number("from", "Lower end of its 95 % interval"),
         a_number("to", "Upper end"),
-        a_number("difference", "The value less that of the first scenario"),
+        a_number("difference", "The value minus that of the first scenario"),
         a_number("difference_from", "Lower end of the difference's 95 % interval, over the same logs"),
         a_number("difference_to", "Upper end"),
         a_number("logs_lost", "Logs that left the terrain model before the outcome was known", 0),
         a_number("if_lost_from", "The value if none of these had done it"),
         a_number("if_lost_to", "The value if all had"),
-        a_number("difference_if_lost_from", "The least difference, whatever they did"),
+        a_number("difference_if_lost_from", "The smallest difference, whatever they did"),
         a_number("difference_if_lost_to", "The largest"),
     ),
 )
 SITES_TABLE = TableFile(
     name="overview.csv",
-    meaning="Many sites side by side: one row for each site and line, one of a site without lines or that failed",
+    meaning="Many sites side by side: one row for each site and line, one row for a site that has no lines or "
+    "that failed",
     columns=SITE_COLUMNS,
 )
 DESIGN_VALUES = TableFile(
     name="design_values.csv",
     meaning="Percentiles at each barrier and line, over the logs that reach it",
     columns=(
-        a_text("kind", "What the place is", choices=("barrier", "line")),
+        a_text("kind", "Kind of the place", choices=("barrier", "line")),
         a_text("place_id", "The barrier or line"),
         a_text(
             "quantity",
@@ -251,27 +262,30 @@ DESIGN_VALUES = TableFile(
         a_number("value", "The percentile; empty without any log"),
         a_number("ci_low", "Lower end of its exact interval; empty where the logs are too few for one"),
         a_number("ci_high", "Upper end"),
-        a_number("n_more", "How many more hits it takes for an upper end, 0 where there is one", 0),
+        a_number("n_more", "Number of further hits needed for an upper end, 0 if there is one", 0),
         a_text("note", "The same in words, or why the quantity is missing"),
         a_number("n_lost", "Logs that left the terrain model and had not reached the place", 0),
         a_number("factor", "The rule's factor for this percentile; empty where the rule uses another; with --rule", 0),
         a_number("design_value", "The percentile times the factor"),
-        a_number("design_high", "The upper end times the factor; the interval is of the percentile alone"),
+        a_number("design_high", "The upper end times the factor; the interval is that of the percentile only"),
         *BARRIER_CLASS,
     ),
 )
 SITED_TABLE = TableFile(
     name="pareto.csv",
-    meaning="One row for each candidate alone, by what is left; then one per chosen set of barriers",
+    meaning="One row for each single candidate, sorted by the remaining reach; then one for each chosen set of "
+    "barriers",
     columns=(
         a_number("step", "0: a candidate alone; from 1: the set chosen after that number of steps", 0),
         a_text("barriers", "The barriers of the set, with plus signs"),
-        a_text("barrier_id", "The barrier added last, to which the further columns belong"),
+        a_text("barrier_id", "The barrier added last, to which the following columns refer"),
         a_number("length_m", "Its length in plan", 0),
         a_number("height_m", "Its height", 0),
-        a_number("above_m", "Height of its contour above the nearest place of a line; empty where it was given"),
+        a_number("above_m", "Height of its contour above the nearest place of a line; empty for a given line"),
         a_number("angle_deg", "Angle between it and the contours of the ground under it, in plan", 0, 90),
-        a_number("n_flux", "Logs that touch its line, before it stands, and a road, railway or house then or later", 0),
+        a_number(
+            "n_flux", "Logs that touch its line without the barrier, and then or later a road, railway or house", 0
+        ),
         a_number("n_near", "Logs that come near it and were slid again", 0),
         a_number("n_total", "Logs that were slid", 0),
         a_number("n_reach", "Of these, the logs that reach a line with the barriers of the set", 0),
@@ -281,22 +295,23 @@ SITED_TABLE = TableFile(
         *IF_LOST,
         *SITED_GAIN,
         *SITED_HITS,
-        a_text("pareto", "yes: no candidate that is neither longer nor higher leaves less; empty for a set"),
+        a_text("pareto", "yes: no candidate that is neither longer nor higher leaves a smaller reach; empty for a set"),
     ),
 )
 INTENSITY_LINES = TableFile(
     name="lines.csv",
-    meaning="Each line by the least energy that reaches it; the last eight but one only with a frequency",
+    meaning="Each line, by the minimum energy that reaches it; the columns of rates and return periods only "
+    "with a frequency",
     columns=(
         a_text("line_id", "The line or polygon"),
-        a_number("at_least_kj", "Least energy of the logs that count; 0: all that reach it", 0),
-        a_number("n_total", "Logs that were watched", 0),
+        a_number("at_least_kj", "Minimum energy of the logs that count; 0: all that reach it", 0),
+        a_number("n_total", "Logs whose reach is known", 0),
         a_number("n_reach", "Of these, the logs that reach the line with this energy", 0),
         a_number("p", "Their share", 0, 1),
         a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
         a_number("ci_high", "Upper end", 0, 1),
         *IF_LOST,
-        a_number("rate_per_year", "Events a year that reach the line so", 0, unit="1/a"),
+        a_number("rate_per_year", "Events a year that reach the line with this energy", 0, unit="1/a"),
         a_number("rate_ci_low_per_year", "Lower end of its 95 % interval, for the number of logs", 0, unit="1/a"),
         a_number("rate_ci_high_per_year", "Upper end", 0, unit="1/a"),
         a_number("return_period_years", "Mean time between them; empty where no log reaches", 0, unit="a"),
@@ -314,7 +329,7 @@ CALIBRATION = TableFile(
         a_number("friction", "The coefficient", 0),
         a_text("in_range", "Whether it is among those that reproduce the event (95 %)"),
         a_number("p_range", "Probability of an event as likely or less, if it were the true one", 0, 1),
-        a_number("p_fit", "Share of the model's own events that it makes no more often than the observed one", 0, 1),
+        a_number("p_fit", "Share of the model's own events that are no more likely than the observed one", 0, 1),
         a_number("log_likelihood", "Logarithm of the likelihood of the event"),
         a_number("relative_likelihood", "Likelihood over that of the most likely coefficient", 0, 1),
         a_number("relative_ci_low", "Lower end of its 95 % interval, for the number of logs that were slid", 0),
@@ -325,10 +340,12 @@ CALIBRATION = TableFile(
         a_number("runout_p95_m", "Their 95 % quantile", 0),
         a_number("speed_max_ms", "Largest speed of all logs", 0),
         a_number("without_deposit", "Logs that left the terrain model, failed, or still moved at the time limit", 0),
-        a_number("share", "Share of the logs that do as was observed, where the event is one of lines or areas", 0, 1),
+        a_number(
+            "share", "Share of the logs that behave as observed, if the event is described by lines or areas", 0, 1
+        ),
         a_number("share_ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
         a_number("share_ci_high", "Upper end", 0, 1),
-        a_number("n_lost", "Logs that left the terrain model before it was known whether they do", 0),
+        a_number("n_lost", "Logs that left the terrain model before this was known", 0),
         a_number("share_low_if_lost", "The share if none of these did", 0, 1),
         a_number("share_high_if_lost", "The share if all did", 0, 1),
         a_number("reach_LINE", "Share of the logs that reach this line", 0, 1),
@@ -352,7 +369,7 @@ VARIED_RUNS = TableFile(
 )
 TORNADO = TableFile(
     name="tornado.csv",
-    meaning="One row for each outcome and factor: its effect alone between the ends of its range",
+    meaning="One row for each outcome and factor: its effect alone, between the ends of its range",
     columns=(
         a_text("outcome", "`runout_mean_m`, or `reach_` and a line"),
         a_text("factor", "The factor"),
@@ -361,7 +378,7 @@ TORNADO = TableFile(
         a_number("as_it_is", "The outcome with nothing varied"),
         a_number("at_low", "The outcome at the low end, the other factors as they are"),
         a_number("at_high", "The same at the high end"),
-        a_number("swing", "The latter less the former"),
+        a_number("swing", "The latter minus the former"),
         a_number("ci_low", "Lower end of its 95 % interval, over the same logs"),
         a_number("ci_high", "Upper end"),
         a_number("n_changed", "Logs whose outcome differs between the ends", 0),
@@ -370,14 +387,14 @@ TORNADO = TableFile(
 )
 SENSITIVITY = TableFile(
     name="indices.csv",
-    meaning="One row for each outcome and factor: its share of the variance over all ranges; with a design only",
+    meaning="One row for each outcome and factor: its share of the variance over all ranges; only with a design",
     columns=(
         a_text("outcome", "`runout_mean_m`, or `reach_` and a line"),
         a_text("factor", "The factor"),
         a_number("first", "First-order index: its share of the variance alone; empty where nothing varies"),
         a_number("first_ci_low", "Lower end of its 95 % interval, over the rows of the design and the logs", 0, 1),
         a_number("first_ci_high", "Upper end", 0, 1),
-        a_number("total", "Total-effect index: the share that it has a part in"),
+        a_number("total", "Total-effect index: the share in which it is involved"),
         a_number("total_ci_low", "Lower end of its 95 % interval", 0, 1),
         a_number("total_ci_high", "Upper end", 0, 1),
         a_text(
@@ -385,26 +402,26 @@ SENSITIVITY = TableFile(
             "Whether the first-order index was estimated above the total one, by chance: both are then their mean",
         ),
         a_number("mean", "The outcome's mean over the ranges"),
-        a_number("variance", "Its variance over the ranges, without what so few logs add by chance"),
+        a_number("variance", "Its variance over the ranges, without the contribution of the finite number of logs"),
         a_number("variance_ci_low", "Lower end of the variance's 95 % interval; if it is 0, there are no indices"),
         a_number("variance_ci_high", "Upper end"),
     ),
 )
 FIDELITIES = TableFile(
     name="comparison.csv",
-    meaning="Every quantity at every fidelity, and its difference to the finest",
+    meaning="Every quantity at every fidelity, and its difference from the finest",
     columns=(
         a_text("fidelity", "Name of the fidelity"),
         a_text("quantity", "What was measured"),
-        a_text("item", "Of what: a line; empty for all logs"),
+        a_text("item", "Subject: a line; empty for all logs"),
         a_text("unit", "Unit of the value"),
         a_number("value", "The value"),
         a_number("finest", "The value of the finest fidelity"),
-        a_number("difference", "Value less the finest's, or a distance"),
+        a_number("difference", "Value minus that of the finest fidelity, or a distance"),
         a_number("ci_low", "Lower end of the difference's 95 % interval, over the same logs"),
         a_number("ci_high", "Upper end"),
         a_number("noise", "Sampling noise of this quantity in a run with the planned number of logs", 0),
-        a_text("verdict", "Whether the error is shown to stay below that"),
+        a_text("verdict", "Whether the error is shown to be below this"),
     ),
 )
 
@@ -442,7 +459,7 @@ def _wood(name: str, what: str) -> tuple[Key, ...]:
         _key(f"{name}.n_hit", "How many of them were hit"),
         _key(f"{name}.n_hits", "Hits of all of them"),
         _key(f"{name}.n_stops", "Logs that they hold at the end"),
-        _key(f"{name}.n_stopping", "How many of them hold one"),
+        _key(f"{name}.n_stopping", "Number of them that hold a log"),
         _key(f"{name}.impulse_sum_kns", "Momentum that they absorbed in impacts [kN s]"),
         _key(f"{name}.energy_taken_kj", "Energy that logs lost to them [kJ]"),
     )
@@ -467,7 +484,7 @@ _SCENARIO_KEYS = (
     _key("scenario.logs.posture", "How they were released"),
     *(_key(f"scenario.logs.posture.{each}", f"Share of them that was {each}") for each in ORIENTATIONS),
     *_range("scenario.friction", "The ground's coefficient of friction: a number, or by cell its range"),
-    _key("scenario.rolling_friction", "That of rolling; null for a shape of points"),
+    _key("scenario.rolling_friction", "Coefficient of rolling friction; null for a shape of points"),
     _key("scenario.restitution", "Normal restitution of the ground"),
     _key("scenario.slip_friction", "How friction grows with slip; null where it does not"),
     _key("scenario.slip_friction.friction_max", "The coefficient after much slip"),
@@ -488,7 +505,11 @@ _SCENARIO_KEYS = (
     *_range("scenario.barriers.height_m", "Their heights [m]"),
     *(
         key
-        for name, what in (("lying_logs", "lying logs"), ("blocks", "boulders"), ("lines", "lines that are watched"))
+        for name, what in (
+            ("lying_logs", "lying logs"),
+            ("blocks", "boulders"),
+            ("lines", "lines whose reach is counted"),
+        )
         for key in (_key(f"scenario.{name}", f"The {what}"), _key(f"scenario.{name}.n", "How many"))
     ),
     _key("scenario.dem", "The terrain model"),
@@ -509,7 +530,7 @@ def _above_keys(name: str, what: str) -> Iterator[Key]:
         yield _key(at.removesuffix("[]"), f"Of {whose}")
         if group == "reach[]":
             yield _key(f"{at}.line_id", "The line")
-        yield _key(f"{at}.n_logs", "How many these are")
+        yield _key(f"{at}.n_logs", "Number of these logs")
         yield _key(f"{at}.n_above", "Those of them that had such a hit, anywhere on their path")
         yield _key(f"{at}.p", "Their share; null where there is none")
         yield _key(f"{at}.ci_low", "Lower end of its 95 % Wilson interval")
@@ -517,10 +538,16 @@ def _above_keys(name: str, what: str) -> Iterator[Key]:
 
 
 _ABOVE_KEYS = (
-    _key("above_capacity", "Hits above the capacity of trees or logs; null without --tree-, --log-capacity-kj"),
+    _key(
+        "above_capacity",
+        "Hits above the capacity of trees or logs; null without --tree-capacity-kj and --log-capacity-kj",
+    ),
     _key("above_capacity.tree_capacity_kj", "Energy that a tree of 40 cm DBH takes [kJ]"),
     _key("above_capacity.tree_capacity_power", "Exponent of DBH / 40 cm with which it grows"),
-    _key("above_capacity.break_trees", "Whether trees break that would take more: hits above are then those that did"),
+    _key(
+        "above_capacity.break_trees",
+        "Whether trees break above their capacity: hits above are then those that broke one",
+    ),
     _key("above_capacity.log_capacity_kj", "Energy that a log of 40 cm DBH can lose in a hit [kJ]"),
     _key("above_capacity.log_capacity_power", "Exponent of DBH / 40 cm with which that grows"),
     *_above_keys("of_trees", "a standing tree"),
@@ -532,7 +559,7 @@ SUMMARY = JsonFile(
     keys=(
         _key("logs", "How many logs, and how they ended"),
         _key("logs.released", "Logs that were run"),
-        _key("logs.not_run", "Logs of the layer that --until-ci or --error made needless"),
+        _key("logs.not_run", "Logs of the layer that --until-ci or --error made unnecessary"),
         _key("logs.by_stop_reason", "Logs by stop reason"),
         _key("logs.by_stop_reason.REASON", "Number for each stop_reason of the deposits"),
         _key("logs.started_in_contact", "Logs that overlapped a tree, barrier, lying log or boulder at the start"),
@@ -546,33 +573,33 @@ SUMMARY = JsonFile(
             "held.near_edge_deg",
             "Angle of its contact force to the edge of the friction cone that counts as near",
         ),
-        _key("held.n_near_edge", "Logs nearer to the edge than that: a little less friction, and they slip off"),
-        _key("held.p_near_edge", "Their share of the logs so held; null where there is none"),
+        _key("held.n_near_edge", "Logs closer to the edge than that, which would slip off with a little less friction"),
+        _key("held.p_near_edge", "Their share of these logs; null where there is none"),
         _key("held.ci_low", "Lower end of its 95 % Wilson interval"),
         _key("held.ci_high", "Upper end"),
         *_ABOVE_KEYS,
         _key("until_ci", "How --until-ci ended the run; null without it"),
         _key("until_ci.target_half_width", "Half-width that was requested"),
         _key("until_ci.reached", "Whether every line's interval is that narrow"),
-        _key("until_ci.half_width", "Half-width of the widest, widened for the repeated looks"),
+        _key("until_ci.half_width", "Half-width of the widest, widened for the repeated checks"),
         _key("until_ci.line_id", "Its line"),
         _key("until_ci.logs", "Logs that were run"),
         _key("until_ci.logs_at_most", "Logs that could have been"),
         _key(
             "until_ci.told_too_low",
-            "Lines that less than 2 % of the logs reach, where the run stopped by itself: their share is too low in "
-            "the mean, by up to a seventh of it; its interval holds",
+            "Lines that less than 2 % of the logs reach, if the run stopped by itself: their share is underestimated "
+            "on average, by up to a seventh; the interval remains valid",
         ),
         _key("until_ci.z", "Standard errors to either side of a widened interval"),
-        _whole("until_ci.looks", "Half-width and line at each look"),
-        _key("spread", "One a release, as layer `spread`"),
+        _whole("until_ci.looks", "Half-width and line at each check"),
+        _key("spread", "One for each release, as in layer `spread`"),
         _key("spread[].release_id", "The release"),
         _key("spread[].n", "Its logs"),
         _key("spread[].n_left_out", "Of these, deposits nearer than --min-runout-m"),
-        _key("spread[].n_left_dem", "Logs that left the terrain model: their last places stand for deposits"),
+        _key("spread[].n_left_dem", "Logs that left the terrain model: their last positions count as deposits"),
         _key("spread[].spread_without_lost_deg", "spread_deg of the others alone [°]"),
         _key("spread[].p05_p95_without_lost_deg", "p05_p95_deg of the others alone [°]"),
-        _key("spread[].spread_deg", "Smallest angle that holds the others [°]"),
+        _key("spread[].spread_deg", "Smallest angle that contains the others [°]"),
         _key("spread[].p05_p95_deg", "Angle between the 5 % and the 95 % quantile of their azimuths [°]"),
         _key("barriers", "One a barrier"),
         _key("barriers[].barrier_id", "The barrier"),
@@ -588,7 +615,7 @@ SUMMARY = JsonFile(
         *_wood("blocks", "boulders"),
         _key("speed", "Speeds of the logs' centres of mass"),
         _key("speed.mean_ms", "Mean over the logs that ended before the time limit of their mean speed [m/s]"),
-        _key("speed.n_mean", "How many logs that mean is of"),
+        _key("speed.n_mean", "Number of logs in that mean"),
         _key("speed.p95_ms", "95 % quantile of their largest speeds [m/s]"),
         _key("speed.max_ms", "Largest of all [m/s]"),
         _key("accuracy", "Measures of the error of the calculation"),
@@ -599,7 +626,7 @@ SUMMARY = JsonFile(
         _key("accuracy.energy_error_rel_max", "Largest energy error, relative to the energy available"),
         _key("accuracy.contact_residual_max", "Largest residual of the contact problem"),
         _key("accuracy.unconverged_steps", "Steps whose contact solver did not converge"),
-        _key("accuracy.auto", "What --fidelity auto promises, of the line that is farthest off; null without it"),
+        _key("accuracy.auto", "The promise of --fidelity auto, for the line with the largest error; null without it"),
         _key("accuracy.auto.chosen", "The fidelity that made the run"),
         _key("accuracy.auto.why", "Why this one, in words"),
         _key("accuracy.auto.sampling", "Sampling error of the share, at 95 %"),
@@ -615,16 +642,16 @@ SUMMARY = JsonFile(
         _key("counted.LAYER", "The layer, by the parameter that named it"),
         _key("counted.LAYER.read", "Its rows"),
         _key("counted.LAYER.used", "Those that had a part in the run"),
-        _key("counted.LAYER.left_out", "One per reason why others had none"),
+        _key("counted.LAYER.left_out", "Number of the others, by reason"),
         _key(
             "counted.LAYER.left_out[].why",
             "`off_dem`, beyond the terrain model; `no_terrain`, on its last half cell or on nodata; `beyond_window`, "
-            "where no log comes; `not_run`, a log that --until-ci or --error made needless",
+            "where no log comes; `not_run`, a log that --until-ci or --error made unnecessary",
         ),
         _key("counted.LAYER.left_out[].n", "How many rows"),
-        _whole("modelled", "What of the scene was modelled, and what was not and why, in words"),
+        _whole("modelled", "What was modelled of the scene, and what was not and why, in words"),
         _whole("modelled_facts", "The same as records: the name of each clause, and the numbers in it"),
-        _key("cost", "What the run cost"),
+        _key("cost", "Cost of the run"),
         _key("cost.cpu_s", "Time of all cores [s]"),
         _key("cost.wall_s", "Time of sliding, the sum over the logs [s]"),
         _key("cost.pilot_cpu_s", "Time of all cores for logs at another fidelity that --fidelity auto slid [s]"),
@@ -638,10 +665,10 @@ SITES_FACTS = JsonFile(
     keys=(
         _key("sites", "How many sites"),
         _key("sites.asked", "That were requested"),
-        _key("sites.done", "That have their run"),
+        _key("sites.done", "Sites with a complete run"),
         _key("sites.failed", "That failed"),
         _key("logs", "How many logs"),
-        _key("logs.released", "That were run, at all sites"),
+        _key("logs.released", "Logs that were run, at all sites"),
         _key("reach", "One per line: the logs of all sites that watch a line of this name"),
         _key("reach[].line_id", "The line"),
         _key("reach[].sites", "Sites that watch it"),
@@ -651,8 +678,8 @@ SITES_FACTS = JsonFile(
         _key("reach[].ci_low", "Lower end of its 95 % Wilson interval"),
         _key("reach[].ci_high", "Upper end"),
         *(_key(f"reach[].{each.name}", each.meaning) for each in IF_LOST),
-        _whole("failures", "The sites that failed, and the line that says why"),
-        _key("merged", "The merged rasters, one a terrain model that several sites share"),
+        _whole("failures", "The sites that failed, and the reason in one line"),
+        _key("merged", "The merged rasters, one set for each terrain model that several sites share"),
         _key("merged[].folder", "Where, in merged/"),
         _key("merged[].sites", "Of which sites"),
         _key("merged[].logs", "Logs of these"),
@@ -666,12 +693,18 @@ MANIFEST = JsonFile(
         _key("tool", "Name of the tool"),
         _key("version", "Version of the toolbox"),
         _key("engine", "Digest of the engine's sources and compiler: the same engine, the same bits"),
-        _key("run_id", "Digest of what decides the bits: tool, version, engine, parameters and the inputs' content"),
+        _key(
+            "run_id",
+            "Digest of everything that determines the bits: tool, version, engine, parameters and the inputs' content",
+        ),
         _key("made_utc", "When the run began"),
         _whole("modified_utc", "When the file of each input was last written to, by the clock of its disk"),
         _whole("platform", "System, machine, cores and Python"),
-        _whole("libraries", "Versions of the libraries that compute, with GDAL, PROJ and GEOS"),
-        _whole("inputs", "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS; of several files each"),
+        _whole("libraries", "Versions of the numerical libraries, and of GDAL, PROJ and GEOS"),
+        _whole(
+            "inputs",
+            "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS, use of the rows; of several files each",
+        ),
         _whole("files", "SHA-256 and bytes of every file of the folder, which seal the result"),
         _key("seal", "SHA-256 of the content of this file"),
         _key(
@@ -679,7 +712,7 @@ MANIFEST = JsonFile(
             "Folder in which the manifest was written; inputs that moved together with it are found from there",
         ),
         _whole("parameters", "Every parameter, as it was given or by default"),
-        _whole("presets", "What a preset set, from which source, and which options overrode it; with one only"),
+        _whole("presets", "What a preset set, its source, and the options that overrode it; only with a preset"),
     ),
 )
 MANIFEST_OF_SCENE = JsonFile(
@@ -694,7 +727,8 @@ MANIFEST_OF_RUN = JsonFile(
         *MANIFEST_OF_SCENE.keys,
         _whole(
             "effective",
-            "Least, median and largest of what the logs had, from their columns or the options; of orientation shares",
+            "Minimum, median and maximum of the logs' values, from their columns or the options; shares for "
+            "the orientation",
         ),
         _whole("chosen", "With --fidelity auto the fidelity and the number of logs"),
         _key("grid", "Grid of the terrain model"),
@@ -714,7 +748,7 @@ _SOLID = tuple(
         ("volume_m3", "Volume [m³]"),
         ("centre_from_base_m", "Distance of the centre of mass from the base [m]"),
         ("inertia_axial_kg_m2", "Moment of inertia about the axis [kg m²]"),
-        ("inertia_transverse_kg_m2", "About an axis across, through the centre of mass [kg m²]"),
+        ("inertia_transverse_kg_m2", "Moment of inertia about a transverse axis through the centre of mass [kg m²]"),
     )
 )
 LOG = JsonFile(
@@ -722,8 +756,8 @@ LOG = JsonFile(
     meaning="Mass properties of the log",
     keys=(
         _key("frame", "Origin and axes of the files, in words"),
-        _key("cone", "Of the exact cone"),
-        _key("solid", "Of the solid in the files"),
+        _key("cone", "Properties of the exact cone"),
+        _key("solid", "Properties of the solid in the files"),
         *_SOLID,
         _key("solid.vertices", "Vertices of the solid"),
         _key("solid.triangles", "Triangles of its surface"),
@@ -747,10 +781,10 @@ INTENSITY_FACTS = JsonFile(
         _key("decides", "What an expert must judge"),
         _key("energy", "Which energy of a cell is classed"),
         _key("least_passage", "How many logs must bring the energy of a cell"),
-        _key("least_passage.share", "Their least share of the logs; 0: the largest energy of all logs is classed"),
+        _key("least_passage.share", "Their minimum share of the logs; 0: the largest energy of all logs is classed"),
         _key("least_passage.n_logs", "Logs on which it is based: those with a stored trajectory"),
         _key("least_passage.logs", "How many of them that share is"),
-        _key("least_passage.logs_sure", "From this number the 95 % interval of their share lies above the least"),
+        _key("least_passage.logs_sure", "From this number the 95 % interval of their share lies above the minimum"),
         _key("least_passage.logs_possible", "From this number it is not below it"),
         _key("logs", "Logs of the run"),
         _key("n_left_dem", "Of these, those that left the terrain model"),
@@ -766,17 +800,18 @@ INTENSITY_FACTS = JsonFile(
         _key("classes[].map", "The raster"),
         _key("classes[].class", "The class"),
         _key("classes[].meaning", "What it is"),
-        _key("classes[].low", "Its lower bound; null without one, and not there in the matrix, like the next two"),
+        _key("classes[].low", "Its lower bound; null without one; missing for the matrix, like the next two"),
         _key("classes[].high", "Its upper bound; likewise"),
         _key("classes[].unit", "Their unit: kJ, % of the logs, or years"),
         _key("classes[].cells", "Cells that have it"),
         _key("classes[].area_m2", "Their area [m²]"),
-        _key("classes[].at_least_m2", "Of intensity: area of this class and those above it [m²]"),
+        _key("classes[].at_least_m2", "For intensity: area of this class and those above it [m²]"),
         _key(
             "classes[].at_least_ci_low_m2",
-            "Lower end of its 95 % interval: cells whose own lie in these; null of the largest",
+            "Lower end of its 95 % interval: cells whose own intervals lie in these classes; null for the "
+            "largest energy",
         ),
-        _key("classes[].at_least_ci_high_m2", "Upper end, cells whose own intervals reach these"),
+        _key("classes[].at_least_ci_high_m2", "Upper end: cells whose own intervals reach these classes"),
         _whole("lines", "The rows of lines.csv"),
     ),
 )
@@ -804,10 +839,10 @@ CALIBRATION_FACTS = JsonFile(
         _key("range.best", "Likeliest"),
         _key("range.open_low", "Whether the sweep's first belongs to them, so that the range may continue below"),
         _key("range.open_high", "The same of its last, above"),
-        _key("range.gaps", "Whether some between do not belong to them"),
-        _key("range.one", "Whether one coefficient of the sweep alone reproduces it, so that the ends are guessed"),
+        _key("range.gaps", "Whether some coefficients in between do not belong to them"),
+        _key("range.one", "Whether only one coefficient of the sweep reproduces it, so that the ends are interpolated"),
         _key("best", "Most likely coefficient of the sweep"),
-        _key("fits", "Whether any makes such an event more often than once in 20"),
+        _key("fits", "Whether any coefficient produces such an event in more than 1 of 20 cases"),
         _key("logs", "Logs that were slid with each coefficient"),
         _key("event", "What was observed"),
         _key("event.deposits", "Number of deposits, where deposits were observed"),
@@ -825,28 +860,28 @@ FIDELITY_FACTS = JsonFile(
     name="comparison.json",
     meaning="All of the comparison, for programs",
     keys=(
-        _key("finest", "The fidelity that is the standard of comparison"),
+        _key("finest", "The fidelity with which the others are compared"),
         _key("logs", "How many logs"),
-        _key("logs.compared", "That were slid at each fidelity"),
+        _key("logs.compared", "Logs that were slid at each fidelity"),
         _key("logs.in_layer", "In the layer"),
-        _key("logs.planned", "Of the run to be decided on"),
+        _key("logs.planned", "Logs of the planned run"),
         _key("recommendation", "The cheapest fidelity that is accurate enough"),
-        _key("recommendation.fidelity", "Its name; null where none is shown to do"),
+        _key("recommendation.fidelity", "Its name; null if none is shown to be"),
         _key("recommendation.sentence", "The same in words"),
         _key("recommendation.judged_by", "The criterion"),
         _key("recommendation.logs_needed", "About how many logs would be needed to decide"),
         _key("recommendation.silent_lines", "Lines that all logs reach or none, which cannot decide anything"),
         _whole("recommendation.verdicts", "By fidelity: whether its error is shown to be small enough"),
-        _whole("settings", "By fidelity: its numbers, as the engine has them"),
+        _whole("settings", "By fidelity: its numbers, as in the engine"),
         _key("postures", "One per quantity with all logs in another posture at the start, at the cheapest fidelity"),
-        _key("postures[].orientation", "The posture, a word of `--orientation`: `upright` or `random-lying`"),
+        _key("postures[].orientation", "The posture, a value of `--orientation`: `upright` or `random-lying`"),
         _key("postures[].fidelity", "The fidelity"),
         _key("postures[].quantity", "`reach`, or `runout_mean`"),
         _key("postures[].item", "The line of a reach"),
         _key("postures[].unit", "Unit of the values"),
         _key("postures[].value", "With all logs in this posture"),
         _key("postures[].as_released", "With the same logs in the posture that they were released in"),
-        _key("postures[].difference", "The former less the latter"),
+        _key("postures[].difference", "The former minus the latter"),
         _key("postures[].ci_low", "Lower end of its 95 % interval, over the same logs"),
         _key("postures[].ci_high", "Upper end"),
         _whole("rows", "The rows of comparison.csv"),
@@ -862,13 +897,13 @@ VARIED_FACTS = JsonFile(
         _key("answers[].by", "What factors were ranked by: `total`, the index, or `swing`"),
         _key(
             "answers[].factors",
-            "Those that may be the strongest (95 %), most likely first; empty if none is beyond chance",
+            "The factors that may be the strongest (95 %), most likely first; empty if none is beyond chance",
         ),
-        _key("answers[].decided", "Whether it is one"),
+        _key("answers[].decided", "Whether there is exactly one"),
         _key("answers[].sentence", "The same in words"),
         _key("logs", "Logs that were slid in each run"),
         _key("logs_in_layer", "Logs of the layer, of which these were drawn"),
-        _key("fidelity", "At which they were slid, if it was not varied"),
+        _key("fidelity", "Fidelity at which they were slid, if it was not varied"),
         _key("runs", "How many runs"),
         _key("design", "How the factors were varied"),
         _key("samples", "Rows of the design; 0 without"),
@@ -897,7 +932,7 @@ SITED_FACTS = JsonFile(
 )
 DEMO = JsonFile(
     name="demo.json",
-    meaning="What the demo found",
+    meaning="Results of the demo",
     keys=(
         _key("forests", "By forest: the results of its run"),
         _whole("forests.FOREST", "The run's summary.json, and `speed.mean_to_road_ms` of the logs that arrive"),
@@ -906,7 +941,7 @@ DEMO = JsonFile(
 )
 FAILED = JsonFile(
     name="failed.json",
-    meaning="The last states of logs that failed, if any did, from which the engine can continue; please report them",
+    meaning="The last states of failed logs, if any, from which the engine can continue; please report them",
     keys=(
         _key("logs", "One per log that failed"),
         _key("logs[].log_id", "The log"),
@@ -932,7 +967,7 @@ GEOPARQUET = OtherFile(
     meaning="With --geoparquet: the layer of run.gpkg once more, with the same columns, as GeoParquet",
 )
 TERRAIN_TILES = OtherFile(
-    name="terrain.vrt", meaning="Of a terrain model in tiles: a GDAL virtual raster of them, for the QGIS project"
+    name="terrain.vrt", meaning="For a terrain model in tiles: a GDAL virtual raster of these, for the QGIS project"
 )
 PROJECT = OtherFile(name="project.qgz", meaning="A QGIS project: styled layers, the logs in motion, a 3-D view")
 _FINDING = (
@@ -948,24 +983,24 @@ _FINDING = (
     ("verdict", "holds, does not hold, not decided, or cannot be judged here"),
 )
 _VARIATION = (
-    ("what", "Which chosen number of the twin is moved"),
+    ("what", "Which chosen number of the twin is changed"),
     ("ours", "The figure with it"),
     ("ci_low", "Lower end of its 95 % interval"),
     ("ci_high", "Upper end"),
-    ("verdict", "What the finding's verdict would be"),
+    ("verdict", "The finding's verdict with this change"),
 )
 FINDINGS = JsonFile(
     name="findings.json",
     meaning="The findings of the paper, one by one",
     keys=(
         *(_key(f"[].{name}", meaning) for name, meaning in _FINDING),
-        _key("[].panel", "The same finding with one choice of the twin changed; one a choice"),
+        _key("[].panel", "The same finding with one choice of the twin changed; one for each choice"),
         *(_key(f"[].panel[].{name}", meaning) for name, meaning in _VARIATION),
     ),
 )
 FINDINGS_PANEL = TableFile(
     name="sensitivity.csv",
-    meaning="The findings with one chosen number of the twin moved",
+    meaning="The findings with one chosen number of the twin changed",
     columns=(
         a_text("id", "Name of the finding"),
         *(
@@ -981,7 +1016,7 @@ FINDINGS_TABLE = TableFile(
         (a_number if name in ("ours", "ci_low", "ci_high") else a_text)(name, meaning) for name, meaning in _FINDING
     ),
 )
-FINDINGS_PAGE = OtherFile(name="findings.md", meaning="The same to read")
+FINDINGS_PAGE = OtherFile(name="findings.md", meaning="The same as a document")
 FINDINGS_REPORT = OtherFile(name="report.html", meaning="The same with the figures beside the paper's")
 FINDINGS_FIGURE = OtherFile(name="FIGURE.png", meaning="A figure of the same kind as the paper's")
 REPORT = OtherFile(

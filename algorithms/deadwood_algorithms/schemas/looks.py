@@ -1,34 +1,36 @@
-"""How quantities and things look, wherever they are shown: in QGIS, on the report's page, in every tool's picture.
+"""How quantities and objects look, wherever they are shown: in QGIS, on the report's page, in every tool's picture.
 
-A quantity has one ramp and one scale, so that two pictures can be laid side by side; a thing has one colour; a run has
-one by its place among the runs. Rasters name their look where they are declared (`RasterFile.look`). `files/styles.py`
-makes QGIS's styles of it, `files/pictures.py` Matplotlib's. Kinds differ in Okabe and Ito's colours, ramps are
-those of magma, viridis and plasma: both survive colour-blind eyes and a grey printer. Standard library only.
+A quantity has one ramp and one scale, so that two pictures can be compared side by side; a kind of object has one
+colour; a run has one by its place among the runs. Rasters name their look where they are declared (`RasterFile.look`).
+`files/styles.py` makes QGIS styles from it, `files/pictures.py` those of Matplotlib. Kinds have the colours of Okabe
+and Ito, ramps are those of magma, viridis and plasma: both are readable with colour blindness and in greyscale.
+Standard library only.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-# Eight even steps each, of the ramps magma (its palest end cut off, which grey relief would swallow), viridis, plasma.
+# Eight even steps of each of the ramps magma (without its palest end, which is invisible on grey relief), viridis,
+# plasma.
 HITS = ("#fec68a", "#fc8a62", "#e75263", "#b73779", "#832681", "#51127c", "#1d1147", "#000004")
 SPEED = ("#fde725", "#a0da39", "#4ac16d", "#1fa187", "#277f8e", "#365c8d", "#46327e", "#440154")
 ENERGY = ("#f7e425", "#fdac33", "#ef7c51", "#d5536f", "#b32c8e", "#8606a6", "#5002a2", "#0d0887")
 GREENS = ("#a1d99b", "#74c476", "#41ab5d", "#238b45", "#00682a", "#00441b")
 LESS_MORE = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
 
-# Things on a map.
-ROAD = "#d55e00"  # lines that are watched
+# Objects on a map.
+ROAD = "#d55e00"  # lines whose reach is counted
 RELEASE = "#0072b2"
 TREE = "#00682a"
 BARRIER = "#aa3377"
 WOOD = "#8c510a"  # lying logs
 STONE = "#5a5a5a"  # boulders
-MOVING = "#e69f00"  # logs on their way
-PLAIN = "#666666"  # what has no look of its own
+MOVING = "#e69f00"  # moving logs
+PLAIN = "#666666"  # anything without a look of its own
 CHOSEN, CANDIDATE = "#009e73", "#56b4e9"  # of barriers to be built
-KEEPS, BRINGS = "#009e73", "#cc79a7"  # what a thing does to a line: fewer logs, more logs
-LOW_END, HIGH_END = "#56b4e9", "#e69f00"  # of a range that is varied
+KEEPS, BRINGS = "#009e73", "#cc79a7"  # effect of an object on a line: fewer logs, more logs
+LOW_END, HIGH_END = "#56b4e9", "#e69f00"  # of a varied range
 # Runs that are compared, in their order.
 RUNS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 # The ways in which a log's run ends: (label, colour, shape of the marker).
@@ -49,7 +51,7 @@ def rgb(colour: str) -> tuple[float, ...]:
     return tuple(int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
 
 
-# Of the solids of a 3-D view, as red, green and blue from 0 to 1
+# Colours of the solids in a 3-D view, as red, green and blue from 0 to 1
 SOLIDS = {
     name: rgb(colour)
     for name, colour in (
@@ -61,11 +63,11 @@ SOLIDS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Look:
-    """The scale of a quantity: a colour at each stop, and between two stops colours in between.
+    """The scale of a quantity: a colour at each stop, interpolated between two stops.
 
     stops : ascending, in the unit of the data
-    shown : the unit on scales and legends; where it is %, shares of 1 are shown a hundred times as large
-    clear : the value at which nothing is drawn, None where every value is
+    shown : the unit on scales and legends; if it is %, shares are multiplied by 100
+    clear : the value that is transparent, None if every value is drawn
     """
 
     stops: tuple[float, ...]
@@ -102,7 +104,7 @@ LOOKS = {
         stops=(3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0), colours=HITS[::-1], shown="years"
     ),
 }  # fmt: skip
-# Quantities whose scale is that of the data: counts of a run's logs, in even steps of the logarithm; relief.
+# Quantities whose scale depends on the data: counts of a run's logs, in even steps of the logarithm; relief.
 BY_DATA = ("counts", "terrain")
 DBH_CM = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0)  # bounds of the classes of trees, in GREENS
-WORTHS = (0.0005, 0.001, 0.002, 0.005, 0.01, 1.0)  # shares of the logs that one thing keeps from a line, in HITS
+WORTHS = (0.0005, 0.001, 0.002, 0.005, 0.01, 1.0)  # shares of the logs that one object keeps from a line, in HITS

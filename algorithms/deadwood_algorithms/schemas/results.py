@@ -1,4 +1,4 @@
-"""The layers that results have."""
+"""The layers of results."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _STRENGTH = (
 )
 
 _GROUND = (
-    a_number("susceptibility", "How easily a log starts there, 0 to 1 (see assess-mobilisation)", 0, 1),
+    a_number("susceptibility", "Susceptibility to the start of a log, 0 to 1 (see assess-mobilisation)", 0, 1),
     a_number("slope_deg", "Slope of the terrain at the scale of a log", 0, 90),
     a_number("roughness_m", "Standard deviation of the heights about the fitted surface", 0),
     a_count("gully", "1 in a gully, else 0"),
@@ -47,7 +47,7 @@ SIZE = (
 DEPOSITS = Layer(
     name="deposits",
     geometry=("Point Z",),
-    meaning="Where each released log ended: its centre of mass; every log has its row",
+    meaning="Where each released log ended: its centre of mass; one row for every log",
     columns=(
         a_count("log_id", "The log"),
         RELEASE,
@@ -61,17 +61,26 @@ DEPOSITS = Layer(
         a_number("runout_m", "Horizontal distance from start to end", 0),
         a_number("fall_m", "Height lost by the centre of mass"),
         a_number("bearing_deg", "From the release point to the deposit, clockwise from grid north", 0, FULL_CIRCLE),
-        a_number("heading_deg", "Of the log's axis at the end, base to tip, clockwise from grid north", 0, FULL_CIRCLE),
+        a_number(
+            "heading_deg",
+            "Azimuth of the log's axis at the end, from base to tip, clockwise from grid north",
+            0,
+            FULL_CIRCLE,
+        ),
         a_number("tilt_deg", "Angle of the axis from the vertical at the end", 0, 180),
         a_number("speed_max_ms", "Largest speed of the centre of mass", 0),
-        a_number("speed_mean_ms", "Path over duration; of a log at its time limit also the minutes of slow rolling", 0),
+        a_number(
+            "speed_mean_ms",
+            "Path divided by duration, which includes minutes of slow rolling for a log at its time limit",
+            0,
+        ),
         a_number("energy_max_kj", "Largest kinetic energy, of translation and rotation", 0),
         a_number("jump_max_m", "Largest clearance between the log and the terrain", 0),
         a_number("height_max_m", "Greatest height of the log's centre of mass above the terrain"),
-        a_count("tree_hits", "How many trees, standing or lying, and boulders it hit"),
-        a_count("barrier_hits", "How many barriers it hit"),
-        a_count("tree_hits_above", "Hits in which a standing tree took more than it can, or broke (--break-trees)"),
-        a_count("log_hits_above", "Hits in which it lost more than a log can; with --log-capacity-kj"),
+        a_count("tree_hits", "Number of trees (standing or lying) and boulders that it hit"),
+        a_count("barrier_hits", "Number of barriers that it hit"),
+        a_count("tree_hits_above", "Hits that exceeded the capacity of a standing tree, or broke it (--break-trees)"),
+        a_count("log_hits_above", "Hits that exceeded the capacity of the log; with --log-capacity-kj"),
         a_number("energy_error_rel", "Energy gained by numerical error, relative to the energy available"),
         a_number("penetration_max_m", "Deepest penetration of terrain, tree or barrier", 0),
         *SIZE,
@@ -89,7 +98,7 @@ DEPOSITED_LOGS = Layer(
 TRAJECTORIES = Layer(
     name="trajectories",
     geometry=("LineString Z",),
-    meaning="The path of the centre of mass of the logs that are kept",
+    meaning="The path of the centre of mass of the logs with a stored trajectory",
     columns=(
         a_count("log_id", "The log"),
         RELEASE,
@@ -102,7 +111,7 @@ TRAJECTORIES = Layer(
 POSES = Layer(
     name="poses",
     geometry=(),
-    meaning="poses.parquet: one row for each kept pose, world coordinates; ordered by log, then time",
+    meaning="poses.parquet: one row for each stored pose, world coordinates; ordered by log, then time",
     columns=(
         a_count("log_id", "The log"),
         a_number("t_s", "Time since the start", 0),
@@ -152,7 +161,7 @@ TREE_HITS = Layer(
         a_number("impulse_sum_kns", "Momentum that it absorbed in impacts, the sum of all hits", 0),
         a_number("impulse_max_kns", "The same of its hardest hit", 0),
         a_number("energy_taken_kj", "Energy that logs lost to it, by impact and friction, the sum of all hits"),
-        a_count("n_above", "Hits in which it took more than it can, or broke: it stands again for each log"),
+        a_count("n_above", "Hits that exceeded its capacity, or broke it; it stands again for each log"),
     ),
 )
 
@@ -182,8 +191,8 @@ EARTHWORKS = Layer(
     columns=(
         *STRUCTURE,
         a_number("length_m", "Length of the line", 0),
-        a_number("height_min_m", "Least height of the crest above the ground under the line, of a ditch depth"),
-        a_number("height_max_m", "Largest height of the crest above the ground under the line, of a ditch depth"),
+        a_number("height_min_m", "Smallest height of the crest above the ground under the line; depth of a ditch"),
+        a_number("height_max_m", "Largest height of the crest above the ground under the line; depth of a ditch"),
         a_number("fill_m3", "Volume between the old ground and the new above it", 0),
         a_number("cut_m3", "Volume between the new ground and the old above it", 0),
         a_number("area_m2", "Plan area of the changed cells", 0),
@@ -193,14 +202,14 @@ EARTHWORKS = Layer(
 REACH = Layer(
     name="reach",
     geometry=("LineString", "Polygon"),
-    meaning="Each line or polygon: how probably logs reach it, and how fast and hard they arrive",
+    meaning="Each line or polygon: the probability that logs reach it, and with which speed and energy they arrive",
     columns=(_LINE, *_SHARE, *_STRENGTH, a_number("clearance_max_m", "Largest clearance below an arriving log")),
 )
 
 REACH_OF_RUN = Layer(
     name="reach",
     geometry=REACH.geometry,
-    meaning="Each line or polygon: how probably logs reach it; of all logs of the run",
+    meaning="Each line or polygon: the probability that logs of the run reach it",
     columns=(
         _LINE,
         a_count("n_total", "Logs that were released"),
@@ -251,7 +260,8 @@ ARRIVALS = Layer(
 ATTRIBUTION = Layer(
     name="attribution",
     geometry=("LineString",),
-    meaning="One row for each release and line: which release hits what; drawn from the release to where logs touch",
+    meaning="One row for each release and line: which release reaches which object; drawn from the release to "
+    "the place of contact",
     columns=(
         RELEASE,
         _LINE,
@@ -264,10 +274,10 @@ ATTRIBUTION = Layer(
 SOURCES = Layer(
     name="sources",
     geometry=("MultiPolygon",),
-    meaning="One row for each line and least share: the cells from which at least this share of the logs reach it",
+    meaning="One row for each line and minimum share: the cells from which at least this share of the logs reach it",
     columns=(
         a_text("line_id", "The line or polygon, or `any line`"),
-        a_number("least_p", "The least share of a cell's logs that reach it", 0, 1),
+        a_number("least_p", "The minimum share of a cell's logs that reach it", 0, 1),
         a_number("area_m2", "Ground of the cells", 0),
         a_count("n_total", "Logs that were released there"),
         a_count("n_reach", "Of these, the logs that reach the line"),
@@ -280,10 +290,10 @@ SOURCES = Layer(
 AFFECTED = Layer(
     name="affected",
     geometry=("MultiPolygon",),
-    meaning="One row for each release area and least share: the cells that at least this share of its logs pass",
+    meaning="One row for each release area and minimum share: the cells that at least this share of its logs pass",
     columns=(
         RELEASE,
-        a_number("least_p", "The least share of the area's logs that pass a cell", 0, 1),
+        a_number("least_p", "The minimum share of the area's logs that pass a cell", 0, 1),
         a_number("area_m2", "Ground of the cells", 0),
         a_count("n_logs", "Logs of the area that are counted"),
     ),
@@ -294,7 +304,7 @@ PROCESS_AREA = Layer(
     geometry=("MultiPolygon",),
     meaning="The outline of the ground that at least this share of the logs pass; an indication map",
     columns=(
-        a_number("least_p", "The least share of the logs that pass a cell; 0: any log", 0, 1),
+        a_number("least_p", "The minimum share of the logs that pass a cell; 0: any log", 0, 1),
         a_number("area_m2", "Ground of the cells", 0),
         a_count("n_logs", "Logs of the run"),
     ),
@@ -303,7 +313,7 @@ PROCESS_AREA = Layer(
 ORIGINS = Layer(
     name="origins",
     geometry=("Point",),
-    meaning="The arrivals, each where its log was released: from where is a line hit",
+    meaning="The arrivals, each where its log was released: from where are lines reached",
     columns=tuple(
         ARRIVALS.column(name) for name in ("log_id", "release_id", "line_id", "t_s", "speed_ms", "energy_kj")
     ),
@@ -312,13 +322,13 @@ ORIGINS = Layer(
 SPREAD = Layer(
     name="spread",
     geometry=("Polygon",),
-    meaning="Each release: the sector that holds its deposits",
+    meaning="Each release: the sector that contains its deposits",
     columns=(
         RELEASE,
         a_count("n", "Logs of the release"),
         a_count("n_left_out", "Of these, deposits nearer than the minimum run-out"),
         a_number(
-            "spread_deg", "Smallest angle that holds the others; it grows with the number of logs", 0, FULL_CIRCLE
+            "spread_deg", "Smallest angle that contains the others; it grows with the number of logs", 0, FULL_CIRCLE
         ),
         a_number("p05_p95_deg", "Angle between the 5 % and the 95 % quantile of their azimuths", 0, FULL_CIRCLE),
         a_number("p05_p95_ci_low_deg", "Lower end of its 95 % interval, by bootstrap over the logs", 0, FULL_CIRCLE),
@@ -348,7 +358,7 @@ AZIMUTHS = Layer(
 FLIGHTS = Layer(
     name="flights",
     geometry=("LineString Z",),
-    meaning="The path of the centre of mass between take-off and landing; a straight line where no parabola joins them",
+    meaning="The path of the centre of mass between take-off and landing; a straight line if no parabola joins them",
     columns=(
         an_id("flight_id", "The flight. Missing: name, else the row number, from 1"),
         a_text("verdict", "Whether such a flight is possible, and if not, why not", choices=VERDICTS),
@@ -364,7 +374,7 @@ FLIGHTS = Layer(
         a_number("landing_deg", "Angle of the path at the landing, upward positive", -90, 90),
         a_number("height_max_m", "Largest vertical distance of the centre of mass from the terrain", 0),
         a_number("cut_m", "Depth to which the terrain protrudes into the flight", 0),
-        a_number("clearance_min_m", "Least clearance over a barrier; empty without one"),
+        a_number("clearance_min_m", "Smallest clearance over a barrier; empty without one"),
         a_number("dbh_cm", "Diameter of the log", 0, exclusive=True),
         a_number("length_m", "Length of the log", 0, exclusive=True),
     ),
@@ -379,7 +389,7 @@ CLEARANCES = Layer(
         an_id("barrier_id", "The barrier"),
         a_number("distance_m", "Horizontal distance from the take-off", 0),
         a_number("height_m", "Height of the barrier above the terrain", 0),
-        a_number("clearance_m", "Of the log's underside above the top of the barrier; negative: it hits"),
+        a_number("clearance_m", "Clearance of the log's underside above the top of the barrier; negative: it hits"),
         a_number("speed_ms", "Speed of the log there", 0),
         a_count("free", "1 if the whole log is in the air while it passes, else 0"),
     ),
@@ -390,7 +400,7 @@ CANDIDATES = Layer(
     geometry=("Point",),
     meaning="Mapped deadwood that could start to slide",
     keeps_source=True,
-    columns=(a_text("decay", "What its decay says", choices=("critical", "possible", "outside", "unknown")), *_GROUND),
+    columns=(a_text("decay", "Rating of its decay", choices=("critical", "possible", "outside", "unknown")), *_GROUND),
 )
 
 OTHERS = Layer(
@@ -424,7 +434,7 @@ _SCENARIO = a_text("scenario", "Name of the scenario")
 MOVED = Layer(
     name="moved",
     geometry=("LineString",),
-    meaning="From where to where each log's deposit moved, between the first scenario and another",
+    meaning="Displacement of each log's deposit, from the first scenario to another",
     columns=(
         _SCENARIO,
         a_count("log_id", "The log"),
@@ -529,7 +539,7 @@ _SHARE_OF_GAIN = (
     a_number("ci_high", "Upper end", -1, 1),
 )
 _GAIN_IF_LOST = (
-    a_number("gain_p_low_if_lost", "The least such share, whatever the logs did that left the terrain model", -1, 1),
+    a_number("gain_p_low_if_lost", "The smallest such share, whatever the logs that left the terrain model did", -1, 1),
     a_number("gain_p_high_if_lost", "The largest", -1, 1),
 )
 _WORTH = (
@@ -551,7 +561,7 @@ VALUES = Layer(
     columns=(
         *_WORTH,
         a_count("n_reach_without", "Logs that would reach the line without it"),
-        a_number("gain_logs", "Logs more that would reach the line without it; less than 0: fewer"),
+        a_number("gain_logs", "Additional logs that would reach the line without it; below 0: fewer"),
         *_SHARE_OF_GAIN,
         *_GAIN_IF_LOST,
         *_HOLDS,
@@ -561,13 +571,18 @@ VALUES = Layer(
 REACH_BREAKING = Layer(
     name="reach_breaking",
     geometry=REACH.geometry,
-    meaning="Each line or polygon: logs that reach it with rigid trees, and where those that would break take nothing",
+    meaning="Each line or polygon: logs that reach it with rigid trees, and if those that would break absorb nothing",
     columns=(
         _LINE,
         *_REACHED,
         a_count("n_reach_breaking", "Logs that reach it if each continues without the trees that it breaks"),
-        a_number("gain_logs", "The second less the first"),
+        a_count("n_lost", "Others that left the terrain model before it, with rigid trees"),
+        a_count("n_lost_breaking", "Others that left it before, each without the trees that it breaks"),
+        a_number("gain_logs", "The second minus the first"),
         *_SHARE_OF_GAIN,
+        *_GAIN_IF_LOST,
+        a_number("ci_low_if_lost", "Lower end of the 95 % interval of the least", -1, 1),
+        a_number("ci_high_if_lost", "Upper end of that of the largest", -1, 1),
     ),
 )
 
@@ -577,7 +592,7 @@ BROKEN = Layer(
     meaning="Every tree that a log would break",
     columns=(
         *TREE_HITS.columns[:3],
-        a_number("capacity_kj", "Energy that it takes before it breaks", 0),
+        a_number("capacity_kj", "Energy that it absorbs before it breaks", 0),
         a_count("n_broken", "Logs that would break it, each meeting it again"),
     ),
 )
@@ -589,7 +604,7 @@ PLANTED = Layer(
     columns=(
         *_WORTH,
         a_count("n_reach_with", "Logs that would reach the line with it"),
-        a_number("gain_logs", "Logs fewer that would reach the line with it; less than 0: more"),
+        a_number("gain_logs", "Reduction of the logs that would reach the line with it; below 0: more"),
         *_SHARE_OF_GAIN,
         *_GAIN_IF_LOST,
         *_HOLDS,
@@ -597,8 +612,8 @@ PLANTED = Layer(
 )
 
 BARRIER_CLASS = (
-    a_text("barrier_class", "Weakest class that holds the energy; with --barrier-classes, of energies"),
-    a_text("barrier_class_high", "That which holds the upper end of its interval; empty where there is none"),
+    a_text("barrier_class", "Weakest class that holds the energy; with --barrier-classes, for energies"),
+    a_text("barrier_class_high", "The class that holds the upper end of its interval; empty if there is none"),
 )
 SITED_HITS = (
     a_number("n_stopped", "Logs that it holds", 0),
@@ -631,7 +646,7 @@ SITED = Layer(
             "step", "Step in which it was chosen, from 1; 0: it is part of the run, and the further columns are empty"
         ),
         a_number("length_m", "Its length in plan", 0),
-        a_number("above_m", "Height of its contour above the nearest place of a line; empty where it was given"),
+        a_number("above_m", "Height of its contour above the nearest place of a line; empty for a given line"),
         a_number("angle_deg", "Angle between it and the contours of the ground under it, in plan", 0, 90),
         a_number("n_flux", "Logs of the run that touch its line and a road, railway or house then or later", 0),
         *SITED_GAIN,
@@ -650,13 +665,13 @@ STEMS = Layer(
         a_text("before", "Before the storm: it stands", choices=_STATE),
         a_text("after", "Right after it", choices=_STATE),
         a_text("later", "Years later", choices=_STATE),
-        a_text("cleared", "Where everything that lay is removed", choices=_STATE),
+        a_text("cleared", "State after all lying stems are removed", choices=_STATE),
     ),
 )
 
 SITE_COLUMNS = (
     a_text("site", "Its name"),
-    a_text("status", "Whether its run is there", choices=("done", "failed")),
+    a_text("status", "Whether its run exists", choices=("done", "failed")),
     a_text("message", "Why it failed"),
     a_text("line_id", "The line, of the run of the site; empty without lines"),
     a_count("released", "Logs that were run"),
@@ -665,7 +680,7 @@ SITE_COLUMNS = (
     a_number("ci_low", "Lower end of its 95 % Wilson interval", 0, 1),
     a_number("ci_high", "Upper end", 0, 1),
     *IF_LOST,
-    a_number("spread_deg", "Lateral spread; of several releases the widest", 0, FULL_CIRCLE),
+    a_number("spread_deg", "Lateral spread; the widest of several releases", 0, FULL_CIRCLE),
     a_number("speed_max_ms", "Largest speed of any log", 0),
     a_number("energy_max_kj", "Largest kinetic energy of any log", 0),
     a_number("penetration_max_m", "Deepest penetration of a log into the ground or an obstacle (accuracy)", 0),
@@ -678,7 +693,7 @@ SITES = Layer(
     columns=SITE_COLUMNS,
 )
 
-# By their names; layers that bear another's name (the reach of a run, the simulated deposits) are only in `written`.
+# By name; layers that share the name of another (the reach of a run, the simulated deposits) are only in `written`.
 RESULTS = (
     DEPOSITS,
     DEPOSITED_LOGS,

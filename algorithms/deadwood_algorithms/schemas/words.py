@@ -1,4 +1,4 @@
-"""How a layer, a raster, a table or a JSON file is described, and how one value is judged by it."""
+"""Descriptions of layers, rasters, tables and JSON files, and the check of a single value."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ class Column:
     minimum: float | None = None
     maximum: float | None = None
     exclusive: bool = False  # the minimum itself is not allowed
-    least: float | None = None  # what lies between the minimum and this is no size of the thing
+    least: float | None = None  # values between the minimum and this are not sizes of the object
     required: bool = False
     choices: tuple[str, ...] = ()
-    usual: tuple[float, float] | None = None  # a median below, or a value above, is more likely a mistaken unit
-    default: float | str | None = None  # what a missing column takes, by the tool's option of that name
+    usual: tuple[float, float] | None = None  # a median below, or a value above, is more likely a wrong unit
+    default: float | str | None = None  # the value of a missing column, from the tool's option of that name
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layer:
-    """One layer; ``geometry`` lists what it may hold, as the file format calls it."""
+    """One layer; ``geometry`` lists the possible kinds, as named by the file format."""
 
     name: str
     geometry: tuple[str, ...]
     meaning: str
     columns: tuple[Column, ...]
-    keeps_source: bool = False  # it has all columns of the layer that it was made from as well
+    keeps_source: bool = False  # it also has all columns of the layer from which it was made
 
     def column(self, name: str) -> Column:
         return next(each for each in self.columns if each.name == name)
@@ -47,7 +47,7 @@ class Layer:
 
 @dataclass(frozen=True, kw_only=True)
 class Band:
-    """One band of a raster; ``name`` is its description in the file, empty where the file has none."""
+    """One band of a raster; ``name`` is its description in the file, empty if the file has none."""
 
     name: str
     meaning: str
@@ -57,7 +57,7 @@ class Band:
 
 @dataclass(frozen=True, kw_only=True)
 class RasterFile:
-    """A GeoTIFF; ``look`` is that of its first band, a name of `looks`, empty where it has a legend of classes."""
+    """A GeoTIFF; ``look`` is that of its first band, a name of `looks`, empty if it has a legend of classes."""
 
     name: str
     meaning: str
@@ -76,7 +76,9 @@ class TableFile:
 
 @dataclass(frozen=True, kw_only=True)
 class Key:
-    """A value in a JSON file, by its dotted name; ``[]`` is any element of a list. ``whole``: with all below it."""
+    """A value in a JSON file, by its dotted name; ``[]`` is any element of a list. ``whole``: with everything below
+    it.
+    """
 
     name: str
     meaning: str
@@ -94,7 +96,7 @@ class JsonFile:
 
 @dataclass(frozen=True, kw_only=True)
 class OtherFile:
-    """A file that has neither columns nor bands nor keys of ours: a picture, a solid, a project."""
+    """A file without columns, bands or keys of the toolbox: a picture, a solid, a project."""
 
     name: str
     meaning: str
@@ -113,7 +115,7 @@ class Output:
     what: Layer | RasterFile | TableFile | JsonFile | OtherFile
 
 
-# Unit written after the last underscore of a name -> unit as shown. The contract's rule: units are in the name.
+# Unit after the last underscore of a name -> unit as shown. The rule is that units are in the name.
 UNITS = {
     "cm": "cm",
     "m": "m",

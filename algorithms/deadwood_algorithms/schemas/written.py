@@ -1,4 +1,4 @@
-"""Which tool writes what, and where. A test runs every tool and holds this list against what it finds."""
+"""What each tool writes, and where. A test runs every tool and compares this list with its output."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ def _in_folder(tool: str, *found: Named, folder: str = "") -> Iterator[Output]:
 
 
 def geometry_named(layer: str) -> str:
-    """The one geometry that layers of this name have, for a layer without rows; ``Unknown`` where it may be another."""
+    """The one geometry that layers of this name have, for a layer without rows; ``Unknown`` if it may be another."""
     kinds = {kind for each in WRITTEN if isinstance(each.what, Layer) and each.what.name == layer
              for kind in each.what.geometry}  # fmt: skip
     return kinds.pop() if len(kinds) == 1 else "Unknown"
 
 
 def layer_with(name: str, columns: Collection[str]) -> Layer | None:
-    """The layer of this name whose columns these are: of several, the one that knows most of them."""
+    """The layer of this name with these columns: among several, the one that declares most of them."""
     named = {id(each.what): each.what for each in WRITTEN if isinstance(each.what, Layer) and each.what.name == name}
     known = [(sum(column_named(each, one) is not None for one in columns), each) for each in named.values()]
     return max(known, key=lambda each: each[0])[1] if known else None
 
 
 def column_named(layer: Layer, name: str) -> Column | None:
-    """The column of a layer under a name that it has in a file, in which a word in capitals stands for any text."""
+    """The column of a layer for a name in a file; in the declared name, a word in capitals stands for any text."""
     return next((each for each in layer.columns if fits(each.name, name)), None)
 
 
@@ -50,12 +50,12 @@ def band_named(raster: str, name: str) -> Band | None:
     """The band of that name of a raster, by the name of its file without the ending."""
     found = {id(each.what): each.what for each in WRITTEN if isinstance(each.what, RasterFile)}
     bands = (band for each in found.values() if fits(each.name, raster) for band in each.bands)
-    # ``line LINE: lower end`` before ``line LINE``, which it fits as well
+    # ``line LINE: lower end`` before ``line LINE``, which also matches
     return max((band for band in bands if fits(band.name, name)), key=lambda band: len(band.name), default=None)
 
 
 def fits(declared: str, name: str) -> bool:
-    """Whether a name is one that is declared; a word in capitals stands for any text."""
+    """Whether a name matches a declared one, in which a word in capitals stands for any text."""
     plain = re.split(r"(?<![A-Za-z0-9])[A-Z]{2,}(?![A-Za-z0-9])", declared)
     return re.fullmatch(".+".join(map(re.escape, plain)), name) is not None
 

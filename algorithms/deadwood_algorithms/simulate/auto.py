@@ -1,13 +1,14 @@
-"""`--fidelity auto`: which fidelity, and how many logs, keep a promised error at the least cost, decided on this slope.
+"""`--fidelity auto`: which fidelity, and how many logs, keep a promised error at the lowest cost, decided on this
+slope.
 
-The error is the distance of every line's reach from what `reference` would give (``promise``). Known about each
-fidelity's calculation: the error of `reference` is zero by definition; that of others has a bound that the caller
+The error is the distance of every line's reach from what `reference` would give (``promise``). What is known about each
+fidelity's calculation: the error of `reference` is zero by definition; that of the others has a bound that the caller
 assumes (``assumed``), as measured on the benchmark page. The cheapest that can keep the promise slides its first
 logs; the shares observed determine how many are needed, and whether another fidelity would be cheaper after all.
 
-With a budget of time instead, everything is the same but the goal: the least error within the remaining time. Costs are
-then in seconds. With an error to keep, they are those of the page, so that every machine, every number of threads and
-every resumed run makes the same decision.
+With a budget of time instead, everything is the same except the goal: the smallest error within the remaining time.
+Costs are then in seconds. With an error to keep, they are those of the page, so that every machine, every number of
+threads and every resumed run makes the same decision.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ from deadwood_algorithms.simulate.promise import logs_for, sampling_of, sigma_fo
 from deadwood_algorithms.stats.statistics import Z_95
 
 FIRST_LOOK = 200  # logs from which the number needed is estimated
-LEAST = 50  # logs that any promise takes
+LEAST = 50  # minimum number of logs for any promise
 PROBE = 32  # logs from which the time of one is estimated
-MORE = 100  # of the logs that have slid, the least part that is added where they turn out to be too few
-MOST_REPEATS = 50  # of the run's end, where the share turned out to need more logs than planned
+MORE = 100  # smallest addition, as a part of the logs slid so far, if they turn out to be too few
+MOST_REPEATS = 50  # repetitions at the run's end if the share turns out to need more logs than planned
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Slid:
     """The first logs of the draw at one fidelity: whether each reached each line (n, lines), and its seconds."""
 
     reach: NDArray[np.bool_]
-    seconds: float = math.nan  # that one takes
+    seconds: float = math.nan  # per log
 
     @property
     def shares(self) -> list[float]:
@@ -50,7 +51,7 @@ Slide = Callable[[str, int], Slid]  # slides a number of logs of the draw at a f
 
 @dataclass(frozen=True)
 class Option:
-    """A fidelity that could make the run: by how much its calculation is off at most, by line."""
+    """A fidelity that could make the run: the largest error of its calculation, by line."""
 
     fidelity: str
     bounds: Sequence[float]
@@ -80,15 +81,15 @@ def keep_error(
 
     Parameters
     ----------
-    error : of every line's reach, as a share
+    error : error of every line's reach, as a share
     cap : all logs of the draw
     assumed : assumed bounds on the error of calculation; that of `reference` is 0
-    many : what has ``cap`` logs, for messages
+    many : name of the source with ``cap`` logs, for messages
 
     Raises
     ------
     UserError
-        if not even all logs can keep it; states what they can
+        if not even all logs can keep it; states what they can keep
     """
     trusted = trusted_of(assumed, len(line_ids))
     option = _cheapest(error, trusted, [0.5] * len(line_ids), 2**40)
@@ -101,7 +102,7 @@ def keep_error(
     if again.fidelity != option.fidelity:
         option, known = again, slide(again.fidelity, len(known.reach))
     logs = len(known.reach)
-    for _ in range(MOST_REPEATS):  # where the shares of the first logs misled about it, some more
+    for _ in range(MOST_REPEATS):  # if the shares of the first logs were misleading, some more
         need = needed(error, option, slide(option.fidelity, logs).shares, cap) or cap
         if need <= logs:
             break
@@ -112,12 +113,12 @@ def keep_error(
 
 
 def trusted_of(assumed: Mapping[str, float], lines: int) -> list[Option]:
-    """The fidelities of whose calculation something is known; `reference` is the last."""
+    """The fidelities whose error of calculation has a bound; `reference` is the last."""
     return [Option(name, [bound] * lines) for name, bound in {**assumed, "reference": 0.0}.items()]
 
 
 def _cheapest(error: float, options: Sequence[Option], shares: Sequence[float], cap: int) -> Option | None:
-    """The option that is likely to keep the error at the least cost; None where none can with the available logs."""
+    """The option that probably keeps the error at the lowest cost; None if none can with the available logs."""
     costs = {
         option.fidelity: logs * COSTS[option.fidelity]
         for option in options
@@ -138,7 +139,7 @@ def needed(error: float, option: Option, shares: Sequence[float], cap: int) -> i
 
 
 def worst_of(option: Option, shares: Sequence[float], n: int) -> float:
-    """Both errors together after ``n`` logs, of the line that is farthest off."""
+    """Both errors together after ``n`` logs, of the line with the largest error."""
     return max(together_of(bound, sigma_of(share, n)) for bound, share in zip(option.bounds, shares, strict=True))
 
 
@@ -154,7 +155,7 @@ def spend_budget(
 
     Parameters
     ----------
-    left : seconds, now
+    left : returns the seconds left
     decided : called with the fidelity and the number of logs as soon as they are chosen, and again if that number is
         changed later
     """
@@ -164,7 +165,9 @@ def spend_budget(
         return min(cap, done + max(0, int(left() / seconds)))
 
     def best(shares: Sequence[float], name: str, seconds: float) -> Option:
-        """By the seconds of a log at one fidelity, and what the others cost of it on the benchmark's slopes."""
+        """The best option, from the seconds of a log at one fidelity and the relative costs of the others on the
+        benchmark's slopes.
+        """
         each = {option.fidelity: seconds * COSTS[option.fidelity] / COSTS[name] for option in trusted}
         return min(trusted, key=lambda option: worst_of(option, shares, logs_in_time(0, each[option.fidelity])))
 
@@ -173,7 +176,7 @@ def spend_budget(
     option = best([0.5] * len(line_ids), probe.fidelity, known.seconds)
     if option.fidelity != probe.fidelity:
         known = slide(option.fidelity, min(PROBE, cap))
-    for _ in range(2):  # the shares may speak for another
+    for _ in range(2):  # the shares may favour another option
         quarter = logs_in_time(len(known.reach), known.seconds) // 4
         known = slide(option.fidelity, min(cap, max(len(known.reach), min(FIRST_LOOK, quarter))))
         again = best(known.shares, option.fidelity, known.seconds)
@@ -181,7 +184,7 @@ def spend_budget(
             break
         option, known = again, slide(again.fidelity, min(PROBE, cap))
     done = slide(option.fidelity, 0)
-    for part in (0.5, 1.0):  # what a log takes is known better half-way
+    for part in (0.5, 1.0):  # the time of a log is known better half-way
         more = logs_in_time(len(done.reach), done.seconds) - len(done.reach)
         logs = len(done.reach) + (more if part == 1.0 else more // 2)
         decided(option, len(done.reach) + more)
@@ -191,7 +194,7 @@ def spend_budget(
 
 
 def record_of(option: Option, reach: NDArray[np.bool_], line_ids: Sequence[Any], cap: int) -> dict[str, Any]:
-    """For ``summary.json``: both errors of the line that is farthest off, apart and together, as shares."""
+    """For ``summary.json``: both errors of the line with the largest error, separately and together, as shares."""
     n = len(reach)
     rows = []
     for line_id, bound, hit in zip(line_ids, option.bounds, reach.sum(axis=0).tolist(), strict=True):
@@ -211,7 +214,7 @@ def record_of(option: Option, reach: NDArray[np.bool_], line_ids: Sequence[Any],
 
 
 def _too_small(error: float, trusted: Sequence[Option], shares: Sequence[float], cap: int, many: str) -> str:
-    """What all logs can promise, and how many more it takes."""
+    """What all logs together can promise, and how many more logs are needed."""
     best, bound = min(
         (
             (max(together_of(b, sampling_of(s * cap, cap) / Z_95) for b, s in zip(o.bounds, shares, strict=True)), o)

@@ -28,7 +28,8 @@ from deadwood_algorithms.simulate.queue import Queue, parts_of
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_engine import FIDELITIES
 
-# Of a budget, what the run plans with, and what writing the results takes of that at least; else as much as reading.
+# Share of a budget that the run plans with, and the smallest share of that for writing the results; else as for
+# reading.
 WITHIN_BUDGET, WRITING_S = 0.95, 1.0
 
 
@@ -36,7 +37,7 @@ WITHIN_BUDGET, WRITING_S = 0.95, 1.0
 class Promise:
     """What is required: an error of every line's reach, or the smallest error possible within a budget [s].
 
-    assume : up to which fidelity the page's errors of calculation are taken for granted
+    assume : down to which fidelity the errors of calculation on the benchmark page are assumed to hold
     """
 
     error: float | None
@@ -45,7 +46,7 @@ class Promise:
 
 
 def promise_of(options: FidelityOptions, *, lines: str | None, until_ci: float | None, plan: bool) -> Promise | None:
-    """What is promised of a run with ``--fidelity auto``, None for one of another fidelity; refuses what does not go
+    """What is promised of a run with ``--fidelity auto``, None for any other fidelity; rejects options that do not go
     together. A budget is ``60s``, ``5min``, ``1h`` or a number of seconds."""
     if options.fidelity != AUTO:
         for name in ("error", "budget"):
@@ -80,7 +81,7 @@ def _seconds_of(budget: str) -> float:
 
 @dataclass
 class AutoRun:
-    """The logs of a run in the order of the hash of seed and id; a window that grows for one fidelity does for all."""
+    """The logs of a run in the order of the hash of seed and id; a window that grows for one fidelity grows for all."""
 
     promise: Promise
     run: LogRun
@@ -94,8 +95,8 @@ class AutoRun:
             self.remove()
 
     def promised(self, began: float) -> tuple[Chosen, float]:
-        """Slide what keeps the promise, or the budget, which runs since ``began``; the choice, and the seconds of all
-        cores for logs that are not in the run."""
+        """Slide what keeps the promise, or the budget, which runs since ``began``; returns the choice, and the seconds
+        of all cores for logs that are not in the run."""
         assumed = assumed_bounds(self.promise.assume)
         line_ids, cap, many = self.run.layers.lines.ids, self.order.size, self.run.simulation.inputs.releases
         try:
@@ -103,7 +104,7 @@ class AutoRun:
                 chosen = self._best_in_time(began, assumed)
             else:
                 chosen = keep_error(self.promise.error, cap, line_ids, self.slide, assumed, many)
-        except UserError:  # what slid for it is of no use to another error
+        except UserError:  # logs slid for it are of no use for another error
             self.remove()
             raise
         self.run.feedback.note(f"{counted(chosen.logs, 'log')} at {chosen.option.fidelity}: {chosen.option.why}")
@@ -127,10 +128,10 @@ class AutoRun:
 
         before = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}
         if {name: before.get(name) for name in known} != known:
-            self.remove()  # its clock has run out, and another would look at other logs
+            self.remove()  # its time has run out, and another run would examine other logs
             self.run = replace(self.run, resume=False)
             load_kernels(self.run.layers.shape, self.run.feedback)
-            reading = time.perf_counter() - began  # a machine that reads slowly writes slowly
+            reading = time.perf_counter() - began  # a machine that reads slowly also writes slowly
             end = began + WITHIN_BUDGET * self.promise.budget_s - max(WRITING_S, reading)
             return spend_budget(
                 lambda: max(0.0, end - time.perf_counter()), cap, line_ids, self.slide, assumed, decided
@@ -160,7 +161,7 @@ class AutoRun:
         return Slid(touched[:n] if n else touched, self.seconds.get(name, 0.0) / len(touched))
 
     def taken(self, name: str) -> chunks.ChunkedRun:
-        """What slid at the fidelity that makes the run."""
+        """The results at the fidelity of the run."""
         parts = self.parts[name]
         taken = self._run(name, Queue(self.order, parts, slid=parts[-1].stop))
         taken.remove = self.remove
@@ -184,8 +185,8 @@ class AutoRun:
 
 
 def slide_promised(run: LogRun, promise: Promise, began: float) -> tuple[chunks.ChunkedRun, Chosen, float]:
-    """Slide as many logs, at such a fidelity, as keep the promise (a budget runs since ``began``); what slid, what was
-    chosen, and the seconds of all cores for logs that are not in the run."""
+    """Slide the logs, at the fidelity, that keep the promise (a budget runs since ``began``); returns the results,
+    what was chosen, and the seconds of all cores for logs that are not in the run."""
     auto = AutoRun(promise, run)
     chosen, others_cpu_s = auto.promised(began)
     return auto.taken(chosen.option.fidelity), chosen, others_cpu_s

@@ -14,12 +14,14 @@ from deadwood_engine import Fidelity, Logs, Scene, Shape, Start
 
 @dataclass(frozen=True)
 class Batch:
-    """Logs that are slid together; ``first`` counts those of the run before them, ``goal`` all that it will slide.
+    """Logs that are slid together; ``first`` is the number of the run's logs before them, ``goal`` that of all logs it
+    will slide.
 
-    logs : or these placed already
-    keep : bool (n,), whose poses are kept; inside : bool (n, lines of the scene), lines that a log starts within
-    missing : where logs slide in scenes without some obstacles, which only workers do: how many logs, one after the
-        other, and the obstacles that they miss; barrier b counts as -1 - b, others as ``Scene.without`` numbers them
+    logs : may be already placed
+    keep : bool (n,), logs whose poses are stored; inside : bool (n, lines of the scene), lines inside which a log
+    starts
+    missing : for logs that slide in scenes without some obstacles (only on workers): numbers of consecutive
+        logs, and the obstacles that they lack; barrier b counts as -1 - b, others as numbered by ``Scene.without``
     """
 
     logs: Logs | Start
@@ -35,12 +37,12 @@ class Batch:
 
 @dataclass(frozen=True)
 class Sliding:
-    """What all batches of one call have in common. laws : keyword arguments of the engine's ``slide``"""
+    """Everything that the batches of one call have in common. laws : keyword arguments of the engine's ``slide``"""
 
     name: str
     scene: Scene
     shape: Shape | None
     fidelity: Fidelity
     laws: dict[str, Any]
-    bands: NDArray[np.int64] | None  # of danger, by line; None: no rasters are wanted
-    influences: bool = False  # whether to note what mattered to each log
+    bands: NDArray[np.int64] | None  # bands of danger, by line; None: no rasters are needed
+    influences: bool = False  # whether to record what affected each log

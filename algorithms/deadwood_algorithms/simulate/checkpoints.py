@@ -36,13 +36,13 @@ SEAL_BYTES = hashlib.sha256().digest_size
 
 
 class Damaged(UserError):
-    """A file of the working folder is not as it was written."""
+    """A file of the working folder has changed since it was written."""
 
 
 class WorkFolder:
     """The finished chunks of a run, and the rasters after the last of them.
 
-    finished : chunks whose logs are on the rasters; lost : those of them whose results were damaged
+    finished : chunks whose logs are on the rasters; lost : those of them whose results are damaged
     draws : whether the run has rasters; one without counts a chunk as finished as soon as it is saved
     """
 
@@ -112,7 +112,7 @@ class WorkFolder:
             feedback.warn(f"{self.path}: a checkpoint is damaged; the logs since the one before it are slid again")
 
     def save(self, chunk: int, by_log: Mapping[str, NDArray], poses: pa.Table | None = None) -> None:
-        """Keep what a finished chunk says of its logs; with rasters it counts from the next `checkpoint` on."""
+        """Store the results of a finished chunk; with rasters it counts as finished from the next `checkpoint` on."""
         self._write(_logs_name(chunk), _packed(by_log))
         if not self.draws:
             self.finished = max(self.finished, chunk + 1)
@@ -144,17 +144,19 @@ class WorkFolder:
 
     @property
     def part(self) -> Part | None:
-        """The part of the DEM that the last checkpoint's rasters are of."""
+        """The part of the DEM covered by the rasters of the last checkpoint."""
         return Part(*self._arrays(_rasters_name(self.finished))["part"].tolist()) if self.finished else None
 
     def rasters(self, grid: Grid) -> dict[str, NDArray]:
-        """The rasters at the last checkpoint, on a grid that holds them; empty cells are 0 in counts, NaN in maxima."""
+        """The rasters at the last checkpoint, on a grid that contains them; empty cells are 0 in counts, NaN in
+        maxima.
+        """
         stored = self._arrays(_rasters_name(self.finished))
         row, column = np.divmod(stored.pop("cells"), grid.frame.shape[1])
         del stored["part"]
         out: dict[str, NDArray] = {}
         for name, values in stored.items():
-            shape = (*values.shape[:-1], *grid.shape)  # of several bands, the bands first
+            shape = (*values.shape[:-1], *grid.shape)  # with several bands, the bands come first
             out[name] = np.full(shape, np.nan if values.dtype.kind == "f" else 0, values.dtype)
             out[name][..., row - grid.first[1], column - grid.first[0]] = values
         return out
@@ -186,7 +188,7 @@ class WorkFolder:
         _write_whole(self.path / name, content + self._seal(name, content))
 
     def _read(self, name: str) -> bytes:
-        """The content of a file whose seal fits."""
+        """The content of a file with a valid seal."""
         try:
             raw = (self.path / name).read_bytes()
         except (FileNotFoundError, IsADirectoryError):
@@ -211,13 +213,13 @@ class WorkFolder:
 
 
 def part_path(output: str) -> Path:
-    """The working folder of a run that is to stand at ``output``."""
+    """The working folder of a run whose final place is ``output``."""
     final = Path(output).absolute()
     return final.parent / f".{final.name}.part"
 
 
 def working_folder(output: str) -> Path:
-    """`part_path`, unless there is a link or a file in its place, which is not ours to remove."""
+    """`part_path`, unless there is a link or a file in its place, which the toolbox must not remove."""
     path = part_path(output)
     if path.is_symlink() or (path.exists() and not path.is_dir()):
         what = "a link" if path.is_symlink() else "a file"
@@ -238,7 +240,7 @@ def _rasters_name(finished: int) -> str:
 
 
 def _read_identity(place: Path) -> dict[str, Any] | None:
-    """What a working folder's run was; None where the file is missing or not as it was written.
+    """The identity of a working folder's run; None if the file is missing or damaged.
 
     Up to version 0.1.0 nothing was sealed.
     """
@@ -269,16 +271,16 @@ def _remove(place: Path) -> None:
 
 
 def _write_whole(path: Path, content: bytes) -> None:
-    """Under its name there is the old content or the new one, also after a power cut."""
+    """Write a file such that it has either its old content or the new one, even after a power failure."""
     beside = path.with_name(path.name + ".partial")
     with beside.open("wb") as target:
         target.write(content)
         target.flush()
         os.fsync(target.fileno())
-    if path.is_dir():  # no file can take its place
+    if path.is_dir():  # a file cannot replace a folder
         _remove(path)
     os.replace(beside, path)
-    with suppress(OSError, AttributeError):  # Windows opens no folders
+    with suppress(OSError, AttributeError):  # Windows cannot open folders
         folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
         try:
             os.fsync(folder)

@@ -25,13 +25,13 @@ from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.windows import scene_again, wider_scene
 from deadwood_engine import Rasters, Result
 
-# Logs worked on between two saved states: enough to keep 16 threads busy, little to lose or to hold in memory.
+# Logs between two saved states: enough to keep 16 threads busy, few enough to lose or to hold in memory.
 CHUNK = 512
-# The first chunks are smaller, so that a run that is soon interrupted keeps something, however slow its logs are.
+# The first chunks are smaller, so that a run that is interrupted early keeps something, however slow its logs are.
 FIRST_CHUNKS = (32, 64, 128, 256)  # logs after which they end
-# A state of the rasters is saved after a chunk as often as that costs this share of the time (half a second on
-# 4000 x 4000 cells, on others next to nothing), and at least this often: what an interruption loses, beside the chunk
-# at work.
+# The rasters are saved after a chunk so often that it takes this share of the time (half a second on
+# 4000 x 4000 cells, much less on smaller ones), and at least this often: the most that an interruption loses, besides
+# the current chunk.
 CHECKPOINT_SHARE, CHECKPOINT_S = 0.05, 10.0
 
 # From a chunk's result, the scene, the ids and the seconds that it took: the values stored by log, and the poses.
@@ -40,14 +40,14 @@ Keeper = Callable[[Result, SceneLayers, NDArray[np.int64], float], tuple[Mapping
 
 @dataclass
 class DrawnScene:
-    """What is slid on, and the rasters that logs draw on it; both grow when logs come near a large DEM's window."""
+    """The scene, and the rasters that logs draw on it; both grow when logs come near a large DEM's window."""
 
     layers: SceneLayers
     rasters: Rasters
 
     @staticmethod
     def on(layers: SceneLayers, simulation: Simulation, work: WorkFolder, feedback: Feedback) -> DrawnScene:
-        """With the rasters of the chunks that are finished, on a window that holds them."""
+        """The scene with the rasters of the finished chunks, on a window that contains them."""
         if work.part and layers.dem.whole and layers.dem.part.joined(work.part) != layers.dem.part:
             layers = scene_again(simulation, layers, layers.dem.part.joined(work.part), feedback)
         rasters = Rasters.allocate(layers.scene, layers.threads, layers.danger_bands())
@@ -56,7 +56,7 @@ class DrawnScene:
         return DrawnScene(layers, rasters)
 
     def widen(self, sides: list[str], simulation: Simulation, work: WorkFolder, feedback: Feedback) -> None:
-        """Begin again from the last checkpoint, on a wider window."""
+        """Restart from the last checkpoint, on a wider window."""
         self.rasters.workers.clear()  # before the wider ones are made
         wider = DrawnScene.on(wider_scene(simulation, self.layers, sides, feedback), simulation, work, feedback)
         self.layers, self.rasters = wider.layers, wider.rasters
@@ -64,9 +64,9 @@ class DrawnScene:
 
 @dataclass
 class ChunkedRun:
-    """Logs in the order of a queue, slid until all are or its rule has enough.
+    """Logs in the order of a queue, slid until all are done or its rule has enough.
 
-    keep : bool (n,), by row of the releases, whose poses are stored; keeper : selects what is stored of a chunk
+    keep : bool (n,), by row of the releases, logs whose poses are stored; keeper : selects what is stored of a chunk
     """
 
     simulation: Simulation
@@ -85,13 +85,13 @@ class ChunkedRun:
     def slide(self) -> None:
         """Slide the logs that are not yet done, one chunk after the other.
 
-        A log near the side of the DEM's window may have written to the rasters what it would not on the whole DEM, so
+        A log near the side of the DEM's window may have drawn other cells on the rasters than on the whole DEM, so
         all logs since the last checkpoint are slid again on a wider one.
         """
         queue, work, feedback = self.queue, self.work, self.feedback
         load_kernels(self.slope.layers.shape, feedback)
         total = queue.rows.size
-        saved, saving_s = time.perf_counter(), 0.05  # how long it takes, until that has been measured
+        saved, saving_s = time.perf_counter(), 0.05  # estimated duration until it has been measured
         for chunk, part in enumerate(queue.parts):
             fresh = chunk >= work.finished
             if fresh or chunk in work.lost:
@@ -130,10 +130,10 @@ class ChunkedRun:
             raise Cancelled from error
 
     def _slide_chunk(self, chunk: int) -> list[str]:
-        """Slide the logs of one chunk and keep the results; or the sides of the window that were too near.
+        """Slide the logs of one chunk and keep the results; or return the sides of the window that were too close.
 
         The rasters of the last checkpoint hold all chunks before it, so one of those that was lost is not drawn again.
-        Workers elsewhere begin with the chunks behind it while a slow log keeps it waiting.
+        Workers start on the following chunks while a slow log delays this one.
         """
         queue, slope = self.queue, self.slope
         batch = self._batch(chunk)
@@ -159,12 +159,12 @@ class ChunkedRun:
 
 
 def queue_of(releases: Releases, *, target: float | None, line_ids: list[Any], seed: int) -> Queue:
-    """All logs in the order of their rows, or, with a target of the intervals, in an even draw."""
+    """All logs in the order of their rows, or, with a target of the intervals, in random order."""
     return Queue.of(releases.logs.log_id, CHUNK, FIRST_CHUNKS, target=target, line_ids=line_ids, seed=seed)
 
 
 def identity_of(simulation: Simulation, layers: SceneLayers, releases: Releases, **more: Any) -> dict[str, Any]:
-    """What decides every result, bit for bit: unfinished work continues only where it agrees in all of it."""
+    """Everything that determines the results, bit for bit: unfinished work continues only if all of it agrees."""
     return {
         "version": tool.VERSION,
         "engine": tool.engine_digest(),

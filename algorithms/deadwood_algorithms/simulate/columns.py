@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 
 class Columns(Mapping[str, NDArray]):
-    """Arrays by name: those of logs in nameless files, the others (hits, costs) in memory. To be closed after use.
+    """Arrays by name: those of logs in anonymous files, the others (hits, costs) in memory. To be closed after use.
 
-    chunks : results as they were slid; by_row : the names of those that have one row for each log
+    chunks : results in the order in which they were slid; by_row : names of arrays with one row for each log
     order : row k of a column is the log that was slid as number ``order[k]``
     """
 
@@ -28,7 +28,7 @@ class Columns(Mapping[str, NDArray]):
         self.by_row = by_row
         self._order = None if np.array_equal(order, np.arange(order.size)) else order
         self._rows, self._files = order.size, ExitStack()
-        self._stored: dict[str, tuple[BinaryIO, NDArray]] = {}  # file, and no rows of it: its type and shape
+        self._stored: dict[str, tuple[BinaryIO, NDArray]] = {}  # the file, and an empty array of its type and shape
         others: dict[str, list[NDArray]] = {}
         for chunk in chunks:
             for name, values in chunk.items():
@@ -51,7 +51,7 @@ class Columns(Mapping[str, NDArray]):
         return len(self._stored) + len(self._others)
 
     def rows(self, rows: slice | NDArray[np.int64]) -> dict[str, NDArray]:
-        """What is known of some logs."""
+        """The results of some logs."""
         return {name: self._read(name, rows) for name in self._stored}
 
     def _read(self, name: str, rows: slice | NDArray[np.int64]) -> NDArray:

@@ -28,8 +28,8 @@ class ReachError(NamedTuple):
     worst: Points
 
 
-# From the cheapest to the finest, what a log costs of one at standard: which one `auto` tries first depends on it, no
-# promise does
+# From the cheapest to the finest, the cost of a log relative to standard: it determines which one `auto` tries first,
+# but no promise
 COSTS: dict[str, float] = {
     "draft": 0.37,
     "standard": 1.0,
@@ -46,9 +46,9 @@ REACH_ERRORS: dict[str, ReachError] = {
 def assumed_bounds(up_to: str) -> dict[str, float]:
     """Bounds on the error of calculation, as shares, that are taken over from those slopes.
 
-    The farther end of the interval of the slope that is worst: what the logs that slid there do not exclude. The mean
-    of the slopes is known better, but says nothing of one. So a bound shrinks as more logs are measured. ``up_to``:
-    bounds of no fidelity, of standard alone, or of draft as well.
+    The farther end of the interval of the worst slope, that is, the largest error that its logs do not exclude. The
+    mean over the slopes is known better, but does not hold for a single one. A bound shrinks with more measured logs.
+    ``up_to``: bounds for no fidelity, for standard only, or for draft as well.
     """
     names = {"none": (), "standard": ("standard",), "draft": ("standard", "draft")}[up_to]
     return {name: REACH_ERRORS[name].worst.farther_end / 100.0 for name in names}

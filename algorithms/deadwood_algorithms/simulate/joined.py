@@ -1,4 +1,4 @@
-"""The results of pieces as that of all their logs, row after row, in the order of the pieces; and back."""
+"""Join the results of pieces into one result, in the order of the pieces, and split them again."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from deadwood_engine import Result
 
 
 def joined_results(pieces: Sequence[Result]) -> Result:
-    """One result; what lies behind a log's row (its poses, hits, influences) counts rows from the first piece's on."""
+    """The joined result; row numbers in its poses, hits and influences are shifted accordingly."""
     numbers = [len(each.stop_reason) for each in pieces]
     firsts = np.concatenate([[0], np.cumsum(numbers)[:-1]]).astype(np.int64)
     moved = [
@@ -44,7 +44,7 @@ def joined_results(pieces: Sequence[Result]) -> Result:
 
 
 def rows_of_result(result: Result, first: int, last: int) -> Result:
-    """The result of the logs from row first to before last; the cost is that of all."""
+    """The result of the logs in rows first to last, the latter excluded; the cost is that of all logs."""
 
     def behind(table: Any) -> Any:
         mine = slice(*np.searchsorted(table.log_row, [first, last]))

@@ -1,7 +1,7 @@
-"""The order of logs by a hash of the run's seed and each log's id: what a part of the logs is drawn by.
+"""The order of logs by a hash of the run's seed and each log's id: by which a part of the logs is drawn.
 
-The first n logs of this order are an even random sample of all, whatever order the layer has, and they are the same
-logs when others are added behind them or when n grows. The hash shares nothing with the draws that placed the logs
+The first n logs of this order are a random sample of all, whatever the order of the layer, and they are the same
+logs when others are appended or when n grows. The hash shares nothing with the draws that placed the logs
 (``draws``, another generator), so the sample does not favour a place.
 """
 
@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 
 def hash_order(log_id: NDArray[np.int64], seed: int) -> NDArray[np.int64]:
-    """Rows of the logs by the hash of seed and log_id; the same logs in the same order, in whatever rows they come."""
+    """Rows of the logs by the hash of seed and log_id; the same logs in the same order, whatever rows they are in."""
     return np.argsort(mix(log_id.astype(np.uint64) ^ mix(np.array([seed], np.uint64))), kind="stable")
 
 
 def keep_by_hash(log_id: NDArray[np.int64], count: int | None, seed: int) -> NDArray[np.bool_]:
-    """The first ``count`` logs of the order, as a mask over the rows; all for None."""
+    """The first ``count`` logs of the order, as a mask over the rows; None: all logs."""
     keep = np.zeros(log_id.size, bool)
     keep[hash_order(log_id, seed)[:count]] = True
     return keep

@@ -1,4 +1,4 @@
-"""The logs of a run, ready to slide: the scene, the laws, what is stored of them, and where unfinished work is kept."""
+"""The logs of a run, ready to slide: the scene, the laws, what is stored, and where unfinished work is kept."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from deadwood_engine import Fidelity
 
 @dataclass(frozen=True)
 class LogRun:
-    """What slides and how.
+    """The logs of a run and how they are slid.
 
-    keep : bool (n,), by row of the releases, whose poses are stored; keeper : selects what is stored of a chunk
+    keep : bool (n,), by row of the releases, logs whose poses are stored; keeper : selects what is stored of a chunk
     output : the place of the result, beside which unfinished work is kept; resume : whether to continue it
     identity : what determines the results besides scene, logs and laws
     """
@@ -43,7 +43,7 @@ class LogRun:
         return replace(self, simulation=replace(self.simulation, fidelity=fidelity))
 
     def work_folder(self, output: str, **more: Any) -> WorkFolder:
-        """Where unfinished work of this run lies; ``more`` decides its results, too."""
+        """Where unfinished work of this run lies; ``more`` : further values that determine its results."""
         known = identity_of(self.simulation, self.layers, self.releases, **self.identity) | more
         return WorkFolder(output, known, resume=self.resume, feedback=self.feedback)
 
@@ -54,7 +54,7 @@ class LogRun:
 
 
 def slide_logs(run: LogRun, until_ci: float | None) -> ChunkedRun:
-    """Slide all logs, or in a random order until the intervals of all lines' reach are so narrow (half-width)."""
+    """Slide all logs, or in a random order until the intervals of all lines' reach have at most this half-width."""
     queue = queue_of(run.releases, target=until_ci, line_ids=run.layers.lines.ids, seed=run.seed)
     done = run.chunked(queue, run.work_folder(run.output, **{"--until-ci": until_ci}))
     done.slide()

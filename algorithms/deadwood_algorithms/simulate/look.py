@@ -1,7 +1,7 @@
 """A pilot before a run: a few of its logs slide at ``draft``, and those that leave the terrain model are reported.
 
-After the run it is known how many left, but then the time is spent. The pilot costs a fraction of a second, changes no
-result, and says on which side the terrain model is too small and, roughly, by how much.
+After the run the number is known, but then the time has been spent. The pilot costs a fraction of a second, changes no
+result, and shows on which side the terrain model is too small and, roughly, by how much.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from deadwood_engine.rotation import VX, VY
 
 Array = NDArray[np.float64]
 
-LOGS = 50  # that slide for the look; a run of fewer is its own
-WORTH_TELLING = 0.05  # share of them
-LONGEST_S = 120.0  # that a log slides; what still moves then is not counted
-NEAR_M, FAR_M = 3.0, 23.0  # before the edge, between which the slope is taken
+LOGS = 50  # slid in the pilot; a run with fewer logs needs none
+WORTH_TELLING = 0.05  # share of these logs that causes a warning
+LONGEST_S = 120.0  # longest time that a log slides; logs still moving then are not counted
+NEAR_M, FAR_M = 3.0, 23.0  # distances before the edge, between which the slope is measured
 ROUNDED_M = 10.0
-# From a side of the DEM, within which a log that left crossed that side: heights end half a cell before it
+# Distance from a side of the DEM within which a log that left has crossed it: heights end half a cell before the side
 NEAR_CELLS = 1.5
 COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 
 
 def look(simulation: Simulation, layers: SceneLayers, releases: Releases, seed: int, feedback: Feedback) -> None:
-    """Warn where more than a few of an even draw of the logs leave the terrain model."""
+    """Warn if more than a few of a random sample of the logs leave the terrain model."""
     if len(releases) <= LOGS:
         return
     load_kernels(layers.shape, feedback)
@@ -61,7 +61,8 @@ def look(simulation: Simulation, layers: SceneLayers, releases: Releases, seed: 
 
 
 def sides_of(result: Result, left: NDArray[np.bool_], dem: Grid) -> list[str]:
-    """Over which sides of the DEM these logs left, or where they were going when they came onto nodata within it.
+    """The sides of the DEM over which these logs left, or towards which they moved when they came onto nodata inside
+    it.
 
     The most frequent first: those of a tenth of the logs or more. A log that turns in a valley may cross the northern
     side while it moves east.
@@ -96,9 +97,9 @@ def further(layers: SceneLayers, result: Result, rows: NDArray[np.intp], falls: 
 
 
 def warning(n_left: int, n: int, sides: list[str], more: Array, friction: float | None) -> str:
-    """The warning, with the distance that nine of ten of them need.
+    """The warning, with the distance that nine of ten of these logs need.
 
-    friction : where it is one number: tools that try several look at the least
+    friction : if it is a single number: tools that try several use the smallest
     """
     how = "draft" if friction is None else f"draft, friction {friction:g}"
     need = float(np.quantile(more, 0.9, method="higher"))
@@ -110,6 +111,6 @@ def warning(n_left: int, n: int, sides: list[str], more: Array, friction: float 
             "how much more is needed cannot be estimated, because the ground at the edge is too steep for them to stop"
         )
     return (
-        f"a look before the run: {n_left} of {n} logs ({how}) leave the terrain model to the {where}; {need_words}. "
-        "Reach and spread will be those of logs as far as they are seen: use a larger terrain model"
+        f"a pilot before the run: {n_left} of {n} logs ({how}) leave the terrain model to the {where}; {need_words}. "
+        "Reach and spread will not include what they do beyond it: use a larger terrain model"
     )

@@ -1,8 +1,8 @@
 """Facts and arrays as bytes, and back: what goes over the network to the workers, and what comes from them.
 
-No pickle, which runs whatever its writer liked: the facts are JSON, the arrays are their raw bytes behind a description
-of their type, which may hold no objects. The engine's records (a scene, a result) are taken apart into facts and
-arrays, and put together again by their names alone, of which `RECORDS` is the whole list.
+No pickle, which can run arbitrary code: the facts are JSON, the arrays are raw bytes after a description
+of their type, which must not contain objects. The engine's records (a scene, a result) are taken apart into facts and
+arrays, and put together again by their names only; `RECORDS` is the complete list of these.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ RECORDS = {
     for each in (Scene, SceneArrays, Terrain, Cores, GridIndex, Cloud, Segments, Result, Poses, Hits, Influences)
 }
 _ZSTD = pa.Codec("zstd", 1)
-_SIZE = 8  # bytes of a length
+_SIZE = 8  # bytes of a length field
 
 
 def block_of(facts: Mapping[str, Any], arrays: Sequence[NDArray]) -> bytes:
-    """Facts (what JSON can say) and arrays as one block of bytes; equal ones give equal blocks."""
+    """Facts (representable as JSON) and arrays as one block of bytes; equal ones give equal blocks."""
     descriptions, blocks = [], []
     for array in arrays:
         if array.dtype.hasobject:
@@ -47,7 +47,7 @@ def block_of(facts: Mapping[str, Any], arrays: Sequence[NDArray]) -> bytes:
 
 
 def from_block(block: bytes) -> tuple[dict[str, Any], list[NDArray]]:
-    """The facts and arrays of a block; the arrays are their own, aligned and writable."""
+    """The facts and arrays of a block; the arrays are copies, aligned and writable."""
     whole = memoryview(_ZSTD.decompress(block[_SIZE:], int.from_bytes(block[:_SIZE], "little"), asbytes=True))
     at = _SIZE + int.from_bytes(whole[:_SIZE], "little")
     facts, descriptions = json.loads(bytes(whole[_SIZE:at]))
@@ -61,7 +61,7 @@ def from_block(block: bytes) -> tuple[dict[str, Any], list[NDArray]]:
 
 
 def _dtype_of(said: Any) -> np.dtype:
-    """JSON has lists where a description of fields has tuples."""
+    """A data type from its description; JSON has lists instead of the tuples of fields."""
     if isinstance(said, str):
         return np.dtype(said)
     fields: Any = [tuple(tuple(each) if isinstance(each, list) else each for each in field) for field in said]
@@ -69,7 +69,7 @@ def _dtype_of(said: Any) -> np.dtype:
 
 
 def taken_apart(record: Any, arrays: list[NDArray]) -> Any:
-    """What JSON can say of a record, whose arrays are appended to ``arrays``."""
+    """The JSON form of a record, whose arrays are appended to ``arrays``."""
     if isinstance(record, np.ndarray):
         arrays.append(record)
         return {"array": len(arrays) - 1}
@@ -88,7 +88,7 @@ def taken_apart(record: Any, arrays: list[NDArray]) -> Any:
 
 
 def put_together(said: Any, arrays: Sequence[NDArray]) -> Any:
-    """The record of which `taken_apart` said this."""
+    """The record from its form made by `taken_apart`."""
     if not isinstance(said, dict):
         return said
     if "array" in said:
@@ -104,7 +104,7 @@ def _fields(record: Any) -> Sequence[str]:
 
 
 def digest_of_array(array: NDArray) -> str:
-    """Of its type, shape and bytes."""
+    """Digest of an array's type, shape and bytes."""
     digest = hashlib.sha256(f"{np.lib.format.dtype_to_descr(array.dtype)} {array.shape}".encode())
     raw: Any = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
     digest.update(raw)

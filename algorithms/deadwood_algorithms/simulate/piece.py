@@ -1,7 +1,7 @@
-"""What a worker does with a piece of the work: some logs, slid on a scene that it was sent before.
+"""A worker's part: it slides a piece of the work (some logs) on a scene that was sent to it before.
 
-A piece names the engine and the digests of all that it needs; a worker that is not of that engine, or holds another
-scene, refuses it. Everything comes and goes as blocks of `packed`, so a worker unpickles none of our data; the
+A piece names the engine and the digests of everything that it needs; a worker with another engine or another
+scene rejects it. All data are exchanged as blocks of `packed`, so a worker does not unpickle them; only the
 reference to these functions is what Dask itself sends.
 """
 
@@ -38,7 +38,7 @@ _mine = threading.local()
 
 
 class WrongScene(Exception):
-    """A piece has come with arrays that are not those that it names."""
+    """A piece has arrived with other arrays than those that it names."""
 
 
 class WrongEngine(Exception):
@@ -76,7 +76,7 @@ def scene_of(block: bytes, large: Sequence[NDArray]) -> tuple[str, Scene]:
 
 
 def _for_kernels(array: NDArray) -> NDArray:
-    """What came over the network may be read-only or lie askew, for which the kernels would be compiled again."""
+    """Arrays from the network may be read-only or unaligned, for which the kernels would be compiled again."""
     return np.require(array, requirements=["C", "A", "W"])
 
 
@@ -117,12 +117,12 @@ def slide_piece(order: bytes, block: bytes, large: Sequence[NDArray]) -> bytes:
 
 
 def scene_without(scene: Scene, missing: Any) -> Scene:
-    """The scene without some obstacles; barrier b counts as -1 - b, others as ``Scene.without`` numbers them."""
+    """The scene without some obstacles; barrier b counts as -1 - b, others as numbered by ``Scene.without``."""
     return scene.without(barriers=-1 - missing[missing < 0], others=missing[missing >= 0])
 
 
 def _empty_rasters(digest: str, scene: Scene, bands: NDArray[np.int64]) -> Rasters:
-    """This thread's rasters of the scene, given away: they come back empty, or not at all."""
+    """Lend out this thread's rasters of the scene, which are returned empty or not at all."""
     kept = getattr(_mine, "rasters", None)
     _mine.rasters = None
     if kept and kept[:2] == (digest, bands.tobytes()):
@@ -142,7 +142,7 @@ def answer_of(block: bytes, order: str) -> tuple[Result, dict[str, NDArray]]:
 def look(version: str, engine: str) -> bytes:
     """Version and engine of this process and, if they are these, the digest of its results for a few logs.
 
-    The same engine gives other bits if the processor, or the library of sines and cosines, is another: only a
+    The same engine gives other bits on another processor or with another library of sines and cosines: only a
     worker with the same digest as the requesting machine can give the same bytes.
     """
     facts = {"version": VERSION, "engine": engine_digest()}

@@ -1,10 +1,12 @@
-"""How far a share may be from the finest fidelity's: sampling error and error of calculation, separately and together.
+"""How far a share may be from that of the finest fidelity: sampling error and error of calculation, separately and
+together.
 
 A run of n logs at fidelity f gives a share p. It differs from what `reference` would give for infinitely many such logs
-by s + d: s is chance, with a standard error sigma that shrinks with n; d is the calculation's, the same for every n.
-A bound of d is known, |d| <= b. Then s + d is worst for d = +-b, and the 95 % point of |normal(b, sigma)| is the error
-of both *together*: more than either, less than their sum (a bias-aware interval, Armstrong and Kolesar 2018). With b =
-0 it is the usual 1.96 sigma, with b >> sigma it is b + 1.645 sigma, because then only one side can fail.
+by s + d: s is the sampling error, with standard error sigma, which shrinks with n; d is that of the calculation, the
+same for all n. A bound of d is known, |d| <= b. Then s + d is worst for d = +-b, and the 95 % point of |normal(b,
+sigma)| is the error of both *together*: more than either, less than their sum (a bias-aware interval, Armstrong and
+Kolesar 2018). With b = 0 it is the usual 1.96 sigma, with b >> sigma it is b + 1.645 sigma, because then only one side
+can fail.
 
 Each line is a separate statement, as everywhere in the toolbox.
 """
@@ -21,7 +23,7 @@ RISK = 0.04
 
 
 def _within(bias: float, most: float) -> float:
-    """Probability that a normal number of mean ``bias`` and standard deviation 1 is at most ``most`` from 0."""
+    """Probability that a normal number of mean ``bias`` and standard deviation 1 is within ``most`` of 0."""
     return 0.5 * (math.erf((most - bias) / math.sqrt(2.0)) + math.erf((most + bias) / math.sqrt(2.0)))
 
 
@@ -48,7 +50,7 @@ def sigma_for(error: float, bound: float, risk: float = RISK) -> float:
 
 
 def sampling_of(n_hit: float, n_total: int, *, z: float = Z_95) -> float:
-    """How far the share may be off by chance: the farther end of its interval, which is lopsided near 0 and 1."""
+    """How far the share may be off by chance: the farther end of its interval, which is asymmetric near 0 and 1."""
     if n_total <= 0:
         return 1.0
     low, high = wilson_interval(n_hit, n_total, z=z)  # type: ignore[arg-type]
@@ -61,7 +63,7 @@ def sigma_of(share: float, n_total: int) -> float:
 
 
 def logs_for(sigma: float, share: float, cap: int = 2**40) -> int | None:
-    """Logs that bring the standard error of such a share down to ``sigma``; None where more than ``cap``."""
+    """Logs that bring the standard error of such a share down to ``sigma``; None if more than ``cap``."""
     if sigma <= 0.0 or sigma_of(share, cap) > sigma:
         return None
     low, high = 0, cap

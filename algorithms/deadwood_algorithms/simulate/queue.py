@@ -33,14 +33,14 @@ from deadwood_algorithms.stats.statistics import wilson_interval
 FIRST_LOOK = 1000
 COVERAGE = 0.95
 RARE = 0.02  # share below which a stopped run underestimates on average: at it by at most 2 to 3 % of it
-NODES = 64  # of the quadrature over one look: z is exact to 1e-10
+NODES = 64  # of the quadrature over one check: z is exact to 1e-10
 
 
 @dataclass
 class Queue:
     """The logs in the order in which they are slid, in chunks, and the rule that may end the run early.
 
-    rows : rows of the releases in that order; parts : the chunks; slid : how many logs are done with in the end
+    rows : rows of the releases in that order; parts : the chunks; slid : number of logs that were slid in the end
     """
 
     rows: NDArray[np.int64]
@@ -70,18 +70,18 @@ class Queue:
 
     @property
     def goal(self) -> int:
-        """After how many logs the run is likely to be over."""
+        """Number of logs after which the run will probably end."""
         return self.rule.goal if self.rule else self.rows.size
 
     def slid_rows(self) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-        """Rows of the releases that were slid, ascending, and where in the order of sliding each of them stood."""
+        """Rows of the releases that were slid, ascending, and the position of each in the order of sliding."""
         order = np.argsort(self.rows[: self.slid], kind="stable")
         return self.rows[: self.slid][order], order
 
 
 @dataclass
 class UntilNarrow:
-    """The rule: given how many logs of each part reached each line, it says whether the run has enough of them."""
+    """The rule: given how many logs of each part reached each line, it decides whether the run has enough."""
 
     target: float
     cap: int
@@ -97,7 +97,7 @@ class UntilNarrow:
         self._reached = np.zeros(len(self.line_ids), np.int64)
 
     def enough(self, n_logs: int, n_reach: NDArray[np.int64]) -> bool:
-        """Take in the next part; at a look, whether the widest interval is narrow enough."""
+        """Add the next part; at a check, whether the widest interval is narrow enough."""
         self.slid += n_logs
         self._reached += n_reach
         if self.slid not in self.looks:
@@ -126,7 +126,7 @@ class UntilNarrow:
         }
 
     def _underestimated(self) -> list[Any]:
-        """Lines of a rare reach, where the run stopped before its last log."""
+        """Lines with a rare reach, if the run stopped before its last log."""
         if self.slid >= self.cap:
             return []
         rare = self._reached < RARE * self.slid
@@ -134,7 +134,9 @@ class UntilNarrow:
 
 
 def looks_of(total: int) -> tuple[int, ...]:
-    """Numbers of logs after which a run of at most ``total`` looks: 1000 and its doubles, and the last log."""
+    """Numbers of logs after which a run of at most ``total`` logs is checked: 1000, 2000, 4000, ..., and the last
+    log.
+    """
     looks = [FIRST_LOOK]
     while looks[-1] < total:
         looks.append(2 * looks[-1])
@@ -155,7 +157,9 @@ def half_width(n_hit: int, n_total: int, z: float) -> float:
 
 @cache
 def z_of_looks(looks: int, coverage: float = COVERAGE) -> float:
-    """The number of standard errors that keeps to 95 % over several looks, each at twice the logs of the one before."""
+    """The number of standard errors that keeps 95 % coverage over several checks, each at twice the logs of the
+    previous one.
+    """
     low, high = 1.0, 5.0
     while high - low > 1e-10:
         middle = (low + high) / 2.0
@@ -164,11 +168,11 @@ def z_of_looks(looks: int, coverage: float = COVERAGE) -> float:
 
 
 def _all_within(z: float, looks: int) -> float:
-    """Probability that a stationary normal chain with neighbours' correlation sqrt(1/2) stays within +-z all along."""
+    """Probability that a stationary normal chain with neighbours' correlation sqrt(1/2) always stays within +-z."""
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     x, weights = z * nodes, z * weights
     density = np.exp(-(x**2) / 2.0) / np.sqrt(2.0 * np.pi)
-    # Given the look before, the next is normal with mean x * sqrt(1/2) and variance 1/2.
+    # Given the previous check, the next is normal with mean x * sqrt(1/2) and variance 1/2.
     onward = np.exp(-((x[:, None] - np.sqrt(0.5) * x[None, :]) ** 2)) / np.sqrt(np.pi)
     for _ in range(looks - 1):
         density = onward @ (weights * density)

@@ -1,7 +1,7 @@
-"""The scheduler of ``--scheduler``: one that runs already, or one with workers on this machine for as long as it takes.
+"""The scheduler of ``--scheduler``: an existing one, or one with workers on this machine for the duration of the work.
 
-What listens on this machine for ``local`` listens on the loopback alone, and asks for a certificate that is made for
-this one run and never leaves the memory of its processes: another user of the machine cannot speak to it.
+With ``local``, the processes listen on the loopback only and require a certificate that is created for
+this run and never leaves the memory of its processes: another user of the machine cannot connect.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _open: dict[tuple[str, int | None], Workers] = {}
 
 
 def refuse_no_scheduler(scheduler: str | None, workers: int | None) -> None:
-    """Raise ``UserError`` for an impossible address; whether anything answers there is found out by connecting."""
+    """Raise ``UserError`` for an impossible address; whether a scheduler answers there is found by connecting."""
     if scheduler is None:
         if workers is not None:
             raise UserError("--workers needs --scheduler: local starts that number on this machine")
@@ -44,7 +44,7 @@ def refuse_no_scheduler(scheduler: str | None, workers: int | None) -> None:
 
 @contextmanager
 def workers_of(scheduler: str | None, workers: int | None, cores: int, feedback: Feedback) -> Iterator[Workers | None]:
-    """The workers that were asked for, or None; within another such block the ones of that.
+    """The requested workers, or None; inside another such block, those of that block.
 
     scheduler : None, ``local`` or an address; workers : how many are started, or waited for; cores : of this machine
     """
@@ -113,7 +113,7 @@ def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
     except ImportError as error:
         raise UserError(MISSING) from error
     _start_silent_tracker()
-    # No pages, and no look at every thread a hundred times a second, at every loop fifty times
+    # No web pages, and no profiling of threads (100 times a second) and event loops (50 times a second)
     lean = {f"distributed.{each}.http.routes": [] for each in ("scheduler", "worker", "nanny")}
     lean |= {"distributed.worker.profile.enabled": False, "distributed.admin.system-monitor.interval": "5s"}
     lean |= {"distributed.admin.tick.interval": "1s"}
@@ -128,10 +128,12 @@ def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
                 security=security,
                 dashboard_address=None,
                 worker_dashboard_address=None,
-                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # without pages, on a port that disturbs nobody
-                memory_limit=0,  # what fits is computed before the run
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # without web pages, on any free port
+                memory_limit=0,  # whether it fits is computed before the run
                 silence_logs=logging.CRITICAL,
-                preload=["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],  # Ctrl-C is ours to answer
+                preload=[
+                    "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+                ],  # Ctrl-C is for the main process
             )
     except (OSError, RuntimeError, TimeoutError) as error:
         raise UserError(
@@ -145,7 +147,7 @@ def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
 
 
 def _start_silent_tracker() -> None:
-    """Python's own process that puts away what processes share: it would else complain on stderr after a Ctrl-C."""
+    """Start Python's resource tracker such that it does not write to stderr after a Ctrl-C."""
     if os.name == "posix":
         from multiprocessing import resource_tracker
 
@@ -158,7 +160,7 @@ def _start_silent_tracker() -> None:
 
 @contextmanager
 def _quiet_logs() -> Iterator[None]:
-    """Dask writes of every worker that comes or goes to stderr; what matters of it is reported by us."""
+    """Silence Dask, which reports every worker that joins or leaves on stderr; the toolbox reports what matters."""
     loggers = [logging.getLogger(name) for name in ("distributed", "asyncio", "tornado")]
     before = [each.level for each in loggers]
     for each in loggers:
@@ -171,7 +173,7 @@ def _quiet_logs() -> Iterator[None]:
 
 
 def say_carried(workers: Workers, feedback: Feedback) -> None:
-    """What the network carried, for those who plan it."""
+    """Report the network traffic, for planning."""
     carried = workers.carried
     if carried.logs:
         feedback.note(

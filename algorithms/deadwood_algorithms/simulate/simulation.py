@@ -1,4 +1,4 @@
-"""A scene that is open, how its logs are slid, and where: what everything takes that slides."""
+"""An open scene, how its logs are slid, and where: the common input of everything that slides logs."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Simulation:
     """How logs are slid.
 
     dem : open, so that the scene can be read again on a wider window; lines : the layer, read once
-    laws : keyword arguments of the engine's ``slide``; counts_danger : whether rasters of danger are drawn
-    sinking : how deep logs sank in all that was slid so far
+    laws : keyword arguments of the engine's ``slide``; counts_danger : whether danger rasters are drawn
+    sinking : how deep logs sank so far
     """
 
     inputs: SceneInputs
@@ -43,7 +43,7 @@ class Simulation:
 def open_simulation(
     inputs: SceneInputs, fidelity: Fidelity, where: Where, feedback: Feedback, *, counts_danger: bool = False
 ) -> Iterator[Simulation]:
-    """Open the terrain model for as long as logs slide on it; at the end logs that sank deep are warned about."""
+    """Open the terrain model while logs slide on it; warns at the end of logs that sank deep."""
     refuse_no_scheduler(where.scheduler, where.workers)
     with open_windows(inputs.dem, crs=inputs.crs, feedback=feedback, look_through=False) as dem:
         say_presets(inputs.presets, dem.cell, feedback)

@@ -1,4 +1,4 @@
-"""Logs that sink deep while they slide: counted wherever logs are slid, and warned about once."""
+"""Logs that sink deep while they slide: counted wherever logs are slid, with one warning."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from deadwood_algorithms.params.counts import counted, significant
 from deadwood_engine import Logs, Result, Shape, Start
 from deadwood_engine.log_body import BASE_RADIUS
 
-# [-] of its diameter, into the ground or an obstacle: the axis of a log that lies is then under the surface. It is what
-# `standard` stays within on very rough ground of any cells (engine/README.md); what sinks deeper takes another way.
+# Share of the diameter, into the ground or an obstacle: the axis of a lying log is then below the surface. This is what
+# `standard` does not exceed on very rough ground of any cell size (engine/README.md); deeper logs take another path.
 TOO_DEEP = 0.5
 
 
@@ -26,7 +26,7 @@ class Sinking:
     slid: int = 0
     deep: int = 0
     deepest: tuple[float, float] = (0.0, 0.0)
-    _lock: Lock = field(default_factory=Lock)  # several threads slide at once
+    _lock: Lock = field(default_factory=Lock)  # several threads slide at the same time
 
     def add(self, logs: Logs | Start, shape: Shape | None, result: Result) -> None:
         if isinstance(logs, Start):
@@ -43,7 +43,7 @@ class Sinking:
                 self.deepest = float(depth[most]), float(part[most])
 
     def words(self, cell: float) -> str | None:
-        """The warning, for a terrain of such cells [m]; None where no log sank so deep."""
+        """The warning, for this cell size [m]; None if no log sank so deep."""
         if not self.deep:
             return None
         metres, part = self.deepest

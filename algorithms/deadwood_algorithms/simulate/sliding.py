@@ -26,14 +26,16 @@ Found = TypeVar("Found")
 
 @dataclass
 class Meter:
-    """What was slid while it ran: logs, how long [s] they ran, time of all cores and by the clock [s]."""
+    """What was slid while it was active: logs, their simulated time [s], processor time of all cores and wall time
+    [s].
+    """
 
     logs: int = 0
     cpu_s: float = 0.0
     wall_s: float = 0.0
     durations: list[NDArray[np.float64]] = field(default_factory=list)
     _lock: Lock = field(default_factory=Lock)
-    _active: int = 0  # calls at work: several threads slide at once
+    _active: int = 0  # active calls: several threads slide at the same time
     _since: float = 0.0
 
     @contextmanager
@@ -58,7 +60,7 @@ class Meter:
 
     @property
     def spread(self) -> float:
-        """Standard deviation of a log's run by its mean."""
+        """Standard deviation of the simulated time of a log, divided by its mean."""
         run = np.concatenate([np.zeros(0), *self.durations])
         return float(run.std() / run.mean()) if run.any() else 0.0
 
@@ -68,7 +70,7 @@ _meters: list[Meter] = []
 
 @contextmanager
 def metered() -> Iterator[Meter]:
-    """Measures all that is slid within."""
+    """Measure everything that is slid inside the block."""
     _meters.append(Meter())
     try:
         yield _meters[-1]
@@ -78,7 +80,7 @@ def metered() -> Iterator[Meter]:
 
 @contextmanager
 def workers_for(where: Where, feedback: Feedback) -> Iterator[None]:
-    """Keeps the workers of ``--scheduler`` for all that is slid within; tools may stand within one another."""
+    """Keep the workers of ``--scheduler`` for everything that is slid inside the block; blocks may be nested."""
     with workers_of(where.scheduler, where.workers, where.cores, feedback):
         yield
 
@@ -95,7 +97,7 @@ def slide_once(
     influences: bool = False,
     **more: Any,
 ) -> tuple[Result, list[str]]:
-    """Slide the logs as `slide_batch` does: all that the caller has of them."""
+    """Slide the logs with `slide_batch`: all logs of the caller in one batch."""
     batch = Batch(logs, keep_poses, inside)
     return slide_batch(layers, batch, simulation, report, rasters=rasters, influences=influences, **more)
 
@@ -118,9 +120,9 @@ def slide_batch(
     that some log came too close to: if there are any, neither the result nor the rasters may be used.
 
     ``later`` are the batches needed next, on which the workers of a scheduler may start while a slow log delays this
-    one. With ``influences`` the result contains what mattered to each log, with ``until_reached`` a log ends when it
-    has reached every line that it is not ``inside``; more : stages, as the engine takes them, which save time and
-    change no result: workers do without.
+    one. With ``influences`` the result contains what affected each log, with ``until_reached`` a log ends when it
+    has reached every line that it is not ``inside``; more : stages, in the engine's form, which save time and
+    change no result; workers do not use them.
 
     Raises
     ------
@@ -161,7 +163,7 @@ def slide_batch(
     for meter in _meters:
         meter.add(result)
     sides = layers.escaped(result)
-    if not sides:  # else they slide again
+    if not sides:  # otherwise they slide again
         simulation.sinking.add(batch.logs, layers.shape, result)
     return layers.without_watch(result), sides
 
@@ -172,7 +174,7 @@ def until_none_escapes(
     slide_all: Callable[[SceneLayers], tuple[Found, list[str]]],
     feedback: Feedback,
 ) -> tuple[Found, SceneLayers]:
-    """What ``slide_all`` finds on a window that no log comes too near to the sides of, and the scene on that window."""
+    """The result of ``slide_all`` on a window whose sides no log comes too close to, and the scene on that window."""
     while True:
         found, sides = slide_all(layers)
         if not sides:
@@ -181,7 +183,9 @@ def until_none_escapes(
 
 
 def reporter(feedback: Feedback, total: int, what: str, *, before: int = 0) -> Callable[[int], bool]:
-    """What the engine calls with the logs done, of ``total`` of which ``before`` were done earlier."""
+    """The callback for the engine: it gets the number of logs done, of ``total``, of which ``before`` were done
+    earlier.
+    """
 
     def report(done: int) -> bool:
         feedback.progress(before + done, total, what)

@@ -1,4 +1,6 @@
-"""The rasters of a piece as the cells that its logs have passed, and their sum: exact, for counts and maxima are."""
+"""The rasters of a piece as the cells that its logs have passed, and their sum: exact, because counts and maxima
+are.
+"""
 
 from __future__ import annotations
 
@@ -13,17 +15,17 @@ def take_sparse(rasters: Rasters) -> dict[str, NDArray]:
     """Take the cells that a log has hit or come to rest on out of the first worker's rasters, which are empty
     afterwards.
 
-    The system is slow in providing fresh memory (10 us a page): emptied rasters serve the next piece.
+    The system is slow in providing new memory (10 us per page): emptied rasters are reused for the next piece.
     """
     first = rasters.workers[0]
     hits = first.hits[:, :, HITS]
-    # a row at a time: most of a large window was never touched, and the touched cells are in few rows
+    # row by row: most of a large window was never touched, and the touched cells are in few rows
     rows = np.flatnonzero(hits.any(axis=1) | first.deposits.any(axis=1))
     at, column = np.nonzero((hits[rows] > 0) | (first.deposits[rows] > 0))
     row = rows[at]
     cells = row * hits.shape[1] + column
     found = {
-        # neighbours differ by one, which takes next to no room once it is compressed
+        # neighbours differ by one, which compresses to almost nothing
         "cells": np.diff(cells, prepend=0).astype(np.int64),
         "hits": hits[row, column],
         "deposits": first.deposits[row, column],
@@ -37,7 +39,7 @@ def take_sparse(rasters: Rasters) -> dict[str, NDArray]:
 
 
 def add_sparse(rasters: Rasters, piece: dict[str, NDArray]) -> None:
-    """Add what `take_sparse` has taken of a piece's."""
+    """Add the cells that `take_sparse` took from a piece's rasters."""
     first = rasters.workers[0]
     cells = np.cumsum(piece["cells"])
     row, column = np.divmod(cells, first.deposits.shape[1])

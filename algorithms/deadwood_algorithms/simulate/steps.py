@@ -1,4 +1,4 @@
-"""The steps of a computation, in their order: an interrupted one takes over those that it has kept, bit for bit."""
+"""The steps of a computation in order; an interrupted one reuses the stored steps, bit for bit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Steps:
         self._number = self._logs = 0
 
     def take(self, logs: int, slide: Callable[[], Mapping[str, NDArray]]) -> dict[str, NDArray]:
-        """The arrays of the next step, which slides ``logs`` logs, unless that was done before."""
+        """The arrays of the next step, which slides ``logs`` logs unless they are stored."""
         if self._number >= self._work.finished:
             try:
                 self._work.save(self._number, slide())
@@ -36,5 +36,5 @@ class Steps:
         return self._work.chunk(self._number - 1)
 
     def remove(self) -> None:
-        """Forget what was kept, once the results are written."""
+        """Delete what was stored, once the results are written."""
         self._work.remove()

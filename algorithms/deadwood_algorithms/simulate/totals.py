@@ -1,5 +1,5 @@
-"""The rasters of a run put together a few rows at a time: of a large window the whole would take 24 bytes a cell more,
-and 4 for each line whose danger is counted, while most of it no log has touched."""
+"""The rasters of a run, summed a few rows at a time: the whole of a large window would take 24 more bytes per cell,
+and 4 for each line whose danger is counted, although most cells were never touched."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from deadwood_engine import Rasters
 from deadwood_engine.rasters import raster_arrays
 from deadwood_engine.trace import HITS
 
-STRIP_CELLS = 2**20  # put together at once
-WHOLE_CELLS = 2**22  # up to which all are, once, for that is quicker: 150 MB
+STRIP_CELLS = 2**20  # cells summed at once
+WHOLE_CELLS = 2**22  # up to this number of cells all are summed at once, which is faster: 150 MB
 
 
 class Totals:
-    """What all workers drew, as `Rasters.totals` gives it, by rows."""
+    """The sum over all workers by rows, as in `Rasters.totals`."""
 
     def __init__(self, rasters: Rasters) -> None:
         self.workers = rasters.workers
@@ -27,7 +27,7 @@ class Totals:
 
     @cached_property
     def untouched(self) -> dict[str, NDArray]:
-        """What a cell holds that no log has touched, by the name of the raster."""
+        """The value of a cell that no log has touched, by the name of the raster."""
         return Rasters([raster_arrays((1, 1), self.workers[0].band)]).totals()
 
     @property
@@ -35,7 +35,7 @@ class Totals:
         return tuple(self.untouched)
 
     def rows(self, rows: slice, names: Collection[str] | None = None) -> dict[str, NDArray]:
-        """These rows of all rasters, or of those of these names; of danger the bands come first."""
+        """These rows of all rasters, or of the named ones; for danger, bands come first."""
         asked = [name for name in self.names if names is None or name in names]
         if self.whole is not None:
             return {name: self.whole[name][..., rows, :] for name in asked}

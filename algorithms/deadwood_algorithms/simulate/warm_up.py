@@ -22,7 +22,8 @@ COMPILING = (
 def load_kernels(shape: Shape | None, feedback: Feedback) -> None:
     """Slide one log for a moment on a small plain.
 
-    What is compiled once a version would else count as the first logs' cost and spoil the time left.
+    Otherwise the compilation, done once per version, would be attributed to the first logs and distort the remaining
+    time.
     """
     feedback.progress(0, 1, "loading the engine")
     with compiling_said(feedback):
@@ -40,7 +41,7 @@ def load_kernels(shape: Shape | None, feedback: Feedback) -> None:
 
 @contextmanager
 def compiling_said(feedback: Feedback) -> Iterator[None]:
-    """Within it, compilation is announced before the first kernel that is not in the cache; otherwise nothing is
+    """Inside the block, compilation is announced before the first kernel that is not in the cache; otherwise nothing is
     printed.
 
     Only Numba knows whether one is in the cache, and reports it when it starts to compile.

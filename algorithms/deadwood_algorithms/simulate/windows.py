@@ -1,4 +1,6 @@
-"""The scene on the part of a large DEM that logs reach: read for a first guess, and again, wider, when that fails."""
+"""The scene on the part of a large DEM that logs reach: read for a first estimate, and again, wider, if that is too
+small.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import number_column
 from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import DemWindows, read_part, read_whole
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, ProgressOnly
+from deadwood_algorithms.scene.counts import account_scene
 from deadwood_algorithms.scene.friction import number_of
 from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.items import digest_of, plan_of
@@ -30,7 +34,7 @@ if TYPE_CHECKING:
     import geopandas
 
 GRAVITY = 9.81  # m/s2
-# The energy line of the first guess falls less steeply than friction would have it, for logs that roll; where that is
+# The energy line of the first estimate falls less steeply than friction implies, because logs roll; if that is
 # not enough, the window grows.
 SLOPE_SHARE, SLOPE_LEAST, SLOPE_MOST = 0.75, 0.1, 0.3
 
@@ -38,8 +42,8 @@ SLOPE_SHARE, SLOPE_LEAST, SLOPE_MOST = 0.75, 0.1, 0.3
 def read_released_scene(simulation: Simulation, feedback: Feedback) -> tuple[SceneLayers, Releases]:
     """Read and check every layer.
 
-    Of a large DEM only the part is read that logs are expected to reach; the caller must then ask
-    `SceneLayers.escaped` after sliding, and slide again what `wider_scene` gives.
+    Of a large DEM only the part that logs are expected to reach is read; the caller must then query
+    `SceneLayers.escaped` after sliding, and slide again on the result of `wider_scene`.
     """
     inputs, dem = simulation.inputs, simulation.dem
     releases = read_vector(inputs.releases, geometry=("point",), target_crs=dem.crs, what="releases", feedback=feedback)
@@ -48,6 +52,7 @@ def read_released_scene(simulation: Simulation, feedback: Feedback) -> tuple[Sce
     layers = scene_on(simulation, part_of(dem, releases, inputs.defaults, inputs.friction), feedback)
     warn_of_ground(layers.dem, *plan_of(releases), feedback)
     logs = releases_of(releases, layers.dem, inputs.defaults, feedback=feedback)
+    account("releases", count_of(len(releases), len(logs), {}))
     return layers, as_shape(logs, layers.shape) if layers.shape else logs
 
 
@@ -67,7 +72,7 @@ def part_of(
 
 def energy_slope(friction: str | float) -> float:
     number = number_of(friction)
-    if number is None:  # a layer, which is read on the window alone
+    if number is None:  # a layer, which is read on the window only
         return 0.5 * (SLOPE_LEAST + SLOPE_MOST)
     return float(np.clip(SLOPE_SHARE * number, SLOPE_LEAST, SLOPE_MOST))
 
@@ -77,7 +82,7 @@ def scene_on(simulation: Simulation, part: Part | None, feedback: Feedback) -> S
     inputs, dem, where = simulation.inputs, simulation.dem, simulation.where
     by_cell = number_of(inputs.friction) is None
     cells = part.cells if part else dem.shape[0] * dem.shape[1]
-    # rows that share an id count as one, so these are the most that there may be
+    # rows that share an id count as one, so this is an upper bound
     counted = len(simulation.lines) if simulation.counts_danger and simulation.lines is not None else 0
     threads = threads_that_fit(
         1 if where.scheduler else where.cores,
@@ -114,13 +119,16 @@ def scene_on(simulation: Simulation, part: Part | None, feedback: Feedback) -> S
         breaking=inputs.breaking,
     )
     shape = read_shape(inputs.shape, grid.cell, feedback)
+    account_scene(layers)
     refuse_idle_slip(inputs.laws.get("friction_max"), layers.friction)
     digest = digest_of([layers.digest], shape.cloud.points, shape.axes) if shape else layers.digest
     return replace(layers, threads=threads, shape=shape, digest=digest)
 
 
 def wider_scene(simulation: Simulation, layers: SceneLayers, sides: list[str], feedback: Feedback) -> SceneLayers:
-    """The scene on a window grown at the sides that logs came too near to; its digest stays that of the first."""
+    """The scene on a window enlarged at the sides that logs came too close to; its digest remains that of the first
+    one.
+    """
     part = wider(layers.dem.part, sides, layers.dem.frame.shape)
     feedback.note(f"logs came near the {' and '.join(sides)} of the DEM's window, which is read wider")
     return scene_again(simulation, layers, part, feedback)

@@ -1,8 +1,9 @@
-"""Logs slid by the workers of a Dask scheduler: pieces of the work go out, results come back, the same bits as here.
+"""Logs slid by the workers of a Dask scheduler: pieces of the work are sent out, results come back, with the same bits
+as here.
 
-Dask provides messages, scheduling and the list of workers. Decided here: which worker may be used (one with this
-engine that computes this machine's bits); the size of a piece; that little is out at a time, so that a worker
-added late is soon used and a slow log at the end delays nobody; and that the piece of a worker that died is sent again.
+Dask provides messages, scheduling and the list of workers. This module decides which worker may be used (one with this
+engine that computes this machine's bits) and the size of a piece. It keeps few pieces out at a time, so that a worker
+added late is soon used and a slow log at the end delays nobody, and sends the piece of a dead worker again.
 """
 
 from __future__ import annotations
@@ -30,24 +31,24 @@ from deadwood_algorithms.simulate.packed import block_of, digest_of_block, from_
 from deadwood_algorithms.simulate.sparse import add_sparse
 from deadwood_engine import Interrupted, Rasters, Result, Scene, Shape, Start, place_logs
 
-# How long a piece shall take: long beside the milliseconds that Dask needs for it; at the end of a run, at least.
+# Target duration of a piece, long compared with the milliseconds that Dask needs; and the minimum, at the end of a run.
 PIECE_S, LEAST_PIECE_S = 1.0, 0.02
-FIRST_PIECE, MOST_A_PIECE = 8, 512  # logs, before it is known how long one takes, and at most
-OUT_PER_THREAD = 2  # pieces: one at work, one that waits for it
+FIRST_PIECE, MOST_A_PIECE = 8, 512  # logs, before the time of one is known, and at most
+OUT_PER_THREAD = 2  # pieces: one being computed, one waiting
 MOST_WAITING = 8192  # logs done ahead of a batch that a slow log delays: their results are kept in memory
 LOOK_EVERY_S = 1.0  # between two checks of the workers
 WAIT_S = 60.0  # for a worker, before their absence is reported
-LOST_S = 20.0  # without a word from the scheduler, before it is taken for lost
-MOST_TRIES = 6  # of a piece; each stands for one or more dead workers
+LOST_S = 20.0  # without a word from the scheduler, before it counts as lost
+MOST_TRIES = 6  # of a piece; of a piece; each try means one or more dead workers
 
 
 class NobodySlides(UserError):
-    """The scheduler is lost, or none of its workers can be used, whatever was to be slid."""
+    """The scheduler is lost, or none of its workers can be used for any work."""
 
 
 @dataclass
 class _Sent:
-    """A scene as it lies on the workers."""
+    """A scene as stored on the workers."""
 
     scene: Scene
     shape: Shape | None
@@ -57,7 +58,7 @@ class _Sent:
 
     @property
     def parts(self) -> dict[str, Any]:
-        """All of it by the names of its parts on the scheduler, the block first."""
+        """All parts by their names on the scheduler, the block first."""
         named = {f"deadwood-scene-{digest[:32]}": array for digest, array in self.large.items()}
         return {f"deadwood-scene-{self.digest[:32]}": self.block, **named}
 
@@ -72,7 +73,7 @@ class _Lying:
 
 @dataclass
 class _Job:
-    """A batch at work: rows up to ``given`` are out or done."""
+    """A batch in progress: rows up to ``given`` are out or done."""
 
     digest: str
     batch: Batch
@@ -107,7 +108,7 @@ class _Piece:
 
 @dataclass
 class Carried:
-    """What went over the network [bytes]: orders and answers, and scenes to each worker; and for how many logs."""
+    """Network traffic [bytes]: orders and answers, and scenes sent to each worker; and the number of logs."""
 
     orders: int = 0
     answers: int = 0
@@ -130,7 +131,7 @@ class Workers:
         self._out: dict[Any, _Piece] = {}  # by the future's key
         self._again: list[_Piece] = []
         self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._numbers = itertools.count()  # of what was sent
+        self._numbers = itertools.count()  # numbers of what was sent
         self._looked = self._heard = -math.inf
         self._pace: tuple[float, int] = (0.0, 0)  # CPU seconds, logs
         self._bits = from_block(on_worker.look(VERSION, engine_digest()))[0]["bits"]
@@ -143,22 +144,23 @@ class Workers:
         rasters: Rasters | None,
         report: Callable[[int], bool],
     ) -> Result:
-        """Slide a batch, and meanwhile begin what comes ``later``, of the same sliding; as the engine's ``slide`` does.
+        """Slide a batch like the engine's ``slide``, and meanwhile start on the batches that come ``later`` in the
+        same sliding.
 
         Raises
         ------
         Interrupted
-            when ``report`` asked to stop
+            if ``report`` requested to stop
         UserError
-            where the scheduler is lost, or no worker can be used
+            if the scheduler is lost, or no worker can be used
         """
         try:
-            self._drop_all_but(sliding)  # first: of a job that was begun ahead and is dropped here, pieces were out
+            self._drop_all_but(sliding)  # first: a dropped job, started ahead, may have pieces out
             job = self._job(sliding, batch)
             self._jobs[job.digest] = job
             ahead = iter(later)
             while True:
-                if report(job.done):  # also of what was done ahead
+                if report(job.done):  # also for what was done ahead
                     raise Interrupted
                 if job.done == job.total:
                     break
@@ -177,7 +179,7 @@ class Workers:
         return joined_results([result for result, _ in answers])
 
     def drop(self) -> None:
-        """Forget all that is out."""
+        """Forget everything that is out."""
         futures = [each.future for each in self._out.values()]
         self._out.clear()
         self._again.clear()
@@ -198,12 +200,12 @@ class Workers:
         self._lying.clear()
 
     def _drop_all_but(self, sliding: Sliding) -> None:
-        """What was begun of other work, or of a scene that has grown since, is not wanted any more."""
+        """Drop what was started of other work, or of a scene that has grown since."""
         if any(not _is_same(each.sliding, sliding) for each in self._jobs.values()):
             self.drop()
 
     def _job(self, sliding: Sliding, batch: Batch) -> _Job:
-        """The batch as a job: the one that was begun ahead, or a new one."""
+        """The batch as a job: the one that was started ahead, or a new one."""
         sent = self._sent_scene(sliding)
         digest = hashlib.sha256(sent.digest.encode())
         said = [sliding.name, *sliding.fidelity, sliding.laws, sliding.influences, batch.first]
@@ -214,7 +216,7 @@ class Workers:
         name = digest.hexdigest()
         if name in self._jobs:
             return self._jobs[name]
-        # Placed here: the sines and cosines of whole arrays are the numpy of one processor's, not of another's
+        # Placed here, because numpy's sines and cosines of arrays depend on the processor
         logs = batch.logs
         start = logs if isinstance(logs, Start) else place_logs(sliding.scene, logs, sliding.shape)
         return _Job(name, batch, sliding, sent, start)
@@ -224,7 +226,7 @@ class Workers:
             if each.scene is sliding.scene and each.shape is sliding.shape:
                 return each
         scene = sliding.scene
-        if sliding.shape:  # what the engine does with it
+        if sliding.shape:  # as the engine does
             scene = replace(scene, arrays=scene.arrays._replace(cloud=sliding.shape.cloud))
         block, large = on_worker.packed_scene(scene)
         self._sent = [*self._sent[-2:], _Sent(sliding.scene, sliding.shape, block, large, digest_of_block(block))]
@@ -261,7 +263,7 @@ class Workers:
                 self._send_again(each)
 
     def _addresses(self) -> dict[str, int]:
-        """Threads of each worker by its address, as the scheduler says."""
+        """Threads of each worker by its address, as reported by the scheduler."""
         since = time.monotonic()
         while True:
             try:
@@ -280,7 +282,7 @@ class Workers:
         try:
             facts = from_block(future.result(timeout=LOST_S))[0]
         except (*_gone_for_a_while(), TimeoutError):
-            return  # it is looked at again, if it is still there
+            return  # it is checked again if it is still there
         except Exception as error:
             said = (str(error).splitlines() or [""])[0]
             why = f"it has no deadwood-toolbox {VERSION} ({type(error).__name__}: {said}); {fix}"
@@ -300,7 +302,7 @@ class Workers:
         self.feedback.warn(f"--scheduler: the worker {address} is not used: {why}")
 
     def _hand_over(self, sent: _Sent) -> None:
-        """Put a scene on the workers that may be used: to each the parts that it lacks, once."""
+        """Send a scene to the workers that may be used: to each the parts that it lacks, once."""
         lacking: dict[frozenset[str], dict[str, Any]] = {}
         for name, part in sent.parts.items():
             to = frozenset(set(self._good) - self._lying[name].at)
@@ -310,7 +312,7 @@ class Workers:
                 continue
             try:
                 futures = self.client.scatter(parts, workers=sorted(to), broadcast=True, hash=False)
-            except (OSError, TimeoutError, ValueError, KeyError):  # one of them has gone: seen in the next look
+            except (OSError, TimeoutError, ValueError, KeyError):  # one of them has gone, which the next check finds
                 return
             for name, future in futures.items():
                 self._lying[name].future = future
@@ -332,7 +334,7 @@ class Workers:
             self._send(piece, ready)
 
     def _wait_for_workers(self) -> None:
-        """While none can be used; for a while."""
+        """Wait while no worker can be used, for a limited time."""
         now = time.monotonic()
         if self._looking:  # it may be compiling the engine, which takes minutes
             self._heard = now
@@ -349,7 +351,7 @@ class Workers:
         raise NobodySlides(f"--scheduler {self.where}: no worker can be used: {why}")
 
     def _next_piece(self, job: _Job, sliding: Sliding, ahead: Iterator[Batch], threads: int) -> _Piece | None:
-        """Of the job, then of those begun ahead, then of a new one."""
+        """The next piece of the job, then of jobs started ahead, then of a new one."""
         each = next((one for one in [job, *self._jobs.values()] if one.given < one.total), None)
         while each is None:
             waiting = sum(one.done for one in self._jobs.values() if one is not job)
@@ -357,10 +359,10 @@ class Workers:
             if batch is None:
                 return None
             new = self._job(sliding, batch)
-            if new.digest not in self._jobs:  # else an earlier call has begun it
+            if new.digest not in self._jobs:  # otherwise an earlier call has started it
                 self._jobs[new.digest] = each = new
         seconds, logs = self._pace
-        # of all that is left of the run, not only of this batch
+        # of the remainder of the run, not only of this batch
         left = max(each.total, each.batch.goal - each.batch.first) - each.given
         size = piece_size(left, threads, seconds / logs if logs else None)
         rows = slice(each.given, min(each.given + size, each.total))
@@ -398,7 +400,7 @@ class Workers:
             order,
             scene,
             large,
-            # Never a key twice: what was cancelled under it may still be on its way out
+            # Never use a key twice: a cancelled one may still be in progress
             key=f"{sliding.name}-{piece.words} ({job.digest[:16]}{attempt}, {next(self._numbers)})",
             workers=sorted(ready),
             allow_other_workers=False,
@@ -410,7 +412,7 @@ class Workers:
         self.client.loop.add_callback(self._fetch, piece.future)
 
     def _send_again(self, piece: _Piece) -> None:
-        """A piece whose workers are gone, or whose scene is lost with them."""
+        """Queue a piece again whose workers are gone, or whose scene is lost with them."""
         self._out.pop(piece.future.key, None)
         self._cancel([piece.future])
         piece.tries += 1
@@ -422,7 +424,7 @@ class Workers:
         self._again.append(piece)
 
     async def _fetch(self, future: Any) -> None:
-        """On the client's own loop: wait for a piece, fetch its result, and report it."""
+        """On the client's own loop, wait for a piece, fetch its result, and report it."""
         try:
             answer = await self.client.gather(future, asynchronous=True)
         except Exception as error:
@@ -430,7 +432,7 @@ class Workers:
         self._news.put((future.key, answer))
 
     def _take_in(self, patience: float) -> None:
-        """What has come back since."""
+        """Process the results that have come back since."""
         news = []
         with suppress(queue.Empty):
             news.append(self._news.get(timeout=patience))
@@ -444,7 +446,7 @@ class Workers:
         if isinstance(answer, Exception):
             if not isinstance(answer, _gone_for_a_while()):
                 raise answer
-            for name in piece.job.sent.parts:  # its scene may be gone with the workers that had it
+            for name in piece.job.sent.parts:  # its scene may be lost with the workers that had it
                 self._lying[name].at.clear()
             self._send_again(piece)
             self._looked = -math.inf
@@ -459,7 +461,7 @@ class Workers:
 
 
 def missing_in(batch: Batch, rows: slice) -> list[tuple[int, list[int]]]:
-    """As ``Batch.missing``, of some rows of it."""
+    """``Batch.missing`` for some rows of the batch."""
     first, found = 0, []
     for number, missing in batch.missing:
         mine = min(first + number, rows.stop) - max(first, rows.start)
@@ -482,7 +484,7 @@ def piece_size(left: int, threads: int, each_s: float | None) -> int:
 
 
 def _gone_for_a_while() -> tuple[type[Exception], ...]:
-    """What a piece fails with whose worker, scene or scheduler is gone: it goes out again."""
+    """Whether a piece failed because its worker, scene or scheduler is gone, so that it is sent again."""
     from distributed.client import FutureCancelledError
     from distributed.scheduler import KilledWorker
 

@@ -1,6 +1,6 @@
 """Directions as azimuths, and how wide they spread: pure functions on arrays, no files.
 
-Azimuths are degrees clockwise from grid north; north is in their middle as often as not, so nothing here takes a plain
+Azimuths are degrees clockwise from grid north; north is often in their middle, so nothing here uses a plain
 maximum minus minimum of them.
 """
 
@@ -19,7 +19,7 @@ def azimuth(dx: ArrayLike, dy: ArrayLike) -> NDArray[np.float64]:
 
 
 def arc_start(azimuths: ArrayLike) -> float:
-    """Azimuth at which the smallest arc that holds them all begins, going clockwise [deg]; NaN without azimuths.
+    """Azimuth at which the smallest arc that contains all azimuths begins, clockwise [deg]; NaN without azimuths.
 
     It is the far end of the largest gap between neighbours around the circle.
     """
@@ -37,7 +37,7 @@ def unrolled(azimuths: ArrayLike) -> NDArray[np.float64]:
 
 
 def smallest_arc(azimuths: ArrayLike) -> float:
-    """The smallest angle that holds every azimuth [deg]: 350 and 10 span 20, not 340; NaN without azimuths."""
+    """The smallest angle that contains all azimuths [deg]: 350 and 10 span 20, not 340; NaN without azimuths."""
     angles = unrolled(azimuths)
     return float(angles[-1]) if angles.size else math.nan
 
@@ -62,19 +62,20 @@ def spread_of_release(
     Parameters
     ----------
     centre : (float, float)
-        From where the deposits are seen: the centre of the release area [m].
+        Point from which the deposits are seen: the centre of the release area [m].
     x, y : array, shape (n,)
         Deposits [m].
     min_runout : float or array, shape (n,)
-        A deposit no farther from the centre than this is left out: the azimuth of a log that hardly moved says nothing.
+        Deposits not farther from the centre than this are left out: the azimuth of a log that hardly moved is
+        meaningless.
 
     Returns
     -------
     record : dict
-        ``n``, ``n_left_out``, ``spread_deg`` and ``p05_p95_deg``, the angles NaN where fewer than two deposits count:
+        ``n``, ``n_left_out``, ``spread_deg`` and ``p05_p95_deg``, the angles are NaN if fewer than two deposits count:
         one log has a direction and no spread.
     azimuths : array, shape (n,)
-        Of every deposit from the centre [deg].
+        Azimuth of every deposit from the centre [deg].
     counted : array of bool, shape (n,)
     """
     dx, dy = np.asarray(x, float) - centre[0], np.asarray(y, float) - centre[1]

@@ -1,8 +1,8 @@
-"""Random draws that belong to an item, not to the order in which it is drawn.
+"""Random draws that depend on an item, not on the order in which items are drawn.
 
 Philox4x32-10 (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3") is a function of (seed, item, stream,
 turn) without any state: item k draws the same numbers alone or among a million, in any order, chunk or thread. It is
-written out here because a numpy generator an item costs 20 microseconds, and a forest has many trees.
+written out here because one numpy generator per item takes 20 microseconds, and a forest has many trees.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import numpy as np
 LOG_PLACE, TREE_PLACE, TREE_SIZE, TREE_SOURCE = range(4)
 LOG_CELL, LOG_SIZE, LOG_DENSITY, LOG_ROW, LOG_AXIS = range(16, 21)
 STEM_THROWN, STEM_FALL, STEM_LOST = range(32, 35)
-# Of designs of runs: the order and the place of a Latin hypercube's rows, and the noise on a terrain model
+# For designs of runs: order and position of a Latin hypercube's rows, and the noise on a terrain model
 LATIN_ORDER, LATIN_PLACE, HEIGHT_NOISE = range(48, 51)
-# Of the evaluating tools, apart from those of things that are placed.
+# For the evaluating tools, separate from those for the placing of objects.
 BOOTSTRAP, HALVES, EVENT_LOG, EVENT_ERROR, ROW_DRAW = range(64, 69)
 
 _LOW = np.uint64(0xFFFFFFFF)
@@ -38,7 +38,7 @@ def philox(counter: np.ndarray, key: tuple[int, int]) -> np.ndarray:
 
 
 def uniforms(seed: int, items: np.ndarray, stream: int, turn: int | np.ndarray = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Two draws in [0, 1), 53 bits each, for every item (whole numbers >= 0); another turn, another two."""
+    """Two draws in [0, 1), 53 bits each, for every item (whole numbers >= 0); another turn gives two others."""
     items = np.asarray(items, np.uint64)
     counter = np.empty((4, items.size), np.uint64)
     counter[0], counter[1] = items & _LOW, items >> _SHIFT

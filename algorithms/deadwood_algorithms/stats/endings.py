@@ -1,4 +1,4 @@
-"""How logs ended: words in the tables of a result, the engine's numbers in its results."""
+"""How logs ended: as words in the tables of a result, as numbers in the engine's results."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ LEFT = "left_dem"
 
 
 def ended(logs: Any, reason: str) -> NDArray[np.bool_]:
-    """Which logs ended for one of ``STOP_REASONS``, shape (n,).
+    """Which logs ended for one of these ``STOP_REASONS``, shape (n,).
 
-    logs : a table that has their reasons, or the reasons alone, as the engine's numbers or as words
+    logs : a table with their reasons, or only the reasons, as the engine's numbers or as words
     """
     reasons = _reasons(logs)
     numbers = np.issubdtype(reasons.dtype, np.integer)
@@ -28,7 +28,7 @@ def left_dem(logs: Any) -> NDArray[np.bool_]:
 
 
 def reasons_in_words(logs: Any) -> NDArray[np.object_]:
-    """The reasons, of numbers of the engine."""
+    """The reasons in words, from the engine's numbers."""
     return np.array(STOP_REASONS, object)[_reasons(logs)]
 
 

@@ -13,15 +13,15 @@ from deadwood_algorithms.stats.statistics import Z_95
 Array = NDArray[np.float64]
 
 SIDE = 0.025  # probability beyond either end
-SHAPE_LARGE = 1000.0  # from here on the approximation alone, which is then right to 1e-5
-NODES = 400  # of the table below it; linear between them, the quantile is right to 6e-4, from shape 2 on to 1e-4
+SHAPE_LARGE = 1000.0  # from here on only the approximation is used, which is then accurate to 1e-5
+NODES = 400  # of the table below it; interpolated, the quantile is accurate to 6e-4, from shape 2 on to 1e-4
 
 
 def gamma_bounds(total: ArrayLike, variance: ArrayLike, weight: float) -> tuple[Array, Array]:
     """Ends of the 95 % interval of the expectation of a sum of counts, each times its weight.
 
     The lower end is a quantile of the gamma distribution with the mean and the variance of the sum; the upper one that
-    of the distribution with one count of the largest weight more. Of weights that are all alike it is the exact
+    of the distribution with one count of the largest weight more. For equal weights it is the exact
     interval of a Poisson count (Garwood 1936).
 
     Parameters
@@ -64,7 +64,7 @@ def _table(upper: bool) -> tuple[Array, Array]:
 
 
 def _exact(shape: float, upper: bool) -> float:
-    """The relative quantile by bisection, up to where the approximation cannot err."""
+    """The relative quantile by bisection, up to a bound that is certainly above it."""
     low, high = 0.0, 2.5 * float(_wilson_hilferty(shape, upper))
     level = 1.0 - SIDE if upper else SIDE
     for _ in range(50):
@@ -74,7 +74,9 @@ def _exact(shape: float, upper: bool) -> float:
 
 
 def probability_below(shape: float, x: float) -> float:
-    """Regularised lower incomplete gamma function, by its series: all terms are positive, so that nothing cancels."""
+    """Regularised lower incomplete gamma function, by its series: all terms are positive, so there is no
+    cancellation.
+    """
     if x <= 0.0:
         return 0.0
     term = math.exp(shape * math.log(x) - x - math.lgamma(shape + 1.0))

@@ -1,4 +1,4 @@
-"""Bootstrap intervals whose draws belong to the logs: the same with any order of rows, and paired between runs.
+"""Bootstrap intervals whose draws depend on the logs' ids: the same for any order of rows, and paired between runs.
 
 Instead of drawing n of n logs again, each log of a resample counts as often as a Poisson number of mean 1 that is drawn
 from the seed, its log_id and the number of the resample (Hanley & MacGibbon 2006, "Creating non-parametric bootstrap
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.stats.draws import BOOTSTRAP, HALVES, uniforms
 
-RESAMPLES = 400  # the ends of a 95 % interval then stand on 10 resamples each
-# P(N <= k) of a Poisson number of mean 1, k = 0, 1, ...; beyond the last it is never drawn in 53 bits
+RESAMPLES = 400  # each end of a 95 % interval is then based on 10 resamples
+# P(N <= k) of a Poisson number of mean 1, k = 0, 1, ...; beyond the last one, a number is never drawn with 53 bits
 _CUMULATIVE = np.cumsum([math.exp(-1.0) / math.factorial(k) for k in range(19)])
 
 
@@ -28,7 +28,7 @@ def resamples(log_id: NDArray[np.int64], seed: int, count: int = RESAMPLES) -> I
 
 
 def halves(log_id: NDArray[np.int64], seed: int, count: int) -> Iterator[NDArray[np.bool_]]:
-    """Random halves of the logs, by a coin that belongs to the log; shape (n,)."""
+    """Random halves of the logs, by a coin toss that depends on the log; shape (n,)."""
     for turn in range(count):
         yield uniforms(seed, log_id, HALVES, turn)[0] < 0.5
 
@@ -36,10 +36,10 @@ def halves(log_id: NDArray[np.int64], seed: int, count: int) -> Iterator[NDArray
 def bootstrap_interval(
     statistic: Callable[[NDArray[np.intp]], float], log_id: NDArray[np.int64], seed: int
 ) -> tuple[float, float]:
-    """95 % percentile interval of a statistic of rows; NaN where it never has a value.
+    """95 % percentile interval of a statistic of rows; NaN if it never has a value.
 
     ``statistic`` gets the rows of the logs of a resample, ascending, each as often as it counts; a resample without any
-    log, which few logs make now and then, has no value.
+    log, which occurs now and then with few logs, has no value.
     """
     rows = np.arange(log_id.size)
     draws = resamples(log_id, seed)

@@ -7,7 +7,7 @@ Wilson's interval is used for every reach probability because it stays inside [0
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 from deadwood_algorithms.params.counts import counted
 
 Z_95 = 1.959964  # two-sided 95 % point of the normal distribution
+# Explains the brackets of `share_if_lost_words` and of differences
+IN_BRACKETS = "[]: range of possible values, with intervals, because logs left the terrain model before"
 
 
 def wilson_interval(n_hit: int, n_total: int, *, z: float = Z_95) -> tuple[float, float]:
-    """Interval of a probability that was met ``n_hit`` times in ``n_total`` trials; (0, 1) when nothing was tried."""
+    """Interval of a probability from ``n_hit`` successes in ``n_total`` trials; (0, 1) without trials."""
     low, high = wilson_bounds(n_hit, n_total, z)
     return float(low), float(high)
 
@@ -37,7 +39,7 @@ def wilson_bounds(n_hit: ArrayLike, n_total: int, z: float = Z_95) -> tuple[NDAr
 
 
 def paired_interval(n_lost: int, n_gained: int, n_total: int, *, z: float = Z_95) -> tuple[float, float]:
-    """Interval of the difference of two probabilities that were met by the same trials (Tango 1998).
+    """Interval of the difference of two probabilities from the same trials (Tango 1998).
 
     It holds exactly the differences that McNemar's test, extended to differences other than 0, does not reject. Unlike
     the textbook's d +- z*se it does not collapse when no trial changed: with 0 of n it is +-z^2/(n + z^2).
@@ -45,24 +47,24 @@ def paired_interval(n_lost: int, n_gained: int, n_total: int, *, z: float = Z_95
     Parameters
     ----------
     n_lost, n_gained : int
-        Trials that met only the first, or only the second.
+        Trials with only the first, or only the second, outcome.
     n_total : int
-        All trials; (-1, 1) when nothing was tried.
+        Number of all trials; the interval is (-1, 1) without trials.
 
     Returns
     -------
     low, high : float
-        Of the second probability minus the first.
+        Bounds of the second probability minus the first.
     """
     if n_total <= 0:
         return -1.0, 1.0
     difference = n_gained - n_lost
 
     def distance(delta: float) -> float:
-        """Standard errors from the observed difference down to ``delta``; falls as ``delta`` rises."""
+        """Standard errors from the observed difference down to ``delta``; decreases with ``delta``."""
         b = (2 * n_total - difference) * delta - n_gained - n_lost
         c = -n_lost * delta * (1.0 - delta)
-        lost = (math.sqrt(max(b * b - 8.0 * n_total * c, 0.0)) - b) / (4.0 * n_total)  # likeliest share, given delta
+        lost = (math.sqrt(max(b * b - 8.0 * n_total * c, 0.0)) - b) / (4.0 * n_total)  # most likely share, given delta
         spread = math.sqrt(max(n_total * (2.0 * lost + delta * (1.0 - delta)), 0.0))
         off = difference - n_total * delta
         return off / spread if spread > 0.0 else math.copysign(math.inf, off) if off else 0.0
@@ -78,9 +80,9 @@ def paired_interval(n_lost: int, n_gained: int, n_total: int, *, z: float = Z_95
 
 
 def mcnemar_p(n_lost: int, n_gained: int) -> float:
-    """Two-sided p-value of McNemar's exact test: could as many trials have changed one way by a fair coin?
+    """Two-sided p-value of McNemar's exact test: could so many trials have changed one way by chance?
 
-    1 where no trial changed: nothing speaks against equality.
+    1 if no trial changed: there is no evidence against equality.
     """
     n = n_lost + n_gained
     term, total = 1, 0  # whole numbers: exact for any n
@@ -91,14 +93,15 @@ def mcnemar_p(n_lost: int, n_gained: int) -> float:
 
 
 def reach_record(n_reach: int, n_total: int) -> dict[str, float]:
-    """Reach probability with its 95 % Wilson interval, under the names that every output uses."""
+    """Reach probability with its 95 % Wilson interval, with the names that every output uses."""
     low, high = wilson_interval(n_reach, n_total)
     share = n_reach / n_total if n_total else math.nan
     return {"n_total": int(n_total), "n_reach": int(n_reach), "p": share, "ci_low": low, "ci_high": high}
 
 
 def bounds_if_lost(n_reach: int, n_total: int, n_lost: int) -> dict[str, float]:
-    """Bounds of a reach probability for logs that left the terrain model before they reached: none or all of them may.
+    """Bounds of a reach probability for logs that left the terrain model before: none or all of them may reach the
+    line.
 
     Parameters
     ----------
@@ -122,12 +125,12 @@ def bounds_if_lost(n_reach: int, n_total: int, n_lost: int) -> dict[str, float]:
 
 
 def loss_matters(record: Mapping[str, Any]) -> bool:
-    """Whether the logs lost from sight could move a probability out of the interval that is printed beside it."""
+    """Whether the logs that left the terrain model could move a probability out of the interval printed beside it."""
     return record["p_high_if_lost"] > record["ci_high"]
 
 
 def decimals_of(low: float, high: float) -> int:
-    """Decimals of a number that its interval allows: enough that its half-width has two digits, and at least none.
+    """Decimals of a number that its interval allows: enough for its half-width to have two digits, and at least 0.
 
     12 +- 1.8 has one, 0.15 +- 0.19 two, 75 +- 13 none.
     """
@@ -145,13 +148,22 @@ def percent(share: float, low: float, high: float, *, sign: bool = False) -> str
 
 
 def to_decimals(value: float, decimals: int, *, sign: bool = False) -> str:
-    """``+1.20``, ``0.00``: with the given decimals; what rounds to zero has no sign."""
+    """``+1.20``, ``0.00``: with the given decimals; a value that rounds to zero has no sign."""
     text = f"{value:{'+' if sign else ''}.{decimals}f}"
     return text.lstrip("-+") if float(text) == 0.0 else text
 
 
+def alike(values: Sequence[float], digits: int = 3) -> list[str]:
+    """Numbers of one kind with as many decimals each: as the first one needs, less zeros that all end in."""
+    first = abs(values[0])
+    places = max(0, digits - 1 - math.floor(math.log10(first))) if first >= 1e-6 else digits
+    while places and all(f"{each:.{places}f}".endswith("0") for each in values):
+        places -= 1
+    return [to_decimals(each, places) for each in values]
+
+
 def percent_of(n_hit: int, n_total: int) -> str:
-    """``0.15 %``: a count of logs as a share, rounded as far as its Wilson interval allows; 0 and all stand exactly."""
+    """``0.15 %``: a count of logs as a share, rounded as far as its Wilson interval allows; 0 and all are exact."""
     if n_total and n_hit in (0, n_total):
         return "100 %" if n_hit else "0 %"
     record = reach_record(n_hit, n_total)
@@ -167,11 +179,20 @@ def percent_with_interval(record: dict[str, float]) -> str:
     if record["n_total"] == 0:
         return "no logs"
     if record["n_reach"] == 0:
-        return f"< {percent(high, 0.0, 2.0 * high)} %"  # two digits of the remainder of the share
+        return f"< {percent(high, 0.0, 2.0 * high)} %"  # two digits of the remaining share
     if record["n_reach"] == record["n_total"]:
         return f"> {percent(low, 0.0, 2.0 * (high - low))} %"
     p, low, high = (percent(each, low, high) for each in (record["p"], low, high))
     return f"{p} % ({low} to {high} %)"
+
+
+def share_if_lost_words(n_reach: int, n_total: int, n_lost: int) -> str:
+    """``30 % (18 to 45 %)``, with ``[18 to 67 %]`` where logs were lost that could change it."""
+    record = reach_record(n_reach, n_total) | bounds_if_lost(n_reach, n_total, n_lost)
+    text, low, high = percent_with_interval(record), record["ci_low"], record["ci_high"]
+    if not loss_matters(record):
+        return text
+    return f"{text} [{percent(low, low, high)} to {percent(record['ci_high_if_lost'], low, high)} %]"
 
 
 def points_with_interval(difference: float, low: float, high: float) -> str:
@@ -183,8 +204,8 @@ def points_with_interval(difference: float, low: float, high: float) -> str:
 def lost_words(record: Mapping[str, Any], joint: str = "; ") -> str:
     """``; 12 others left the terrain model before it: 51 % if all of them reach it; ...``, with ``joint`` before each.
 
-    Empty where none was lost. The interval beside the share is of chance alone, the share if all reach it of the lost
-    logs alone: so both together are reported.
+    Empty if none was lost. The interval beside the share covers chance only, the share if all reach it the lost logs
+    only; so the interval of both together is added. ``joint`` separates the clauses.
     """
     if not record.get("n_lost"):
         return ""

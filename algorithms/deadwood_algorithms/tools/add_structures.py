@@ -1,7 +1,7 @@
 """Build embankments and ditches into a terrain model, and compute their volumes of earth.
 
 The result is the DEM with the structures, on the same grid, with the same CRS and number type, nodata unchanged, ready
-for ``slide-logs``. Each line is the axis of one structure; ``kind`` says of which. The crest (of a ditch: the bottom)
+for ``slide-logs``. Each line is the axis of one structure; ``kind`` is its kind. The crest (of a ditch: the bottom)
 is flat over ``crest_width_m`` and lies ``height_m`` above (below) the ground under the line, or at ``elevation_m``
 where that is given. From its edges the sides fall (rise) at ``slope_deg`` until they first meet the ground. The columns
 ``slope_left_deg`` and ``slope_right_deg``, seen along the line, override it. At the ends of the line the sides are
@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
 from deadwood_algorithms.results.identity import writing
@@ -127,6 +128,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             feedback=feedback,
         )
         plans = plans_of(frame, tool.taken(ask, StructureDefaults), dem, feedback)
+        account("structures", count_of(len(frame), len(plans), {}))
         write_with_structures(path, dem, plans, feedback)
         report = report_of(plans, frame)
         if table:

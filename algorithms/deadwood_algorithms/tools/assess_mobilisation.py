@@ -129,7 +129,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         areas, assessed = outputs.optional_file("release_areas", ".gpkg"), outputs.optional_file("assessed", ".gpkg")
         dem = stack.enter_context(open_windows(ask.dem, crs=ask.crs, feedback=feedback))
         refuse_fine_cells(ask, dem.cell)
-        friction = stack.enter_context(open_friction(ask.friction, dem.crs, feedback))
+        friction = stack.enter_context(open_friction(ask.friction, dem, feedback))
         deadwood = read_deadwood(ask.deadwood, ask.crs, tool.taken(ask, DecayFields), dem, feedback)
 
         limits = tool.taken(ask, Limits)
@@ -157,6 +157,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             counts = {name: len(frame) for name, frame in judged.items()}
             facts |= counts
             lines.append(f"{counts['candidates']} of {sum(counts.values())} mapped logs could start to slide")
+        lines.append(limits.words(ask.friction))
         for each in (mask, beside):
             if each != factors:
                 each.unlink(missing_ok=True)
@@ -178,7 +179,7 @@ def refuse_contradictions(ask: Ask) -> None:
 
 
 def refuse_fine_cells(ask: Ask, cell: float) -> None:
-    """The work grows with the cells of a window: of 10 m on cells of 1 mm it would take days."""
+    """Reject windows with too many cells: 10 m on cells of 1 mm would take days."""
     from deadwood_algorithms.files import remedies
 
     window = max(ask.window_m, ask.gully_window_m)

@@ -29,7 +29,7 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 
-TIMES = 3  # how often, about, each log slides
+TIMES = 3  # how often each log slides, approximately
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,7 +106,7 @@ def broken_by(ask: Ask, feedback: Feedback) -> Outcome:
         write_vector(path, frames)
     steps.remove()
     facts = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in frames.items()}
-    return Outcome({"output": Path(ask.output)}, facts, (*lines_of(frames, broken), *lines_of_run(source)))
+    return Outcome({"output": Path(ask.output)}, facts, (*lines_of(frames, broken, capacity), *lines_of_run(source)))
 
 
 TOOL = Tool(

@@ -5,10 +5,10 @@ observation. The range of those that reproduce it contains the true one in 95 % 
 (the scores are defined in `calibration/score.py`). The observation is one of
 
 - --observed: deposits, as points (with --error-m, the error of the place and of what the model cannot represent) or as
-  areas in which logs came to rest (the width of a road). A field release_id says which release each came from. They
+  areas in which logs came to rest (the width of a road). A field release_id gives the release of each. They
   count as a sample of an unknown number of logs: each is compared with the simulated logs that came to rest on the
-  terrain model, and the number that leave it has no influence. If all logs of the event were found, --search-complete
-  says so; a coefficient with which logs leave must then explain why none did;
+  terrain model, and the number that leave it has no influence. If all logs of the event were found, set
+  --search-complete; a coefficient with which logs leave must then explain why none did;
 - --reached and --not-reached: lines or areas that --event-logs of the event's logs reached, or did not reach. Both
   together define a stop line: with too little friction logs go beyond, with too much they do not get there.
 
@@ -58,7 +58,7 @@ class Ask(SlidingOptions, ReleasedScene):
         "point",
         "polygon",
         default=None,
-        help="The centres of the logs; a field release_id says from which release each came.",
+        help="The centres of the logs; a field release_id gives the release of each.",
     )
     error_m: float = tool.number(
         "Error of the observed points and of what the model cannot represent",
@@ -118,7 +118,7 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_engine import FIDELITIES
 
     sweep, did = sorted(ask.friction), refuse_unclear(ask)
-    least = replace(ask.inputs(), friction=sweep[0])  # with it logs go farthest: the window that they need
+    least = replace(ask.inputs(), friction=sweep[0])  # with it logs go farthest and need the largest window
     where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
     with (
         result_folder(TOOL, ask, feedback) as folder,
@@ -177,7 +177,7 @@ def calibrate(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def refuse_unclear(ask: Ask) -> int:
-    """How many of the event's logs did what was seen; refuses an event of two kinds, or of none."""
+    """How many of the event's logs did what was observed; rejects an event of two kinds, or of none."""
     reach = ask.reached or ask.not_reached
     if not reach and not ask.observed:
         raise UserError("--observed is missing: give the event's deposits, or --reached and --not-reached")

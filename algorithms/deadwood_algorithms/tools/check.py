@@ -83,7 +83,7 @@ def record_of(place: Path) -> tuple[dict[str, Any], Path]:
 
 
 def lines_of(place: Path, facts: Mapping[str, Any]) -> tuple[str, ...]:
-    """What is reported about it, for a reader."""
+    """The report, as lines of text."""
     made = f", made {facts['made_utc']}" if facts["made_utc"] else ""
     engine = "the one here" if facts["engine_here"] == "same" else "not the one here, whose bits may differ"
     lines = [

@@ -9,8 +9,8 @@ them upright, and all of them lying in random directions, for it can decide as m
 The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of your number
 of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval of such a run, for
 every line. Without lines, the deposit distance and the hit raster are compared with the distance between two halves of
-the logs. If too few logs were compared to show it, the tool says so, and about how many would: among trees up to twice
-the number of the run.
+the logs. If too few logs were compared to show it, the tool reports this, and about how many would: among trees up to
+twice the number of the run.
 
 Errors beyond the finest fidelity compared, and errors of the inputs, are not included: friction and terrain model
 matter more.

@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from deadwood_algorithms.scene.items import Items
     from deadwood_engine import Lines
 
-CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a finer one is a slip of the decimal point
-CELLS_HELD = 25_000_000  # of a larger raster only the window is held in which the run's logs were
+CELLS_MOST = 4_000_000_000 // 4  # a raster of 4 GB; a larger one is due to a misplaced decimal point
+CELLS_HELD = 25_000_000  # of a larger raster only the window with the run's logs is held in memory
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +91,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.schemas.files import HITS
 
     if ask.reaching and not ask.danger:
-        raise UserError("--reaching says which lines --danger is of; add --danger FILE.tif")
+        raise UserError("--reaching sets the lines of --danger; add --danger FILE.tif")
     levels = [each / 100.0 for each in ask.quantiles]
     given = {name: getattr(ask, name) for name in QUANTITIES if getattr(ask, name)}
     with ExitStack() as stack:
@@ -134,13 +134,15 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def lines_to_reach(ask: Ask, source: Run, feedback: Feedback) -> tuple[Lines, Items]:
-    """The lines asked for, or those that the run watched."""
+    """The requested lines, or those of the run."""
     from deadwood_algorithms.results.run_folder import GEOPACKAGE, layers_in
     from deadwood_algorithms.scene.layers import read_lines
 
     if not ask.reaching and "reach" not in layers_in(source.path):
         raise UserError(f"{ask.run}: the run has no roads, railways or houses; name them with --reaching LAYER")
-    return read_lines(ask.reaching or f"{source.path / GEOPACKAGE}|layername=reach", source.grid, feedback)
+    return read_lines(
+        ask.reaching or f"{source.path / GEOPACKAGE}|layername=reach", source.grid, feedback, parameter="reaching"
+    )
 
 
 def write_danger(
@@ -164,7 +166,7 @@ def write_danger(
 
 
 def with_cell(grid: Grid, cell: float | None) -> Grid:
-    """A grid of another cell size over the same area, from the same south-western corner."""
+    """A grid with another cell size over the same area, with the same south-west corner."""
     if cell is None or cell == grid.cell:
         return grid
     west, south, east, north = grid.bounds

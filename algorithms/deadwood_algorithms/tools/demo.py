@@ -3,7 +3,8 @@
 It writes a synthetic slope (nothing of it is measured) with a road at its foot, releases in a circle of 10 m, a forest
 as if mapped that leaves a gully free, and a random forest of the same density. The same logs then slide through the
 mapped forest, through the random one and without forest, and `report.html` shows the three side by side. Every step is
-done by the tools themselves, and the folder holds their inputs and outputs: the manifests say how to repeat each step.
+done by the tools themselves, and the folder holds their inputs and outputs: its manifests are enough to repeat each
+step.
 
 The paper found for its own slope that by far the most logs reach the road without forest, that a random forest lets no
 more through than the mapped one, and that the deposits spread wider with a forest than without.
@@ -94,7 +95,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def one_forest(ask: Ask, folder: Path, forest: str, feedback: Feedback) -> dict[str, Any]:
-    """Slide the logs through one of the forests, and evaluate the run with the tools for that; its summary."""
+    """Slide the logs through one of the forests and evaluate the run; returns its summary."""
     place = folder / f"run_{forest}"
     slide_logs.TOOL(
         feedback=Stage(feedback, f"forest {FORESTS.index(forest) + 1} of {len(FORESTS)} ({forest})"),
@@ -117,7 +118,9 @@ def one_forest(ask: Ask, folder: Path, forest: str, feedback: Feedback) -> dict[
 
 
 def mean_speed_of(arrivals: Path) -> float | None:
-    """Mean, over the logs that arrive, of their mean speed on the way; after it they only roll to and fro [m/s]."""
+    """Mean, over the logs that arrive, of their mean speed up to the road, beyond which they only roll to and fro
+    [m/s].
+    """
     from deadwood_algorithms.files.vectors import read_table
 
     rows = read_table(f"{arrivals}|layername=arrivals", what="arrivals")
@@ -151,7 +154,7 @@ def table(summaries: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
 
 
 def made_with(ask: Ask, summaries: Mapping[str, Mapping[str, Any]]) -> str:
-    """What the numbers come from: they move with seed and version, and the seconds with the machine."""
+    """The scenario of the numbers: they depend on seed and version, the seconds on the machine."""
     from deadwood_algorithms.results.scenario import posture_words
 
     logs = summaries["none"]["scenario"]["logs"]

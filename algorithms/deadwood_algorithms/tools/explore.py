@@ -9,7 +9,8 @@ same as what slide-logs gives for them, byte for byte.
 
 The page is served on this machine's loopback address only, to whoever has the token in the printed address. Ctrl-C ends
 it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a share is accurate to a few
-percentage points; its interval says how many.
+percentage points; its interval shows how many. Of a terrain model of more than 25 million cells the layers and the 500
+m around them are read; a log that leaves these counts as one that left the terrain model.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from deadwood_algorithms.files.accounts import accounting
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
 from deadwood_algorithms.params.where import Where
@@ -127,18 +129,19 @@ def answer(ask: Ask, out: Out, feedback: Feedback) -> None:
     from deadwood_algorithms.explore.relief import Relief
     from deadwood_algorithms.explore.session import Session
     from deadwood_algorithms.explore.stdio import Front
+    from deadwood_algorithms.explore.surroundings import part_to_explore
     from deadwood_algorithms.simulate.simulation import open_simulation
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.simulate.windows import scene_on
     from deadwood_engine import FIDELITIES
 
     where = Where(ask.threads, name=TOOL.name)
-    with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, feedback) as simulation:
-        layers = scene_on(simulation, None, feedback)
+    with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, feedback) as simulation, accounting() as said:
+        layers = scene_on(simulation, part_to_explore(simulation, feedback), feedback)
         load_kernels(layers.shape, feedback)
         session = Session(simulation, layers, defaults_of(ask, layers.friction))
         session.warm_up()
-        Front(session, Relief(layers.dem), out, keeper_of(ask, feedback)).serve(sys.stdin.buffer)
+        Front(session, Relief(layers.dem), out, keeper_of(ask, feedback, said)).serve(sys.stdin.buffer)
 
 
 def defaults_of(ask: Ask, friction: Any) -> Defaults:
@@ -154,8 +157,11 @@ def defaults_of(ask: Ask, friction: Any) -> Defaults:
     )
 
 
-def keeper_of(ask: Ask, feedback: Feedback) -> Keeper:
-    """What keeps an answer: its layers with the record of this tool, and a run of slide-logs on them."""
+def keeper_of(ask: Ask, feedback: Feedback, accounts: Mapping[str, Any]) -> Keeper:
+    """What keeps an answer: its layers with the record of this tool, and a run of slide-logs on them.
+
+    accounts : what became of the rows of the scene's layers, as of `accounting`
+    """
     from deadwood_algorithms.explore.kept import Keeper
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import writing
@@ -168,6 +174,7 @@ def keeper_of(ask: Ask, feedback: Feedback) -> Keeper:
     def write(place: Path, layers: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
         with writing(TOOL, replace(ask, output=str(place)), feedback) as outputs:
             outputs.facts["chosen"] = chosen
+            outputs.accounts.update(accounts)
             write_vector(outputs.file("output", ".gpkg"), layers)
 
     return Keeper(ask.inputs(), Path(ask.output), ask.overwrite, slide, write)

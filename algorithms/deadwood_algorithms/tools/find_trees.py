@@ -47,8 +47,8 @@ if TYPE_CHECKING:
 
     from deadwood_algorithms.files.dem_windows import DemWindows
 
-PIECE_TREES = 100_000  # written at once
-SAME_PLACE_CELLS = 0.05  # grids farther apart than this part of a cell, in any corner, are two
+PIECE_TREES = 100_000  # trees written at once
+SAME_PLACE_CELLS = 0.05  # grids that differ by more than this part of a cell, in any corner, are different
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +142,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def trees_in_pieces(tops: Tops, dbh: np.ndarray, canopy: DemWindows) -> Iterator[geopandas.GeoDataFrame]:
-    """The trees layer: its shapes take some forty times the memory of the numbers, so it is never held whole."""
+    """The trees layer in pieces: its shapes take some forty times the memory of the numbers."""
     import geopandas
 
     for start in range(0, dbh.size, PIECE_TREES):
@@ -154,7 +154,7 @@ def trees_in_pieces(tops: Tops, dbh: np.ndarray, canopy: DemWindows) -> Iterator
 
 
 def opened_rows(path: str | None, ask: Ask, feedback: Feedback):
-    """A raster open for `rows_of`; what its header says is judged as that of a DEM, its heights are not: crowns have
+    """A raster open for `rows_of`; its header is checked like that of a DEM, its heights are not: crowns have
     steps that no ground has."""
     from deadwood_algorithms.files.dem_windows import open_windows
 

@@ -3,8 +3,8 @@
 The two points on the terrain and the take-off angle define one parabola (paper, section 5.2). The angle is that of the
 terrain before the take-off, in the direction of the flight, because a sliding log leaves the ground along it; or it is
 given. The layer ``flights`` holds the path of the centre of mass with take-off speed, duration, apex, landing speed and
-angle, the largest height above the terrain, and a ``verdict``. With barriers, the layer ``clearances`` says how far the
-underside of the log, with its axis parallel to the velocity, passes above the top of each barrier that the flight
+angle, the largest height above the terrain, and a ``verdict``. With barriers, the layer ``clearances`` gives how far
+the underside of the log, with its axis parallel to the velocity, passes above the top of each barrier that the flight
 crosses. ``--plots`` draws a profile of each flight.
 
 Verdicts: ``above_launch_line`` (the landing point is not below the line along which the log takes off: no speed reaches

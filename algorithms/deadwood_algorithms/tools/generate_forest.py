@@ -57,7 +57,7 @@ from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, TREE_M
 
-TREE_BYTES = 400  # a tree, drawn and written
+TREE_BYTES = 400  # bytes per tree, drawn and written
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +115,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     refuse_two_laws(ask.dbh_law, ask.dbh_a, ask.dbh_b)
     if ask.preset and ask.like:
-        raise UserError("--preset and --like both say what the forest is like; give one of them")
+        raise UserError("--preset and --like both define the forest; give one of them")
     taken = presets.Taken.of(presets.FORESTS[ask.preset], "--preset", vars(ask)) if ask.preset else None
     if taken:
         feedback.note(taken.said)

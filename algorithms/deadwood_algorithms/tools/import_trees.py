@@ -36,6 +36,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted
@@ -111,6 +112,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         warn_of_doubts(source, filled, kept, feedback)
         dead = kept & (status == tree_status.DEAD)
         trees = kept if ask.keep_dead else kept & ~dead
+        written = trees | dead if snags else trees
+        account("trees", count_of(source.read, written.sum(), {**source.left_out, "dead": (kept & ~written).sum()}))
         if not trees.any():
             raise UserError(f"{where}: no tree is left; {'; '.join(said[1:])}")
         if snags and not dead.any():

@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
@@ -84,6 +85,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         at = Deposits(log_id.astype(np.int64), release_id, release_x, release_y, nearest, left, near)
         records, azimuths = spreads(deposits, at, ask.seed)
+        n, near_by = (int(records[name].sum()) for name in ("n", "n_left_out"))
+        account("deposits", count_of(len(deposits), n - near_by, {"near_release": near_by}))
         write_vector(path, {"spread": records, "azimuths": azimuths})
     facts = [{name: row[name] for name in row if name != "geometry"} for row in records.to_dict("records")]
     shown = (*(words_of(row) for row in facts), *scenario_of_deposits(ask.deposits))

@@ -100,7 +100,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def rings_of(length: float, spacing: float) -> int:
-    """How many even rings stand no farther apart than the spacing [m]; 1e-9 of it lets 0.1 m divide 0.3 m by three."""
+    """Number of evenly spaced rings at most this spacing [m] apart; 1e-9 of it lets 0.1 m divide 0.3 m into three."""
     rings = max(2, math.ceil(length / spacing - 1e-9) + 1) if length / spacing < MOST_RINGS else MOST_RINGS + 1
     if rings > MOST_RINGS:
         raise UserError(

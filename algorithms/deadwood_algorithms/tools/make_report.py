@@ -14,8 +14,8 @@ With --results the page also has the results of other tools: the effect of each 
 classes of intensity and return periods, the places from which lines are reached, and the most influential inputs.
 
 For several runs of the same releases the page also has the paired differences of `compare-scenarios`, with maps. If an
-input of a run (the terrain model, the trees) is no longer in its place, the page omits it and says so. Its figures are
-rounded for reading: numbers for further work are in the run's own files.
+input of a run (the terrain model, the trees) is no longer in its place, the page omits it and states this. Its figures
+are rounded for reading: numbers for further work are in the run's own files.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def folders_of(runs: str) -> list[str]:
 
 
 def names_of(folders: Sequence[str], given: str | None) -> list[str]:
-    """What the runs are called: their folders' names, with the folder above where two are alike."""
+    """Names of the runs: those of their folders, with the parent folder if two are equal."""
     if given is not None:
         called = [each.strip() for each in given.split(",")]
         if len(called) != len(folders) or len(set(called)) < len(called) or not all(called):

@@ -121,7 +121,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     final = Path(ask.output)
     with result_folder(TOOL, ask, feedback) as folder:
         source = read_run(ask.run, feedback=feedback)
-        areas = release_areas(source, ask.events_per_year, ask.releases, ask.events_field)
+        areas = release_areas(source, ask.events_per_year, ask.releases, ask.events_field, feedback)
         grid = cells.passed_window(source)
         hits = cells.values_on(cells.run_raster(source, cells.HITS), grid, "hits")
         passed, n_logs = hits > 0.0, len(source.deposits)

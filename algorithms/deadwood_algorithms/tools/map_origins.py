@@ -22,7 +22,7 @@ Releases over all ground on which logs could start, with a density that follows 
     deadwood-tool map-origins --run run --output origins
 
 The shares are those of logs that have started. assess-mobilisation rates how favourable a place is for a start; the
-product of the two is not computed. A place where no log was released is empty, which says nothing about it.
+product of the two is not computed. A place where no log was released is empty: nothing is known about it.
 """
 
 from __future__ import annotations

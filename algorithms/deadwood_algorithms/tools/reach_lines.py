@@ -69,7 +69,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             raise UserError(f"{ask.run}: no trajectory was stored; run slide-logs with --trajectories all")
         total = len(source.deposits)
         if source.stored_log_ids.size < total:
-            feedback.note(f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p is theirs")
+            feedback.note(f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p refers to these")
 
         edges = stack.enter_context(Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback))
         arrived = arrivals.find_arrivals(source, lines, items, edges, ask.edge_m, feedback)
@@ -94,7 +94,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def lines_of(facts: dict) -> tuple[str, ...]:
-    """A line a line; where several releases hit one, a line each for those that do."""
+    """One line of text for each line; if several releases reach it, one more for each of these."""
     shown = []
     for each in facts["reach"]:
         how = f", median {each['speed_median_ms']:.1f} m/s and {each['energy_median_kj']:.0f} kJ"

@@ -126,7 +126,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                     shutil.rmtree(source, ignore_errors=True)
                     write_twin(name, source, int(ask.twin_version))
                 site = read_site(name, source, place / "prepared")
-                if name == names[0]:  # said here: what the steps note is not (``Stage``)
+                if name == names[0]:  # reported here, because the notes of the steps are dropped (``Stage``)
                     load_kernels(None, feedback)
                 runs = SiteRuns(site, place, wanted, tools, feedback)
                 evidence = evidence_of(runs)
@@ -178,7 +178,7 @@ def wanted_of(ask: Ask) -> Wanted:
 
 
 def words(ask: Ask, wanted: Wanted) -> str:
-    """What the findings come from."""
+    """The scenario and the inputs of the findings."""
     twins = f"two synthetic twins (version {ask.twin_version}), not the paper's slopes"
     where = f"the data in {ask.site_data}" if ask.site_data else twins
     text = f"{counted(wanted.logs, 'log')} a scenario, {wanted.fidelity}, seed {ask.seed}, on {where}; "

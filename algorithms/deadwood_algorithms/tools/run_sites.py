@@ -19,10 +19,10 @@ are not added up (use compare-scenarios). `--report` adds a page of the first 12
     deadwood-tool run-sites --dem sample_data/dem.tif --releases releases.gpkg --by release_id --friction 0.25 \\
         --lines 'sample_data/sample.gpkg|layername=lines' --output region
 
-If a site fails, one line says why, and the others are finished; the exit status is then 2. `--resume` continues an
-interrupted run, also in the middle of a site, and a run with failures once their causes are fixed: what is finished and
-unchanged is not slid again. Each site is the run that slide-logs would make of it, bit for bit. With --scheduler all
-sites share its workers, which are started once.
+If a site fails, one line gives the reason, and the others are finished; the exit status is then 2. `--resume`
+continues an interrupted run, also in the middle of a site, and a run with failures once their causes are fixed: what
+is finished and unchanged is not slid again. Each site is the run that slide-logs would make of it, bit for bit. With
+--scheduler all sites share its workers, which are started once.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Ask(slide_logs.Ask):
     by: str | None = tool.field_of(
         "releases", "Field of the releases that distinguishes the sites", default=None, parent_elsewhere=True
     )
-    # Of a site they are needed as ever; here they are what the sites that name none take.
+    # Required for each site as usual; here they are the values for sites that have none.
     dem: str | None = tool.terrain(  # type: ignore[assignment]
         "Terrain model, where the sites name none", default=None
     )
@@ -117,7 +117,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         except (Cancelled, KeyboardInterrupt, NobodySlides) as error:
             kept = counted(len(found), "finished site is", "finished sites are")
             feedback.note(f"{kept} kept in {work.path}; --resume continues from there")
-            if isinstance(error, NobodySlides):  # no site could be slid any more
+            if isinstance(error, NobodySlides):  # no further site could be slid
                 raise
             raise Cancelled from error
         work.bring_to(folder, [each.name for each in found if not each.failed])
@@ -149,7 +149,7 @@ def read_sites(ask: Ask, releases: Path, feedback: Feedback) -> list[SiteOptions
 
 
 def values_of(ask: Ask, site: SiteOptions) -> dict[str, Any]:
-    """What slide-logs is given for a site: its own values, then those given to all, then its defaults."""
+    """The parameters of slide-logs for a site: its own values, then those for all sites, then defaults."""
     names = {each.name for each in fields(slide_logs.Ask)} - set(APART)
     common = {name: value for name in names if (value := getattr(ask, name)) is not None}
     asked = {name: value for name, value in site.values.items() if name not in APART or name == "report"}
@@ -157,7 +157,7 @@ def values_of(ask: Ask, site: SiteOptions) -> dict[str, Any]:
 
 
 def slide_site(ask: Ask, site: SiteOptions, work: SitesFolder, feedback: Stage) -> SiteFound:
-    """The site's run, or its failure; what is there and unchanged is not slid again."""
+    """The site's run, or its failure; an unchanged complete run is not slid again."""
     from deadwood_algorithms.evaluate.sites.site_runs import found_of_site
 
     values, place = values_of(ask, site), work.sites / site.name
@@ -170,7 +170,7 @@ def slide_site(ask: Ask, site: SiteOptions, work: SitesFolder, feedback: Stage) 
 
 
 def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
-    """What all sites would take, from pilots of some of them."""
+    """The forecast for all sites, from pilots of some of them."""
     from deadwood_algorithms.evaluate.sites.sites_plan import plan_sites
     from deadwood_algorithms.results.forecast import facts_of_forecast, words_of_forecast
 
@@ -188,7 +188,7 @@ def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedback) -> None:
-    """One page of the first sites; where it cannot be made, the runs do not suffer."""
+    """One page of the first sites; if it cannot be made, the runs are kept."""
     runs = [str(folder / "sites" / each.name) for each in found if not each.failed][:ON_PAGE]
     if runs:
         page = make_report.Ask(runs=",".join(runs), title=Path(ask.output).name, output=str(folder / REPORT))

@@ -37,7 +37,10 @@ from pathlib import Path
 
 import shapely
 
+from deadwood_algorithms.files.accounts import account, count_of
+from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.releases.areas import MOST_LOGS, read_release_areas
 from deadwood_algorithms.prepare.releases.logs import (
@@ -56,7 +59,7 @@ from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.scene.memory import refuse_too_many
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
 
-BYTES = 650  # a log, measured on a million: drawn and written
+BYTES = 650  # bytes per log, measured on a million: drawn and written
 DEFAULT_PRESET = "klosters"
 OF_PRESET = "Default: that of the preset."
 OPTIONS = (*NUMBERS, *SPREADS, "orientation")  # that columns of the areas override
@@ -132,9 +135,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         temporary = outputs.file("output", ".gpkg")
         ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))
         areas = read_release_areas(ask.areas, ask.weights, ask.radius_m, ask.crs, ground, feedback)
-        names = areas.release_ids(ask.release_id_field)
+        names = areas.release_ids(ask.release_id_field, feedback)
         taken = presets.Taken.of(presets.LOGS[ask.preset], "--preset", vars(ask))
-        if taken.sets or ask.preset != DEFAULT_PRESET:  # of the default, only what it set
+        if taken.sets or ask.preset != DEFAULT_PRESET:  # for the default preset, only if it set something
             feedback.note(taken.said)
         given = {"dbh_cm": ask.dbh_cm, "length_m": ask.length_m}
         law = PUBLISHED[taken.preset.law] if taken.preset.law else None
@@ -146,6 +149,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             if path and rows is not None and ask.orientation == "upright":
                 warn_of_posture(lying_wood(path, rows, GONE_PATTERN), feedback)
         counts = areas.logs_by_area(ask.count, ask.logs_per_ha)
+        account("areas", count_of(len(areas.frame), (counts > 0).sum(), {"no_log": (counts == 0).sum()}))
+        if not counts.all():
+            none = counted(int((counts == 0).sum()), "release area is", "release areas are")
+            feedback.note(f"{where_of(areas.frame)}: {none} too small for a log at --logs-per-ha {ask.logs_per_ha:g}")
+        areas.say_unequal(counts, feedback)
         fix = "lower --count or --logs-per-ha, or sample the areas in parts"
         refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, fix=fix)
 

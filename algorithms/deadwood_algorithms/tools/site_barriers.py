@@ -50,8 +50,8 @@ if TYPE_CHECKING:
 
 TABLE, LAYER, PICTURE = "pareto.csv", "barriers.gpkg", "barriers.png"
 FACTS, MANIFEST = "summary.json", "manifest.json"
-TIMES = 8  # so many times, about, each log slides
-MANY = 200  # candidates that are slid, each alone, without a word
+TIMES = 8  # how often each log slides, approximately
+MANY = 200  # above this number of candidates a message announces the work
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,7 +173,7 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def identity(ask: Ask, rerun: Rerun, layers: SceneLayers, given: Sequence[Candidate]) -> dict[str, Any]:
-    """What decides every step: only what agrees in all of it is gone on with."""
+    """Everything that determines the steps: stored ones are reused only if all of it agrees."""
     from deadwood_algorithms.evaluate.protection.changed_scenes import CHUNK
     from deadwood_algorithms.simulate.chunks import identity_of
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from deadwood_algorithms.simulate.auto_run import Promise
     from deadwood_algorithms.simulate.chunks import ChunkedRun
 
-# What other programs chain on; a run without lines, for example, has no layer reach.
+# Outputs for chaining with other programs; some runs lack one, such as the layer reach without lines.
 PARTS = (
     *(f"run.gpkg|layername={name}" for name in ("deposits", "deposited_logs", "trajectories", "reach")),
     *(f"{name}.tif" for name in ("hit_count", "reach_probability", "deposit_count")),
@@ -94,11 +94,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
-    """What a run of a few of the logs takes, and how many there are."""
+    """The cost of a run of a few logs, and the number of all logs."""
     from deadwood_algorithms.results.plan import pilot_from
     from deadwood_algorithms.simulate.warm_up import load_kernels
 
-    load_kernels(None, feedback)  # a compilation is no part of what is forecast
+    load_kernels(None, feedback)  # compilation is not part of the forecast
     few = replace(
         ask, output=str(place), trajectories="none" if ask.trajectories_kept == 0 else "all", until_ci=None, plan=False,
         report=False, qgis_project=False, resume=False,
@@ -109,7 +109,7 @@ def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
 
 
 def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
-    """The run itself, of an even draw of some logs or of all; and how many logs the layer has."""
+    """The run of all logs, or of a random subset; and the number of logs in the layer."""
     import numpy as np
 
     from deadwood_algorithms.results.capacity import Capacity
@@ -118,6 +118,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
     from deadwood_algorithms.results.run_settings import RunSettings
     from deadwood_algorithms.results.writing import keeper_of, write_results
     from deadwood_algorithms.simulate.auto_run import slide_promised
+    from deadwood_algorithms.simulate.checkpoints import part_path
     from deadwood_algorithms.simulate.log_order import hash_order, keep_by_hash
     from deadwood_algorithms.simulate.log_run import LogRun, slide_logs
     from deadwood_algorithms.simulate.look import look
@@ -139,9 +140,9 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
         if at_most is not None:
             releases = releases.take(np.sort(hash_order(releases.logs.log_id, ask.seed)[:at_most]))
         keep = keep_by_hash(releases.logs.log_id, kept_count, ask.seed)
-        if ask.until_ci is None and not ask.resume:  # what is resumed has a part of it already
+        if ask.until_ci is None and not ask.resume:  # a resumed run has done a part of it already
             refuse_full_disk(ask.output, len(releases), int(keep.sum()))
-        if at_most is None and not ask.resume:
+        if at_most is None and not (ask.resume and part_path(ask.output).is_dir()):  # what began was looked at
             look(simulation, layers, releases, ask.seed, feedback)
         capacities = {"--tree-capacity-kj or --log-capacity-kj": list(vars(capacity).values())} if capacity else {}
         identity = {"--trajectories or --seed": [ask.trajectories, ask.seed], **capacities}
@@ -171,7 +172,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
 
 
 def added(ask: Ask, folder: Path, done: ChunkedRun, feedback: Feedback) -> dict[str, Path]:
-    """The project and the page, where they are wanted, in the folder that does not stand at its place yet."""
+    """Add the requested project and page to the folder before it is moved to its place."""
     from deadwood_algorithms.report.sheet import sheet_words
     from deadwood_algorithms.report.words import Words
     from deadwood_algorithms.results.qgis_project import PROJECT, add_project

@@ -37,7 +37,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.stats.endings import left_dem
 
-TIMES = 8  # so many times, about, each log slides in a forest
+TIMES = 8  # how often each log slides in a forest, approximately
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ reach of every line and for the mean run-out:
   the intervals are by bootstrap over the design's rows and the logs. The design has (factors + 2) x --samples runs.
 
 The folder holds `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row for each run) and `summary.json` with
-a sentence that names the most influential input, or says that this many logs do not decide it.
+a sentence that names the most influential input, or states that this many logs do not decide it.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 100 --output releases.gpkg
@@ -54,7 +54,7 @@ class Ask(SlidingOptions, SceneByName):
         "friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15, restitution 0:0.2, tree_friction "
         "0.2:0.6, tree_restitution 0:0.2, log_dbh_factor and log_length_factor 0.9:1.1, log_density_factor 0.7:1.3, "
         "tree_dbh_factor 0.9:1.1, dem_noise_m 0:0.1, fidelity draft:standard, orientation upright:random-lying (the "
-        "logs' posture at the start; also random). Factors multiply what the layers say.",
+        "logs' posture at the start; also random). Factors multiply the values of the layers.",
     )
     design: str = tool.choice(
         "How to vary: the ends of each range alone, or also all together",
@@ -168,7 +168,7 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
         about |= {"logs_in_layer": len(ensemble.released)}
         facts = write_variation(folder, about, factors, places, slid, measured, answers, lines, ask.seed)
         warn_of_runs(places, slid, layers.lines.ids, feedback)
-        scenario = scenario_line(scenario_of(ask, ask.fidelity, layers, logs))  # of which the factors depart
+        scenario = scenario_line(scenario_of(ask, ask.fidelity, layers, logs))  # to which the factors apply
     steps.remove()
     parts = {"runs": RUNS, "tornado": TORNADO, "picture": PICTURE, "summary": FACTS, "manifest": MANIFEST}
     parts |= {"indices": INDICES} if ask.design != "ends" else {}
@@ -177,7 +177,7 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
 
 
 def then_of(ask: Ask) -> str:
-    """The run of all logs as they are, and the page that shows what varies beside it."""
+    """The commands for a run of all logs as they are, and for a page that shows the variation beside it."""
     page = {"runs": "run", "results": ask.output, "output": "report.html"}
     run = following(slide_logs.TOOL, ask, fidelity=None, output="run")  # None: as exact as a single result needs
     return f"{run} && {command_line('make-report', page)}"

@@ -2,7 +2,7 @@
 
     deadwood-tool warm-up
 
-The compiled code is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and serves every tool and
+The compiled code is kept in the user's cache folder (`NUMBA_CACHE_DIR` names another one) and is used by every tool and
 QGIS; an engine is compiled only once. `--shapes` also compiles the kernels of point clouds (`slide-logs --shape`),
 which otherwise happens with the first of them.
 """

@@ -111,7 +111,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.dem_blocks import open_ground
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.prepare.trees import stems as layers
-    from deadwood_algorithms.prepare.trees.throwing import chosen_share, fall_directions, lying_stems
+    from deadwood_algorithms.prepare.trees.throwing import assumed_words, chosen_share, fall_directions, lying_stems
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.stats import draws
 
@@ -165,17 +165,19 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         made = {each.stem: final / each.name for each in sorted(folder.iterdir())}
     facts = {name: {state: int((values == state).sum()) for state in (layers.STANDING, layers.LYING, layers.REMOVED)}
              for name, values in states.items()}  # fmt: skip
-    lines = lines_of(facts, made, ask.dem)
+    assumed = assumed_words(ask.fall_deg, ask.scatter_deg, ask.stump_m, ask.lost, thinner)
+    lines = lines_of(facts, made, ask.dem, assumed)
     return Outcome({"output": final} | made, facts | {"off_terrain": int(off.sum())}, lines)
 
 
-def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str) -> tuple[str, ...]:
+def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str, assumed: str) -> tuple[str, ...]:
     """What each scenario has, and the commands that slide the same logs through all of them."""
     shown = []
     for name, counts in facts.items():
         shown.append(f"{name}: {counted(counts['standing'], 'tree stands', 'trees stand')}, "
                      f"{counted(counts['lying'], 'stem lies', 'stems lie')}, "
                      f"{counts['removed']} removed")  # fmt: skip
+    shown.append(assumed)
     shown.append("now slide the same logs through each, with your releases, lines and friction:")
     for name in facts:
         layers = ""

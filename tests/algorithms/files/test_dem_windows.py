@@ -17,7 +17,7 @@ from deadwood_algorithms.files.dem_windows import WindowWriter, open_windows, re
 from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.rasters import write_raster
-from deadwood_algorithms.params.tool import Quiet, UserError
+from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 
 NX, NY, CELL = 70, 50, 2.0
 NORTH_UP = from_origin(2_783_000.0, 1_190_000.0 + NY * CELL, CELL, CELL)
@@ -87,7 +87,7 @@ def test_looking_through_a_dem_is_one_stage_of_progress(tmp_path, rough, monkeyp
     with open_windows(write(tmp_path / "dem.tif", rough), crs=None, feedback=Stages()):
         pass
     assert len(Stages.names) > 3
-    assert set(Stages.names) == {"looking through the DEM"}
+    assert set(Stages.names) == {"scanning the DEM"}
 
 
 def test_undeclared_nodata_is_outside_as_in_a_whole_dem(tmp_path, said):
@@ -149,7 +149,7 @@ def test_a_window_of_a_large_dem_is_cloud_optimised_and_stays_small(tmp_path, mo
     transform = from_origin(2_783_000.0, 1_190_000.0, CELL, CELL)
     for name, region in (("laid_out", of_region), ("beyond", False)):
         profile = geotiff_profile((3000, 2000), pyproj.CRS(2056), transform, "uint32", None)
-        with WindowWriter(tmp_path / f"{name}.tif", of_region=region, SPARSE_OK=True, **profile) as writer:
+        with WindowWriter(tmp_path / f"{name}.tif", Quiet(), of_region=region, SPARSE_OK=True, **profile) as writer:
             writer.write(values, Window(512, 1024, 300, 300))  # type: ignore[call-arg]
         monkeypatch.setattr(geotiff, "SPARSE_UP_TO_CELLS", 0)
     assert (tmp_path / "laid_out.tif").stat().st_size < 200_000  # of 24 MB
@@ -177,10 +177,38 @@ def test_a_file_that_does_not_read_back_is_found(tmp_path, said, rough):
     with open_windows(path, crs=None, feedback=said) as dem:
         profile = geotiff_profile(dem.shape, dem.crs, NORTH_UP, "float32", -9999.0)
         window = dem.file_window(slice(0, NY), slice(0, NX))
-        with WindowWriter(tmp_path / "good.tif", **profile) as good:
+        with WindowWriter(tmp_path / "good.tif", Quiet(), **profile) as good:
             good.write(rough[None], window)
-        bad = WindowWriter(tmp_path / "bad.tif", **profile)
+        bad = WindowWriter(tmp_path / "bad.tif", Quiet(), **profile)
         bad.write(rough[None], window)
         bad.target.write(rough[None] + 1, window=window)
         with pytest.raises(OSError, match="cannot be read back"), bad:
             pass
+
+
+def test_what_follows_the_last_window_shows_progress_and_can_be_cancelled(tmp_path, rough, monkeypatch):
+    """Overviews and the reading back of 1.6 Gcells take some 20 minutes, after the last window is written."""
+    monkeypatch.setattr(geotiff, "COG_FROM_CELLS", 0)
+    shown, cancelled_at = [], 0
+
+    class Seen(Quiet):
+        def progress(self, done: float, total: float, what: str) -> None:
+            shown.append((done, total, what))
+
+        def cancelled(self) -> bool:
+            return len(shown) == cancelled_at
+
+    def write_by_rows(name: str) -> None:
+        profile = geotiff_profile((NY, NX), pyproj.CRS(2056), NORTH_UP, "float32", -9999.0)
+        with WindowWriter(tmp_path / name, Seen(), **profile) as writer:
+            for row in range(0, NY, 10):
+                writer.write(rough[None, row : row + 10], Window(0, row, NX, 10))  # type: ignore[call-arg]
+
+    write_by_rows("shown.tif")
+    back = [(done, 5, "reading the file back") for done in range(1, 6)]
+    assert shown == [(0, 1, "building overviews"), *back]
+    shown.clear()
+    cancelled_at = 3
+    with pytest.raises(Cancelled):
+        write_by_rows("cancelled.tif")
+    assert shown[-1] == back[1]

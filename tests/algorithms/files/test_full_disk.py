@@ -19,6 +19,7 @@ from deadwood_algorithms.files.dem_windows import WindowWriter
 from deadwood_algorithms.files.geotiff import geotiff_profile
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import write_raster
+from deadwood_algorithms.params.tool import Quiet
 from pathlib import Path
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
@@ -30,7 +31,7 @@ try:
         write_raster(path, values, grid, dtype="float32")
     else:
         profile = geotiff_profile(values.shape, grid.crs, grid.transform, "float32", None)
-        with WindowWriter(Path(path), **profile) as writer:
+        with WindowWriter(Path(path), Quiet(), **profile) as writer:
             writer.write(values[None], Window(0, 0, side, side))
 except Exception as error:
     print("failed:", error)

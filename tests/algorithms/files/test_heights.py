@@ -90,19 +90,20 @@ def test_a_window_holds_what_the_whole_holds(tmp_path_factory, column, row, colu
         assert np.array_equal(dem.grid(*part.slices).values, whole[part.slices], equal_nan=True)
 
 
-def test_an_undeclared_collar_of_0_m_is_found_behind_the_cells_mixed_with_it(tmp_path, said):
+@pytest.mark.parametrize(("empty", "others"), [(0.0, 100), (-1.0, 99), (-9.0, 91), (-99.0, 1)])
+def test_an_undeclared_collar_is_found_behind_the_cells_mixed_with_it(tmp_path, said, empty, others):
     """The lowest height is then a mixed one; a window and a whole answer alike, and a low coast stays as it is."""
-    heights, _ = mixed(0.0)
-    path = write(tmp_path / "d.tif", np.where(np.isfinite(heights), heights, 0.0), nodata=-9999.0)
+    heights, _ = mixed(empty)
+    path = write(tmp_path / "d.tif", np.where(np.isfinite(heights), heights, empty), nodata=-9999.0)
     whole = read_dem(path, feedback=said).values
     assert np.nanmin(whole) > 799.0
-    assert any("exactly 0 m" in each for each in said.warnings)
+    assert any(f"exactly {empty:g} m, all others more than {others} m" in each for each in said.warnings)
     part = Part(3, 100, 60, 90)
     with open_windows(path, crs=None, feedback=Quiet()) as dem:
         assert np.array_equal(read_part(dem, part, Quiet()).values, whole[part.slices], equal_nan=True)
         assert np.array_equal(dem.grid(*part.slices).values, whole[part.slices], equal_nan=True)
-    coast = np.maximum(HILL - 800.0, 0.0)
-    coast[HILL < 805.0] = 0.0
+    coast = np.maximum(HILL - 800.0 + empty, empty)
+    coast[HILL < 805.0] = empty
     assert np.isfinite(read_dem(write(tmp_path / "c.tif", coast)).values).all()
 
 

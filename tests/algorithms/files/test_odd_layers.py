@@ -288,7 +288,7 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "a page of the web": (text("<html><body>403 Forbidden</body></html>\n"), ("holds a header but no row",)),
     "a row too short": (text(TABLE.replace(",50.0,22.0", "")), ("row 3 has 3 cells, the first line has 5",)),
     "a row too long": (text(TABLE.replace("22.0", "22.0,7")), ("row 3 has 6 cells, the first line has 5",)),
-    "a quote never closed": (text(TABLE.replace(",40.0", ',"40.0')), ("row 2 cannot be cut into cells", "stray")),
+    "a quote never closed": (text(TABLE.replace(",40.0", ',"40.0')), ("row 2 cannot be split into cells", "stray")),
     "decimal commas and commas": (text(lines_of(",", lambda v: str(v).replace(".", ","))), ("row 1 has 9 cells",)),
     "two columns of one name": (text(TABLE.replace("height_m", "dbh_cm")), ("two columns", "'dbh_cm'; rename one")),
     "points and commas in one column": (

@@ -251,7 +251,7 @@ def refused(path, **options) -> str:
 
 def test_a_missing_crs_names_the_option(tmp_path):
     assert "--crs EPSG:25832, with the code" in refused(write_map(tmp_path / "dem.tif", crs=None))
-    with pytest.raises(UserError, match="--crs is 'EPSG:nonsense', which names no CRS"):
+    with pytest.raises(UserError, match="--crs is 'EPSG:nonsense', which is not a known CRS"):
         read_dem(tmp_path / "dem.tif", crs="EPSG:nonsense")
 
 

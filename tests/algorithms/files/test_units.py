@@ -92,7 +92,7 @@ def test_sizes_are_not_made_up_in_silence(tmp_path, said):
     imported(tmp_path, said, table(tmp_path, dbh=[30.0, 40.0, 50.0], wysokosc=[21.0, 22.0, 23.0]))
     assert len(said.warnings) == 1
     assert "no field is understood as the height, so that each is computed from the DBH" in said.warnings[0]
-    assert "if one of wysokosc holds it, say --height-field NAME" in said.warnings[0]
+    assert "if it is one of wysokosc, name that with --height-field" in said.warnings[0]
 
 
 def test_a_unit_that_is_unknown_is_reported(tmp_path, said):

@@ -123,9 +123,9 @@ def test_of_a_wood_one_size_follows_from_the_other(case, tmp_path, said):
 
 
 def test_a_wood_without_any_size_is_refused(case, tmp_path):
-    with pytest.raises(UserError, match=r"--preset spruce-critical does not say dbh_cm and length_m; give --dbh-cm or"):
+    with pytest.raises(UserError, match=r"--preset spruce-critical does not set dbh_cm and length_m; give --dbh-cm or"):
         sampled(case, tmp_path, preset="spruce-critical")
-    with pytest.raises(UserError, match=r"--preset pine-critical does not say length_m; give --length-m$"):
+    with pytest.raises(UserError, match=r"--preset pine-critical does not set length_m; give --length-m$"):
         sampled(case, tmp_path, preset="pine-critical", dbh_cm=40.0)
     with pytest.raises(UserError, match=r"--preset is 'oak', but must be one of klosters, rothenbrunnen, spruce-"):
         sampled(case, tmp_path, preset="oak")
@@ -148,7 +148,7 @@ def test_a_forest_by_name_is_that_of_its_numbers(case, tmp_path, said):
     assert by_name.equals(gpd.read_file(tmp_path / "trees.gpkg", layer="trees"))
     generate_forest.TOOL(preset="klosters", stems_per_ha=100.0, **given)
     assert len(gpd.read_file(tmp_path / "trees.gpkg", layer="trees")) == round(len(by_name) / 3)
-    with pytest.raises(UserError, match="--preset and --like both say what the forest is like"):
+    with pytest.raises(UserError, match="--preset and --like both define the forest"):
         generate_forest.TOOL(preset="klosters", like=str(tmp_path / "trees.gpkg"), **given)
 
 

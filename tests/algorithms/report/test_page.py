@@ -304,7 +304,7 @@ def test_the_scenario_box_says_what_was_slid(case, tmp_path):
     )
     run = case.run(output=str(tmp_path / "run"), releases=lying, friction="0.3")
     text = Reader(page_of(run, author="A. Muster", project="Road 12")[0]).text
-    assert "Scenario project Road 12 author A. Muster logs 2, length 12 m, DBH 45.5 cm (45 to 46)" in text
+    assert "Scenario project Road 12 author A. Muster logs 2, length 12 m, DBH 45.5 cm (45.0 to 46.0)" in text
     assert "posture at the start lying friction 0.3 rolling friction 0.1 restitution 0" in text
     command = text[text.index("deadwood-tool slide-logs") :]
     for option in ("--orientation", "--dbh-cm", "--length-m"):

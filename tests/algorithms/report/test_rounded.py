@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from deadwood_algorithms.report.rounded import alike, shown_number, with_interval
+from deadwood_algorithms.report.rounded import shown_number, with_interval
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.stats.statistics import alike
 
 
 @pytest.mark.parametrize(

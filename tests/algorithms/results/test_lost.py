@@ -14,12 +14,14 @@ from deadwood_algorithms.evaluate.sensitivity.design import Place
 from deadwood_algorithms.evaluate.sensitivity.factor_runs import SlidRuns, warn_of_runs
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, share_if_lost
 from deadwood_algorithms.schemas.results import STOP_REASONS
-from deadwood_algorithms.stats.statistics import wilson_interval
+from deadwood_algorithms.simulate import look
+from deadwood_algorithms.stats.statistics import IN_BRACKETS, paired_interval, percent, wilson_interval
 from deadwood_algorithms.tools import (
     break_trees,
     design_values,
     map_intensity,
     map_origins,
+    run_sites,
     site_barriers,
     value_trees,
     vary,
@@ -92,6 +94,31 @@ def test_map_intensity(run, n_lost, tmp_path, said):
     assert any(f", over {1.0 / highest:.3g} years" in each for each in done.lines)
 
 
+def test_a_log_that_came_with_less_energy_and_then_left_is_not_unknown(run, n_lost, tmp_path, said):
+    """Energies are those of the first touch. Before: such logs were said to have left before the line."""
+    near = write_layer(tmp_path / "near.gpkg", [line(42.0), line(25.0)], line_id=["near", "road"])
+    bounds = (0.001, 1e5)
+    done = map_intensity.TOOL(
+        run=str(run), lines=near, energy_classes_kj=bounds, output=str(tmp_path / "intensity"), feedback=said
+    )
+    table = pandas.read_csv(tmp_path / "intensity" / "lines.csv").set_index(["line_id", "at_least_kj"])
+    assert table.loc[("near", 1e5), "n_reach"] == 0
+    assert (table.loc["near", "n_lost"] == 0).all()  # all that left had passed it
+    assert (table.loc["road", "n_lost"] == n_lost).all()
+    assert not any("others left" in each for each in done.lines if each.startswith("near"))
+
+
+def test_run_sites_looks_before_each_site(cut, tmp_path, monkeypatch, said):
+    """Before: a site is begun so that it can be resumed, and what is resumed was not looked at."""
+    monkeypatch.setattr(look, "LOGS", 6)
+    run_sites.TOOL(
+        dem=cut.dem, releases=cut.releases, by="release_id", lines=cut.lines, friction="0.2",
+        output=str(tmp_path / "sites"), feedback=said,
+    )  # fmt: skip
+    told = [each for each in said.warnings if "a look before the run" in each]
+    assert len(told) == 2
+
+
 def test_design_values(run, n_lost, tmp_path, said):
     near = write_layer(tmp_path / "near.gpkg", [line(42.0), line(25.0)], line_id=["near", "road"])
     done = design_values.TOOL(run=str(run), lines=near, output=str(tmp_path / "values.csv"), feedback=said)
@@ -116,10 +143,32 @@ def test_value_trees(run, n_lost, tmp_path, said):
 
 
 def test_break_trees(run, n_lost, tmp_path, said):
-    break_trees.TOOL(run=str(run), tree_capacity_kj=50.0, output=str(tmp_path / "broken.gpkg"), feedback=said)
+    done = break_trees.TOOL(run=str(run), tree_capacity_kj=1e-9, output=str(tmp_path / "broken.gpkg"), feedback=said)
     told = of_road(said)
     assert f"{n_lost} of 24 logs" in told
     assert "the reach of line road may be anything from 0 to" in told
+    (road,) = [row for row in done.facts["reach_breaking"] if row["line_id"] == "road"]
+    gone = road["n_lost_breaking"]  # without trees more leave; some that left broke none, and go the same way again
+    assert (road["n_reach"], road["n_lost"], road["gain_logs"]) == (0, n_lost, 0)
+    assert gone > n_lost
+    assert -n_lost / 24 <= road["gain_p_low_if_lost"] <= 0.0
+    assert (gone - n_lost) / 24 <= road["gain_p_high_if_lost"] <= gone / 24
+    most, least = road["gain_p_high_if_lost"] * 24, -road["gain_p_low_if_lost"] * 24
+    assert road["ci_high_if_lost"] == pytest.approx(paired_interval(0, round(most), 24)[1])
+    assert road["ci_low_if_lost"] == pytest.approx(paired_interval(round(least), 0, 24)[0])
+    (words,) = [each for each in done.lines if each.startswith("road: ")]
+    ends = [percent(wilson_interval(number, 24)[1], *wilson_interval(0, 24)) for number in (n_lost, gone)]
+    assert f"[0.0 to {ends[0]} %] with unbreakable trees" in words
+    assert f"[0.0 to {ends[1]} %] if those" in words
+    assert IN_BRACKETS in done.lines
+
+
+def test_break_trees_that_hold(run, n_lost, tmp_path):
+    """Where no tree breaks the two ends are one run: no difference, whatever the lost logs did."""
+    done = break_trees.TOOL(run=str(run), tree_capacity_kj=1e9, output=str(tmp_path / "holding.gpkg"))
+    (road,) = [row for row in done.facts["reach_breaking"] if row["line_id"] == "road"]
+    assert (road["n_lost"], road["n_lost_breaking"]) == (n_lost, n_lost)
+    assert (road["gain_p_low_if_lost"], road["gain_p_high_if_lost"]) == (0.0, 0.0)
 
 
 def test_vary(cut, tmp_path, said):

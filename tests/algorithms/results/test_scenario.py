@@ -145,7 +145,7 @@ def test_clauses_are_records_of_names_and_numbers(told):
 
 def test_the_scenario_in_a_line(told):
     assert scenario_line(told["scenario"]) == (
-        "scenario: 8 logs, 25 % upright, 50 % lying, 25 % tilted, 11.5 m (8 to 15) long, DBH 42.5 cm (29 to 58); "
-        "friction 0.25, rolling friction 0.1, restitution 0; 2 trees, 2 barriers, 1 lying log, 1 boulder; "
+        "scenario: 8 logs, 25 % upright, 50 % lying, 25 % tilted, 11.5 m (8.0 to 15.0) long, DBH 42.5 cm (29.0 to "
+        "58.0); friction 0.25, rolling friction 0.1, restitution 0; 2 trees, 2 barriers, 1 lying log, 1 boulder; "
         "60 x 100 cells of 1 m; draft, seed 7"
     )

@@ -40,7 +40,7 @@ def test_logs_that_left_before_a_line_are_lost_for_it_and_warned_of(cut, tmp_pat
     assert len(warned) == 1
     assert "the reach of line road may be anything from 0 to" in warned[0]
     assert "the spread of release" in warned[0]
-    assert "their deposits and run-outs are where they left" in warned[0]
+    assert "their deposits and run-outs end where they left" in warned[0]
     assert sum(each["n_left_dem"] for each in told["spread"]) == lost
     assert any("left the terrain model" in each for each in outcome.lines if each.startswith("release "))
 

@@ -24,7 +24,7 @@ def small(tmp_path, monkeypatch) -> Case:
 
 
 def told(said: Any) -> list[str]:
-    return [each for each in said.warnings if each.startswith("a look before the run")]
+    return [each for each in said.warnings if each.startswith("a pilot before the run")]
 
 
 def test_what_leaves_is_reported_with_its_side_before_the_run(small, tmp_path, said):

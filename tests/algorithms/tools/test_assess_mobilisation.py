@@ -315,6 +315,15 @@ def test_areas_and_weights_feed_sample_releases(tmp_path):
     )
 
 
+def test_what_is_assumed_is_said(tmp_path):
+    dem = write_raster(tmp_path / "dem.tif", plane(38.0))
+    done = assess_mobilisation.TOOL(dem=dem, friction=0.3, window_m=8.0, output=str(tmp_path / "s.tif"))
+    assert done.lines[-1] == (
+        "assumed: friction 0.3; steepness from 30 to 35 degrees; no start at a roughness of 1 m; both in a window of "
+        "8 m; the numbers rank the ground and are no probability"
+    )
+
+
 def test_ground_that_is_not_susceptible_gives_an_empty_layer(tmp_path):
     found = Assessed(tmp_path, dem=write_raster(tmp_path / "dem.tif", plane(20.0)))
     assert found.areas.empty

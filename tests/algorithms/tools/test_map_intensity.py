@@ -299,7 +299,7 @@ def test_on_a_run_of_the_engine(tmp_path, said):
     assert np.isnan(rows.loc[("road", 30.0), "n_reach"])
     assert "--trajectories all" in rows.loc[("road", 30.0), "note"]
     map_intensity.TOOL(feedback=said, run=str(run), events_per_year=0.1, output=str(tmp_path / "w"))
-    assert any("24 logs cannot tell; about " in each for each in said.warnings)
+    assert any("24 logs are too few to decide; about " in each for each in said.warnings)
 
 
 REFUSED = {

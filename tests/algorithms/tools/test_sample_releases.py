@@ -6,7 +6,7 @@ import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
-from shapely import MultiPolygon, Point, Polygon
+from shapely import MultiPolygon, Point, Polygon, box
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.params.tool import Cancelled, UserError
@@ -213,3 +213,24 @@ def test_mapped_deadwood_that_lies_brings_it_too(tmp_path, sample, said):
     (tmp_path / "wood.csv").write_text("dbh_cm,length_m,Lage\n40,20,am Boden liegend\n50,25,stehend\n")
     sample(areas(tmp_path, [RING]), count=5, deadwood=str(tmp_path / "wood.csv"))
     assert any("'am Boden liegend' in the field 'Lage' suggests lying wood" in each for each in said.warnings)
+
+
+def test_names_that_are_not_taken_are_said(tmp_path, sample, said):
+    """As of lines: before, areas with a field of names were called 1 and 2 without a word."""
+    layer = areas(tmp_path, [RING], Name=["Hinterberg"])
+    sample(layer, count=5)
+    assert any("the areas are called by their rows, 1 to 1; --release-id-field 'Name'" in each for each in said.notes)
+    said.notes.clear()
+    sample(layer, count=5, release_id_field="Name", overwrite=True)
+    assert not any("called by their rows" in each for each in said.notes)
+
+
+def test_that_a_small_area_counts_like_a_large_one_is_said(tmp_path, sample, said):
+    both = areas(tmp_path, [RING, box(EAST + 130, NORTH + 40, EAST + 145, NORTH + 55)])
+    sample(both, count=5)
+    (told,) = [each for each in said.notes if "counts every area alike" in each]
+    assert told.startswith("the areas have 225 to 4800 m2 and get as many logs each")
+    said.notes.clear()
+    sample(both, logs_per_ha=300.0, overwrite=True)
+    sample(areas(tmp_path, [RING, RING], name="alike.gpkg"), count=5, overwrite=True)
+    assert not any("counts every area alike" in each for each in said.notes)

@@ -189,6 +189,17 @@ def test_later_some_are_gone_and_the_rest_is_thinner(place, tmp_path):
     assert list(found["trees_after"]["species"]) == list(found["trees_before"]["species"])
 
 
+def test_what_is_assumed_is_said(place, tmp_path):
+    done = windthrow.TOOL(
+        trees=str(place / "trees.gpkg"), dem=str(place / "slope.tif"), fall_deg=90.0, share=0.5, thinner=0.1,
+        stump_m=0.0, output=str(tmp_path / "s"),
+    )  # fmt: skip
+    assert any(each == (
+        "assumed: stems fall towards 90 degrees, with a standard deviation of 20; no stumps, the stems are uprooted; "
+        "later 30 % of the lying logs have disappeared, and the others are 10 % thinner"
+    ) for each in done.lines)  # fmt: skip
+
+
 def test_at_the_edge_of_the_terrain_stems_are_cut_or_left_out_and_counted(tmp_path, said):
     """Of two that fall towards the edge one ends there; the other has no room, and once fell the other way."""
     dem = write_dem(tmp_path / "flat.tif", flat=True)

@@ -18,8 +18,8 @@ from deadwood_algorithms.results import lost as lost_logs
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
 
 FEW_LOGS = 100
-LEAST_LIKELY = 1e-3  # of a relative likelihood that is printed as a number
-SHOWN = 6  # coefficients for which that is reported
+LEAST_LIKELY = 1e-3  # smallest relative likelihood that is printed as a number
+SHOWN = 6  # coefficients that are named in the warning
 
 
 def facts_of(span: Range | None, best: float, fits: bool, logs: int, event: dict[str, Any]) -> dict[str, Any]:
@@ -30,7 +30,7 @@ def facts_of(span: Range | None, best: float, fits: bool, logs: int, event: dict
 def warn_of_cells(cell: float, feedback: Feedback) -> None:
     if not math.isclose(cell, FRICTION_CELL_M, rel_tol=0.02):
         roughness = (
-            "has lost roughness, which friction makes up for" if cell > FRICTION_CELL_M else "shows more roughness"
+            "lacks roughness, for which friction compensates" if cell > FRICTION_CELL_M else "shows more roughness"
         )
         feedback.warn(
             f"the terrain model's cells are {cell:g} m, not {FRICTION_CELL_M:g} m: the coefficient found holds for "
@@ -46,12 +46,13 @@ def warn_of_logs(
     search_complete: bool,
     feedback: Feedback,
 ) -> None:
-    """``lost``, of an event that was seen at lines: logs that left before it was known whether they did the same."""
+    """Warn of logs whose behaviour is unknown; ``lost`` left the terrain model before they could match an event seen at
+    lines.
+    """
     fewest = min(each.logs.size for each in outcomes)
     if fewest < FEW_LOGS:
-        feedback.warn(
-            f"an observed deposit is compared with {counted(fewest, 'log')} only; release at least a few hundred"
-        )
+        what = "an observed deposit" if lost is None else "the event"
+        feedback.warn(f"{what} is compared with {counted(fewest, 'log')} only; release at least a few hundred")
     n = slid[0].x.size
     gone = [int(each.sum()) for each in lost] if lost is not None else [int((~each.resting).sum()) for each in slid]
     many = [k for k, each in enumerate(gone) if lost_logs.many(each, n)]
@@ -89,7 +90,7 @@ def records_of(
     watched: Watched,
     lost: list[NDArray[np.bool_]] | None,
 ) -> list[dict[str, Any]]:
-    """One record a coefficient."""
+    """One record for each coefficient."""
     distances = [energy_score(each, each.place) for each in outcomes if each.place]
     distance = np.mean(distances, axis=0) if distances else None
     areas = {
@@ -156,11 +157,11 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
 
 def varied(found: Range, best: float) -> dict[str, Any]:
     """The values of ``vary`` for the range that was found; options that mean something else there are unset."""
-    return {"friction": best, "vary": f"friction={found.low:.4g}:{found.high:.4g}", "fidelity": None, "logs": None}
+    return {"friction": best, "vary": f"friction={':'.join(found.ends())}", "fidelity": None, "logs": None}
 
 
 def small_or(likelihood: float) -> str:
-    """Two digits, of what can still be told from none."""
+    """A probability with two digits, or that it is below what can be distinguished from 0."""
     return "< 0.001" if likelihood < LEAST_LIKELY else significant(likelihood, 2)
 
 

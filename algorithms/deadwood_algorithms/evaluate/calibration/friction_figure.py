@@ -25,7 +25,7 @@ from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas.looks import ENDS, RELEASE, ROAD, RUNS
 
 LIKELY, TESTED, WITHIN, SEEN = RUNS[0], RUNS[1], RUNS[2], RUNS[3]
-FEW_SEEN, SEEN_SHARE = 5, 0.06  # more places than these are marks so long, as a share of the axes
+FEW_SEEN, SEEN_SHARE = 5, 0.06  # more places than this are short marks; their length, as a share of the axes
 MARGIN_M = 20.0
 CELLS_DRAWN = 900  # along the longer side of the map
 
@@ -107,12 +107,12 @@ def _runouts_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]],
         friction, low, high, color=ENDS["rest"][1], alpha=0.35, linewidth=0, label="5 to 95 % of the logs"
     )
     axes.plot(friction, middle, color=LIKELY, marker="o", markersize=4, linewidth=1.2, label="median")
-    for k, distance in enumerate(seen):  # marks at the side: lines across would hide what they are compared with
+    for k, distance in enumerate(seen):  # short marks at the side, because full lines would hide the curves
         axes.axhline(
             distance, 0.0, SEEN_SHARE if seen.size > FEW_SEEN else 1.0, color=SEEN, linewidth=1.2,
             label="observed" if k == 0 else None,
         )  # fmt: skip
-    # Room for the key above the content; a coefficient without deposits has no run-outs
+    # Leave room for the legend above the content; a coefficient without deposits has no run-outs.
     axes.set_ylim(0.0, 1.2 * float(np.nanmax([*high, *seen, 1.0])))
     axes.set_title("run-out, horizontal [m]", fontsize=10, loc="left")
     axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none", loc="upper center", ncols=3)

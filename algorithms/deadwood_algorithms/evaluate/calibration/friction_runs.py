@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.ensemble.variants import Arrays, Variant, joined
 from deadwood_algorithms.evaluate.calibration.score import Observation
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -61,16 +62,16 @@ class Watched:
 
     @property
     def digest(self) -> str:
-        """Of the event's lines."""
+        """Digest of the event's lines."""
         return digest_of(self.polylines, self.event.item)
 
     @staticmethod
     def of(reached: str | None, not_reached: str | None, layers: SceneLayers, feedback: Feedback) -> Watched:
-        """Read what the event reached, or did not; paths of layers, or None."""
+        """Read the lines and areas that the event reached or did not reach, from paths of layers or None."""
         polylines, event = Lines.none(), Items([], np.array([], object), np.array([], np.int64))
         columns = []
-        for path in (reached, not_reached):
-            more, things = read_lines(path, layers.dem, feedback)
+        for parameter, path in (("reached", reached), ("not_reached", not_reached)):
+            more, things = read_lines(path, layers.dem, feedback, parameter=parameter)
             columns.append(len(event.ids) + np.arange(len(things.ids)))
             polylines, event = polylines.then(more), event.then(things)
         columns.append(len(event.ids) + np.arange(len(layers.lines.ids)))
@@ -81,7 +82,7 @@ WANTED = ("reach", "x", "y", "runout", "speed_max", "stop_reason")
 
 
 def variants_of(sweep: Sequence[float], simulation: Simulation, watched: Watched) -> list[Variant]:
-    """A variant for each coefficient, in which the event's lines are watched too."""
+    """One variant for each coefficient, with the event's lines added to those whose reach is counted."""
 
     def with_friction(friction: float) -> Callable[[SceneLayers], SceneLayers]:
         def changed(on: SceneLayers) -> SceneLayers:
@@ -94,13 +95,13 @@ def variants_of(sweep: Sequence[float], simulation: Simulation, watched: Watched
 
 
 def run_of(friction: float, parts: Sequence[Arrays]) -> FrictionRun:
-    """What the logs did with one coefficient."""
+    """Outcomes of the logs with one coefficient."""
     return FrictionRun(friction=friction, **{name: joined(parts, name) for name in WANTED})
 
 
 @dataclass(frozen=True)
 class Observed:
-    """Observed deposits, one a row: the rows of the logs that each may have been, and its point or area."""
+    """Observed deposits: for each, the rows of the logs that it may have been, and its point or area."""
 
     geometry: NDArray[Any]
     logs: list[NDArray[np.int64]]
@@ -112,7 +113,7 @@ class Observed:
 
 
 def read_observed(path: str, layers: SceneLayers, logs: Releases, feedback: Feedback) -> Observed:
-    """Observed deposits as points or areas; a field release_id says which release each belongs to."""
+    """Read observed deposits, points or areas; a field release_id gives the release of each."""
     kinds = ("point", "polygon")
     frame = read_vector(path, geometry=kinds, target_crs=layers.dem.crs, what="observed deposits", feedback=feedback)
     geometry = np.asarray(frame.geometry)
@@ -122,6 +123,7 @@ def read_observed(path: str, layers: SceneLayers, logs: Releases, feedback: Feed
         raise UserError(
             f"{where_of(frame)}, row {row + 1}: the observed deposit does not lie on the DEM; check its CRS"
         )
+    account("observed", count_of(len(frame), geometry.size, {}))
     everything = np.arange(len(logs))
     if "release_id" not in frame:
         return Observed(geometry, [everything] * len(frame), [str(row + 1) for row in range(len(frame))])
@@ -142,14 +144,14 @@ def read_observed(path: str, layers: SceneLayers, logs: Releases, feedback: Feed
 def outcomes_of_deposits(
     observed: Observed, slid: list[FrictionRun], error: float, *, search_complete: bool
 ) -> list[Observation]:
-    """Each observed deposit, and what the logs that it may have been did with every coefficient.
+    """Each observed deposit, with the outcomes, at every coefficient, of the logs that it may have been.
 
-    search_complete : all logs of the event were found; else those at rest in sight were, of however many
+    search_complete : all logs of the event were found; otherwise some of those at rest on the terrain model
     """
     rests = np.stack([each.resting for each in slid])
     x, y = (np.where(rests, np.stack([getattr(each, name) for each in slid]), np.nan) for name in "xy")
     sides = [np.nanmax(at) - np.nanmin(at) + 4.0 * error if np.isfinite(at).any() else math.inf for at in (x, y)]
-    area = float(sides[0] * sides[1])  # two errors beyond the outermost deposits
+    area = float(sides[0] * sides[1])  # up to two standard errors beyond the outermost deposits
     out = []
     for shape, rows, is_point in zip(observed.geometry, observed.logs, observed.are_points, strict=True):
         found = None if search_complete else rests[:, rows]
@@ -162,7 +164,7 @@ def outcomes_of_deposits(
 
 
 def outcomes_of_reach(watched: Watched, slid: list[FrictionRun], logs: int, did: int) -> list[Observation]:
-    """A number of logs of the event, and how many of them reached one thing and not the other."""
+    """The number of logs of the event, and how many of them reached one object and not the other."""
     done = np.stack([did_it(watched, each) for each in slid])
     rows = np.arange(done.shape[1])
     return [Observation(rows, done=done, yes=k < did) for k in range(logs)]
@@ -177,7 +179,7 @@ def did_it(watched: Watched, slid: FrictionRun) -> NDArray[np.bool_]:
 def lost_for(watched: Watched, slid: FrictionRun) -> NDArray[np.bool_]:
     """Which logs left the terrain model before it was known whether they would do what the event did."""
     left = left_dem(slid.stop_reason)
-    beyond = slid.reach[:, watched.not_reached].any(axis=1)  # it did what the event did not, whatever came then
+    beyond = slid.reach[:, watched.not_reached].any(axis=1)  # contradicts the event whatever happened later
     arrived = slid.reach[:, watched.reached].any(axis=1)
     settled = beyond | (arrived & (watched.not_reached.size == 0))
     return left & ~settled

@@ -51,9 +51,9 @@ from deadwood_algorithms.stats.draws import EVENT_ERROR, EVENT_LOG, normals, uni
 from deadwood_algorithms.stats.resampling import resamples
 
 Array = NDArray[np.float64]
-EVENTS = 400  # made with each coefficient: a p-value of 0.05 is then known to +-0.011
+EVENTS = 400  # simulated with each coefficient: a p-value of 0.05 is then known to +-0.011
 LEVEL = 0.05
-PAIRS_AT_ONCE = 4_000_000  # of made deposits and logs: 32 MB
+PAIRS_AT_ONCE = 4_000_000  # of simulated deposits and logs: 32 MB
 SCORED_LOGS = 1000  # for the scatter of the energy score, whose pairs grow with the square
 TIE = 1e-9
 
@@ -63,13 +63,13 @@ class Observation:
     """One observed outcome, and what each simulated log did, with every coefficient.
 
     logs : rows of the logs that it may have been, shape (m,)
-    place : observed deposit [m], or None for a yes
+    place : observed deposit [m], or None for a yes or no
     x, y : simulated deposits [m], shape (coefficients, m); NaN where a log came to no rest on the DEM
-    done : whether each simulated log did what was seen, shape (coefficients, m), for a yes
-    yes : whether it was seen
+    done : whether each simulated log did what was observed, shape (coefficients, m), for a yes or no
+    yes : whether it was observed
     area : of the ground on which any log came to rest [m2]
-    found : which simulated logs came to rest in sight, shape (coefficients, m), where the outcome is known to be of
-        such a log; None: it may be of any
+    found : which simulated logs came to rest on the DEM, shape (coefficients, m), if the outcome is known to be of
+        such a log; None if it may be of any log
     """
 
     logs: NDArray[np.int64]
@@ -83,7 +83,7 @@ class Observation:
 
     @property
     def counts(self) -> NDArray[np.int64]:
-        """How many logs an outcome is one of, with each coefficient, shape (c,)."""
+        """Number of logs from which an outcome may be drawn, with each coefficient, shape (c,)."""
         if self.found is not None:
             return self.found.sum(axis=1)
         every = self.done if self.done is not None else self.x
@@ -92,7 +92,7 @@ class Observation:
 
     @property
     def left_over(self) -> float:
-        """How many logs the half a log of a point makes beside the n: the half itself, or another half that is lost."""
+        """What the extra half log adds to n: the half itself, plus another half if logs may be lost."""
         return 1.0 if self.found is None else 0.5
 
 
@@ -126,7 +126,7 @@ class Scores:
 def score(
     outcomes: list[Observation], log_id: NDArray[np.int64], error: float, seed: int, report: Callable[[float], None]
 ) -> Scores:
-    """Score every coefficient; ``log_id`` by row of the logs, ``error`` [m] of observed places."""
+    """Score every coefficient; ``log_id`` is by row of the logs, ``error`` [m] is that of observed places."""
     observed = np.stack([log_densities(each, each.place, error) for each in outcomes])
     total = observed.sum(axis=0)
     low, high = sampling_interval(outcomes, log_id, error, seed)
@@ -141,14 +141,14 @@ def score(
 
 
 def relative_to_best(log_likelihood: Array, k: int) -> Array:
-    """Of coefficient k, by event; -inf where it has no likelihood at all."""
+    """Log-likelihood of coefficient k relative to the best, for each event; -inf where it has no likelihood."""
     best = log_likelihood.max(axis=1)
     own = log_likelihood[:, k]
     return np.where(np.isfinite(own), own - np.where(np.isfinite(best), best, 0.0), -np.inf)
 
 
 def share_below(made: Array, seen: float) -> float:
-    """Share of the simulated events that are no better than the observed one, which counts itself."""
+    """Share of the simulated events that are no better than the observed one, which is included in the count."""
     return float((1 + np.count_nonzero(made <= seen + TIE)) / (made.size + 1))
 
 
@@ -177,7 +177,7 @@ def log_kernels(outcome: Observation, places: Array, error: float) -> Array:
 
 
 def log_density(kernels: Array, n: NDArray, area: float, left_over: float) -> Array:
-    """Log of the density that the kernels (their logs, along the last axis) of n logs and half a log make."""
+    """Log of the density from the kernels of n logs and half a log; ``kernels`` are logarithms along the last axis."""
     top = kernels.max(axis=-1, keepdims=True)
     top = np.where(np.isfinite(top), top, 0.0)
     with np.errstate(divide="ignore"):
@@ -188,9 +188,9 @@ def log_density(kernels: Array, n: NDArray, area: float, left_over: float) -> Ar
 def made_densities(
     outcome: Observation, k: int, number: int, log_id: NDArray[np.int64], error: float, seed: int
 ) -> Array:
-    """Log-likelihoods, shape (events, c), of outcomes made with coefficient k, each without the log it was made from.
+    """Log-likelihoods, shape (events, c), of outcomes simulated with coefficient k, each without the log it came from.
 
-    The draws belong to the event and the outcome: with every coefficient the same logs stand for the observed ones.
+    The draws depend on the event and the outcome only: at every coefficient the same logs represent the observed ones.
     """
     item = np.arange(EVENTS) * 1024 + number
     order = np.argsort(log_id[outcome.logs], kind="stable")  # the same log, whatever its row
@@ -216,7 +216,7 @@ def made_densities(
         part = slice(start, min(EVENTS, start + step))
         kernels = log_kernels(outcome, places[part], error)
         rows = np.arange(part.stop - part.start)
-        kernels[:, rows, chosen[part]] = -np.inf  # its own place would be too good a guess
+        kernels[:, rows, chosen[part]] = -np.inf  # its own place would predict it too well
         out[part] += log_density(kernels, others[part].T, outcome.area, outcome.left_over).T
     if outcome.found is not None:
         return out
@@ -230,7 +230,7 @@ def made_densities(
 def sampling_interval(
     outcomes: list[Observation], log_id: NDArray[np.int64], error: float, seed: int
 ) -> tuple[Array, Array]:
-    """95 % bootstrap interval of the log-likelihood relative to the best, over the logs, drawn alike for all."""
+    """95 % bootstrap interval of the log-likelihood relative to the best, over the logs, the same draws for all."""
     weights = np.array(list(resamples(log_id, seed)), np.float64)  # (resamples, n)
     total: Array = np.zeros(1)
     for each in outcomes:
@@ -277,10 +277,15 @@ class Range:
     open_low: bool
     open_high: bool
     gaps: bool  # some between low and high do not
-    one: bool = False  # one alone does: how far the range goes between it and its neighbours is not known
+    one: bool = False  # only one does, so how far the range extends towards its neighbours is not known
+
+    def ends(self) -> tuple[str, str]:
+        """Both in three digits, or in as many as a narrow range needs."""
+        digits = next((n for n in (3, 4, 5) if f"{self.low:.{n}g}" != f"{self.high:.{n}g}"), 6)
+        return f"{self.low:.{digits}g}", f"{self.high:.{digits}g}"
 
     def words(self) -> str:
-        text = f"{self.low:.3g} to {self.high:.3g}"
+        text = " to ".join(self.ends())
         if self.open_low or self.open_high:
             ends = " and ".join(
                 word for word, is_open in (("below", self.open_low), ("above", self.open_high)) if is_open
@@ -290,7 +295,9 @@ class Range:
 
 
 def range_of(friction: Array, scores: Scores) -> Range | None:
-    """From the first coefficient that reproduces the event to the last; ends between two by the p-values' crossing."""
+    """From the first coefficient that reproduces the event to the last; ends between two coefficients lie where the
+    p-values cross 0.05.
+    """
     inside = np.flatnonzero(scores.within)
     if not inside.size:
         return None

@@ -25,7 +25,7 @@ def variants_of(names: Sequence[str], simulation: Simulation) -> list[Variant]:
 
 
 def run_of(name: str, parts: Sequence[Arrays]) -> FidelityRun:
-    """What the logs did at one fidelity, from the chunks of both halves."""
+    """Outcomes of the logs at one fidelity, from the chunks of both halves."""
     of = {each: joined(parts, each) for each in WANTED}
     n, steps = of["x"].size, of["steps"].sum()
     ends = np.cumsum([part["x"].size for part in parts])

@@ -42,7 +42,7 @@ def rows_of(
         *top_rows(one, finest, "jump_max", "m", seed),
         *own_rows(one, finest),
     ]
-    if one is finest:  # the standard of comparison: only a finer run could show its error
+    if one is finest:  # the reference of the comparison: only a finer run could show its error
         return [replace(row, ci_low=math.nan, ci_high=math.nan, verdict="") for row in rows]
     return rows
 
@@ -63,7 +63,7 @@ def paired_reach(ours: NDArray[np.bool_], theirs: NDArray[np.bool_]) -> tuple[fl
 
 
 def half_width(values: Array) -> float:
-    """Of the 95 % interval of their mean; infinite of a single one."""
+    """Half-width of the 95 % interval of the mean; infinite for a single value."""
     return Z_95 * float(values.std(ddof=1)) / math.sqrt(values.size) if values.size > 1 else math.inf
 
 
@@ -106,7 +106,7 @@ def hits_row(one: FidelityRun, finest: FidelityRun, planned: int) -> FidelityRow
 
 
 def top_rows(one: FidelityRun, finest: FidelityRun, name: str, unit: str, seed: int) -> Iterator[FidelityRow]:
-    """Mean and 95 % quantile over the logs of the largest that each had."""
+    """Mean and 95 % quantile, over the logs, of the largest value of each."""
     ours, theirs = getattr(one, name), getattr(finest, name)
     change = ours - theirs
     mean, half = float(change.mean()), half_width(change)
@@ -149,7 +149,7 @@ def split_half(values: Array, seed: int) -> float:
 
 
 def jaccard_distance(a: Hits, b: Hits) -> float:
-    """1 - sum(min(p, q)) / sum(max(p, q)) over the cells; 0 where neither hit any."""
+    """1 - sum(min(p, q)) / sum(max(p, q)) over the cells; 0 if neither run hit any cell."""
     cells = np.union1d(a[0], b[0])
     p, q = np.zeros(cells.size), np.zeros(cells.size)
     p[np.searchsorted(cells, a[0])] = a[1]

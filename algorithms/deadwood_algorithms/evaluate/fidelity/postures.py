@@ -22,7 +22,7 @@ from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.stats.statistics import points_with_interval
 from deadwood_engine import FIDELITIES, Logs
 
-# The word of --orientation, and the posture of the engine's logs that it gives
+# The value of --orientation, and the posture that it gives the engine's logs
 POSTURES = {"upright": "upright", RANDOM_LYING: "lying"}
 
 
@@ -46,7 +46,7 @@ class PostureRow:
 
 
 def other_postures(logs: Logs) -> list[str]:
-    """The postures that not all of the logs have already."""
+    """The postures in which not all logs are already."""
     return [name for name, posture in POSTURES.items() if not (logs.orientation == ORIENTATIONS.index(posture)).all()]
 
 

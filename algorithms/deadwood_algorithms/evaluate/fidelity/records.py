@@ -1,4 +1,4 @@
-"""What is kept of the logs at one fidelity, and one line of the comparison of two."""
+"""Records of the logs at one fidelity, and of one row of the comparison of two."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Hits = tuple[NDArray[np.int64], Array]  # cells that were hit, ascending, and by what share of the logs
+Hits = tuple[NDArray[np.int64], Array]  # cells that were hit, ascending, and the share of the logs that hit each
 
 
 @dataclass(frozen=True)
 class FidelityRun:
-    """What is kept of the logs at one fidelity; arrays by log (n,), the same logs in the same order for every fidelity.
+    """Outcomes of the logs at one fidelity; arrays by log (n,), the same logs in the same order for every fidelity.
 
     reach : (n, lines); x, y : deposits [m]; hits : the cells hit by all, and by the first and the second half
     """
 
     name: str
-    cpu_ms: float  # a log
-    steps: float  # a log
+    cpu_ms: float  # per log
+    steps: float  # per log
     reach: NDArray[np.bool_]
     x: Array
     y: Array
@@ -38,10 +38,10 @@ class FidelityRun:
 
 @dataclass(frozen=True)
 class FidelityRow:
-    """One line of the comparison: a quantity at one fidelity, against the finest.
+    """One row of the comparison: a quantity at one fidelity, compared with the finest.
 
     difference : value minus the finest's, or a distance, with its 95 % interval (NaN: none)
-    noise : what chance does to this quantity in a run of the planned number of logs (NaN: not assessed)
+    noise : sampling error of this quantity in a run of the planned number of logs (NaN: not assessed)
     """
 
     fidelity: str

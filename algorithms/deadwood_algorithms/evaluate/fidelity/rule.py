@@ -72,7 +72,7 @@ def recommend(
 
     Parameters
     ----------
-    names : from the cheapest to the finest, the judge
+    names : from the cheapest to the finest, which is the reference
     n_logs, available, planned : logs that were compared, that the layer holds, and of the run to be decided on
     """
     *cheaper, finest = names
@@ -114,12 +114,12 @@ def too_thin(
     available: int,
     planned: int,
 ) -> tuple[str, int | None]:
-    """What is open of the fidelity that fewest logs would settle, and about how many these are."""
+    """The open question that the fewest logs would settle, and about how many logs that takes."""
     open_rows = {name: [row for row in of[name] if row.verdict == UNDECIDED] for name in of}
     needs = {
         name: max(logs_needed(row, n_logs) for row in open_rows[name])
         for name in of
-        if verdicts[name] == UNDECIDED  # one that is beyond by another row is settled
+        if verdicts[name] == UNDECIDED  # a fidelity that is beyond by another row is settled
     }
     easiest = min(needs, key=lambda name: needs[name])
     logs = None if math.isinf(needs[easiest]) else two_digits(needs[easiest])
@@ -149,7 +149,7 @@ def worst(verdicts: Sequence[str]) -> str:
 
 
 def logs_needed(row: FidelityRow, n_logs: int) -> float:
-    """About how many compared logs would show this difference to be below the noise, if it stays; infinite if never."""
+    """About how many compared logs would show this difference to be below the noise, if it stays; infinite if none."""
     if row.quantity == "reach":
         room = row.noise - abs(row.difference)
         return n_logs * max(1.1, ((row.ci_high - row.ci_low) / 2.0 / room) ** 2) if room > 0.0 else math.inf
@@ -163,13 +163,13 @@ def two_digits(value: float) -> int:
 
 
 def farthest(row: FidelityRow) -> float:
-    """How close a row is to its noise, or how far beyond."""
+    """How close a row is to the noise, or how far beyond it."""
     size = max(abs(row.ci_low), abs(row.ci_high)) if row.quantity == "reach" else row.difference
     return size / row.noise if row.noise > 0.0 else math.inf
 
 
 def error_words(row: FidelityRow) -> str:
-    """The difference with its interval, and the noise that it is measured by."""
+    """The difference with its interval, and the noise that it is compared with."""
     if row.quantity == "reach":
         span = f"{100 * row.ci_low:+.2g} to {100 * row.ci_high:+.2g}"
         return (

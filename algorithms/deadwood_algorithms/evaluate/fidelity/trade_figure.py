@@ -1,4 +1,4 @@
-"""The picture of `compare-fidelity`: what each fidelity costs a log, against how far it errs."""
+"""The picture of `compare-fidelity`: the CPU time of a log at each fidelity, against the error."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from deadwood_algorithms.schemas.looks import RUNS
 
 MARKERS = "osD^vP"
 NOISE = "#BBBBBB"
-ITEMS_SHOWN = len(RUNS)  # lines or releases a panel; the table has them all
+ITEMS_SHOWN = len(RUNS)  # lines or releases in a panel; the table has them all
 
 
 def draw(
@@ -72,7 +72,7 @@ def draw(
 def differences(
     axes: Axes, rows: Sequence[FidelityRow], cost: Mapping[str, float], quantity: str, scale: float, label: str
 ) -> None:
-    """Signed differences with their intervals, a colour an item, its noise as a band of short grey bars."""
+    """Signed differences with their intervals, one colour for each item; its noise as short grey bars."""
     axes.set_title(label, fontsize=10, loc="left", pad=16)
     axes.axhline(0.0, color="black", linewidth=0.8)
     items = list(dict.fromkeys(row.item for row in rows if row.quantity == quantity))
@@ -84,7 +84,7 @@ def differences(
         aside = 1.07 ** (place - (min(len(items), ITEMS_SHOWN) - 1) / 2.0)
         x = np.array([cost[row.fidelity] for row in mine]) * aside
         noise = scale * np.array([row.noise for row in mine])
-        if np.isfinite(noise).any():  # the judge's place stays free for the legend
+        if np.isfinite(noise).any():  # the place of the reference stays free for the legend
             axes.errorbar(x[:-1], np.zeros(x.size - 1), noise[:-1], fmt="none", ecolor=NOISE, elinewidth=7.0, zorder=1)
         with_bars(axes, x, mine, scale, place, item)
     hidden = len(items) - ITEMS_SHOWN
@@ -104,7 +104,7 @@ def with_bars(axes: Axes, x: NDArray[Any], rows: Sequence[FidelityRow], scale: f
 
 
 def distances(axes: Axes, rows: Sequence[FidelityRow], cost: Mapping[str, float], quantity: str, label: str) -> None:
-    """Distances of the coarser fidelities, and the noise that they should stay below."""
+    """Distances of the coarser fidelities, and the noise, below which they should stay."""
     axes.set_title(label, fontsize=10, loc="left", pad=16)
     mine = [row for row in rows if row.quantity == quantity]
     x, y = [cost[row.fidelity] for row in mine[:-1]], [row.difference for row in mine[:-1]]
@@ -127,7 +127,7 @@ def tops(axes: Axes, rows: Sequence[FidelityRow], cost: Mapping[str, float]) -> 
 
 
 def own(axes: Axes, rows: Sequence[FidelityRow], cost: Mapping[str, float]) -> None:
-    """What the calculation says of itself."""
+    """The calculation's own numerical measures."""
     axes.set_title("measures of the calculation's error", fontsize=10, loc="left")
     shown = (
         ("penetration_max", "deepest penetration [cm]"),

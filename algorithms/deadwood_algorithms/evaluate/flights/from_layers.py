@@ -1,4 +1,4 @@
-"""Take-off and landing points, and barriers, as a user's layers have them.
+"""Take-off and landing points, and barriers, read from a user's layers.
 
 For `fit_flight`.
 """
@@ -12,12 +12,13 @@ import geopandas
 import numpy as np
 import shapely
 
+from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import filled_column, schema_column, where_of
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.scene.items import ids_of
+from deadwood_algorithms.scene.items import ids_of, say_left_out
 from deadwood_algorithms.schemas import BARRIERS, RELEASES
 
 ROLES = ("takeoff", "landing")
@@ -25,7 +26,7 @@ ROLES = ("takeoff", "landing")
 
 @dataclass(frozen=True)
 class MappedFlight:
-    """One flight as it was mapped: its two places in the plan [m], and the log."""
+    """One flight as it was mapped: its two points in plan [m], and the log."""
 
     flight_id: Any
     at: str  # how messages name it
@@ -33,11 +34,11 @@ class MappedFlight:
     landing: tuple[float, float]
     dbh_cm: float
     length: float  # [m]
-    angle_deg: float  # NaN: that of the terrain
+    angle_deg: float  # NaN: use that of the terrain
 
     @property
     def diameter(self) -> float:
-        """[m]"""
+        """Diameter of the log [m]."""
         return self.dbh_cm / 100.0
 
 
@@ -85,18 +86,25 @@ def read_flights(
             raise UserError(f"{at}: take-off and landing are the same place")
         of = {name: float(values[row]) for name, values in numbers.items()}
         flights.append(MappedFlight(flight_id, at, takeoff, landing, of["dbh_cm"], of["length_m"], of["takeoff_deg"]))
+    account("flights", count_of(len(frame), len(flights) * (1 if kinds == {1} else 2), {}))
     return flights
 
 
 def read_flight_barriers(path: str | None, crs: str | None, dem: DemWindows, feedback: Feedback) -> list[Barrier]:
-    """The barriers with their ids and heights; empty if no layer is given."""
+    """Read the barriers with their ids and heights; empty if no layer is given."""
     if path is None:
         return []
     frame = read_vector(path, geometry=("line",), target_crs=dem.crs, crs=crs, what="barriers", feedback=feedback)
     heights = schema_column(frame, BARRIERS.column("height_m"))
     ids = ids_of(frame, "barrier_id", "name").tolist()
     shapes = shapely.force_2d(np.asarray(frame.geometry))
-    return [Barrier(*each) for each in zip(ids, shapes, heights.tolist(), strict=True)]
+    on = shapely.intersects(shapes, shapely.box(*dem.bounds))
+    say_left_out(frame, ~on, "barriers", feedback.warn)
+    found = [
+        Barrier(*each) for each, here in zip(zip(ids, shapes, heights.tolist(), strict=True), on, strict=True) if here
+    ]
+    account("barriers", count_of(len(frame), len(found), {OFF_DEM: (~on).sum()}))
+    return found
 
 
 Pair = tuple[Any, int, tuple[float, float], tuple[float, float]]

@@ -71,7 +71,7 @@ class Followed:
         return (self.s >= 0.0) & (self.s <= self.flight.distance) & np.isfinite(self.ground)
 
     def place(self, s: Any) -> tuple[Array, Array]:
-        """Position in the plan of places along the flight [m]."""
+        """Plan position of places along the flight [m]."""
         share = np.asarray(s, float) / self.flight.distance
         (x0, y0), (x1, y1) = self.mapped.takeoff, self.mapped.landing
         return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
@@ -113,7 +113,7 @@ class Followed:
         }
 
     def lines(self) -> list[str]:
-        """What a reader wants to know first."""
+        """The most important results, as lines of text."""
         of = self.record()
         head = f"{of['flight_id']}: {of['verdict']}"
         if self.flight.bend <= 0.0:
@@ -177,7 +177,8 @@ def follow(
             mapped, flight, np.isnan(mapped.angle_deg), start_height, s, ground, np.nan, [], "above_launch_line"
         )
     inside = (s >= 0.0) & (s <= distance)
-    # Against the parabola on the ground, which meets it at both ends whatever the log's thickness and angle there.
+    # Compare with the parabola of a point on the ground, which meets the ground at both ends whatever the log's
+    # thickness.
     cut = float(np.nanmax(ground[inside] - ends[0] - flight.height(s[inside]), initial=0.0))
     crossings = _crossings(mapped, flight, start_height, barriers, ground_at)
     if cut > tolerance_m:
@@ -190,7 +191,7 @@ def follow(
 def _crossings(
     mapped: MappedFlight, flight: Flight, start: float, barriers: list[Barrier], ground_at: Any
 ) -> list[Crossing]:
-    """Every place where the flight passes a barrier's line in the plan, in the order of the flight."""
+    """Every place where the flight crosses a barrier's line in plan, in the order of the flight."""
     track = shapely.LineString([mapped.takeoff, mapped.landing])
     found = []
     for barrier in barriers:

@@ -24,8 +24,8 @@ class Flight:
 
     Attributes
     ----------
-    distance : horizontal [m], > 0
-    rise : of the landing over the take-off [m], mostly negative
+    distance : horizontal distance [m], > 0
+    rise : height of the landing above the take-off [m], usually negative
     fall : tangent of the take-off angle, positive upward
     """
 
@@ -40,12 +40,12 @@ class Flight:
 
     @property
     def speed_along(self) -> float:
-        """The horizontal speed, which does not change [m/s]."""
+        """Horizontal speed, which is constant [m/s]."""
         return float(np.sqrt(GRAVITY_MS2 / (2.0 * self.bend)))
 
     @property
     def duration(self) -> float:
-        """Time of the flight [s]."""
+        """Duration of the flight [s]."""
         return self.distance / self.speed_along
 
     def height(self, s: ArrayLike) -> Array:

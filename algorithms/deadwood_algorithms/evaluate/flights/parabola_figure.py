@@ -24,7 +24,7 @@ WIDTH_IN, LEAST_IN, MOST_IN = 11.0, 4.5, 9.5
 
 
 def file_name(flight_id: Any) -> str:
-    """A name that every file system takes."""
+    """A file name that is valid on every file system."""
     return f"flight_{re.sub(r'[^0-9A-Za-z_-]+', '_', str(flight_id))}.png"
 
 
@@ -68,7 +68,7 @@ def draw(followed: Followed, path: Path) -> None:
 
 
 def _places(followed: Followed) -> np.ndarray:
-    """Where the log is drawn: apart from each other, from the take-off until its front reaches the landing."""
+    """Where the log is drawn: without overlap, from the take-off until its front reaches the landing."""
     flight = followed.flight
     front = 0.5 * followed.mapped.length / float(np.hypot(1.0, flight.slope(flight.distance)))
     last = max(0.0, flight.distance - front)

@@ -1,4 +1,4 @@
-"""A run's rasters of where logs passed, and the hits of each release area: the basis of the classes of each cell."""
+"""A run's rasters of where logs passed, and the hits from each release area: the basis of the classes of each cell."""
 
 from __future__ import annotations
 

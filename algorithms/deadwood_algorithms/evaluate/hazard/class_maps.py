@@ -1,4 +1,4 @@
-"""The rasters of classes of a hazard map, what ground each class has, and return periods cell by cell."""
+"""The class rasters of a hazard map, the area of each class, and the return period of each cell."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from deadwood_algorithms.schemas.files import RETURN
 
 
 class ClassMaps:
-    """Rasters of classes in a folder, and what ground each class has."""
+    """Class rasters in a folder, and the area of each class."""
 
     def __init__(self, folder: Path, grid: Grid) -> None:
         self.folder, self.grid = folder, grid
@@ -35,7 +35,7 @@ class ClassMaps:
         about: str,
         scale: tuple[Sequence[float], str] | None = None,
     ) -> None:
-        """``scale``: the bounds of the classes and their unit; none of the matrix, whose classes are pairs."""
+        """``scale``: the bounds of the classes and their unit; None for the matrix, whose classes are pairs."""
         write_classes(self.folder / f"{name}.tif", values, self.grid, rows, meaning=about)
         count = np.bincount(values.ravel(), minlength=256)
         ends = ranges_of(scale[0]) if scale else [None] * len(rows)
@@ -48,7 +48,7 @@ class ClassMaps:
 def years_of(
     source: Run, areas: Sequence[ReleaseArea], logs: int, grid: Grid, hits: NDArray[np.float32], feedback: Feedback
 ) -> tuple[list[NDArray[np.float64]], float]:
-    """Return period of each cell with the ends of its interval [years]; and how short it may be where no log passed."""
+    """Return period of each cell with its interval [years], and the shortest that is possible where no log passed."""
     rates = pooled(areas, logs)
     if rates:
         counts: Any = [hits]

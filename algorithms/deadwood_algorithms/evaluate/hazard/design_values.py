@@ -1,4 +1,4 @@
-"""Design values at the places that logs reach: logs lost before, classes of nets, and the lines of text."""
+"""Design values at barriers and lines: logs lost before they arrived, classes of nets, and the lines of text."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from deadwood_algorithms.stats.endings import left_dem
 
 
 def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> dict[tuple[str, str], int]:
-    """Of each place the logs that left the terrain model and had not reached it; a warning where they are many."""
+    """For each place, the logs that left the terrain model before they reached it; warns if they are many."""
     ids = source.deposits["log_id"].to_numpy()
     left = ids[left_dem(source.deposits)]
     counts = {(each.kind, each.place_id): int((~np.isin(left, each.log_id)).sum()) for each in found}
     warnings = [
         f"the percentiles of {each.kind} {each.place_id} are of the {counted(each.log_id.size, 'log')} seen there"
         for each in found
-        if each.values and many(counts[each.kind, each.place_id], each.log_id.size)  # else it is not known who came
+        if each.values and many(counts[each.kind, each.place_id], each.log_id.size)  # else unknown which arrived
     ]
     warn_of_lost(left.size, ids.size, warnings, feedback, where=str(source.path))
     return counts
@@ -41,14 +41,14 @@ def class_record(classes: presets.BarrierClasses, row: dict[str, Any]) -> dict[s
 
 
 def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
-    """For each place its hits, of each quantity the highest percentile that can be given, and what cannot."""
+    """For each place its hits, the highest percentile of each quantity that can be given, and those that cannot."""
     shown = []
     for each in found:
         mine = [row for row in rows if (row["kind"], row["place_id"]) == (each.kind, each.place_id)]
         shown.append(f"{each.kind} {each.place_id}: {counted(each.log_id.size, 'log reaches', 'logs reach')} it")
         by_quantity = {
             row["quantity"]: row for row in mine if row["n"] and not row["n_more"]
-        }  # the highest that has both ends
+        }  # the highest whose interval has both ends
         shown += [f"  {value_words(row)}" for row in by_quantity.values()]
         short = {row["percentile"]: row["note"] for row in mine if row["n_more"]}
         shown += [f"  {percentile:g} % {note}" for percentile, note in short.items()]
@@ -76,7 +76,9 @@ def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) 
 
 
 def class_lines(rows: Sequence[dict[str, Any]], classes: presets.BarrierClasses | None) -> list[str]:
-    """Of each place the class that holds each percentile of the energy; whose classes they are, and who decides."""
+    """For each place the class that holds each percentile of the energy; then the source of the classes, and a
+    caveat.
+    """
     if classes is None:
         return []
     shown = [
@@ -89,7 +91,7 @@ def class_lines(rows: Sequence[dict[str, Any]], classes: presets.BarrierClasses 
 
 
 def factor_words(row: dict[str, Any]) -> str:
-    """With which factor a percentile is classed."""
+    """The factor applied to a percentile before it is classed."""
     factor = row.get("factor", math.nan)
     return " without a factor" if math.isnan(factor) else f" times {factor:.4g}"
 

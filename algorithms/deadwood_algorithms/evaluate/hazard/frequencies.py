@@ -8,16 +8,20 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.evaluate.hazard.rates import ReleaseArea
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import number_column, where_of
 from deadwood_algorithms.files.vectors import read_table
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.results.run_folder import Run, input_paths
 from deadwood_algorithms.scene.items import ids_of
 
 FIELD = "events_per_year"
 
 
-def release_areas(source: Run, events: float | None, layer: str | None, field: str | None) -> list[ReleaseArea]:
+def release_areas(
+    source: Run, events: float | None, layer: str | None, field: str | None, feedback: Feedback
+) -> list[ReleaseArea]:
     """The release areas of a run with their events a year; none where no frequency is given."""
     if events is None and layer is None and field is None:
         return []
@@ -47,6 +51,13 @@ def release_areas(source: Run, events: float | None, layer: str | None, field: s
             f"{where_of(frame)}: release area '{missing[0]}' of the run is not there"
             f"{f', nor are {len(missing) - 1} more' if len(missing) > 1 else ''}; its column release_id must name it"
         )
+    mine = np.isin(called, [str(each) for each in names])
+    if not mine.all():
+        feedback.note(
+            f"{where_of(frame)}: {counted(int((~mine).sum()), 'row is', 'rows are')} of no release area of the run: "
+            "left out"
+        )
+    account("releases", count_of(len(frame), mine.sum(), {"not_in_run": (~mine).sum()}))
     if not any(of_id[str(each)] > 0.0 for each in names):
         raise UserError(f"{where_of(frame)}, field '{field or FIELD}': no release area has an event at all")
     return [ReleaseArea(each, of_id[str(each)], int(logs[each])) for each in names]
@@ -61,6 +72,6 @@ def _layer_of_run(source: Run) -> str:
 
 
 def stored_areas(source: Run, areas: list[ReleaseArea]) -> list[ReleaseArea]:
-    """The same areas with the logs of them that have a stored trajectory."""
+    """The same areas, restricted to their logs with a stored trajectory."""
     kept = source.deposits["release_id"][np.isin(source.deposits["log_id"], source.stored_log_ids)]
     return [ReleaseArea(each.release_id, each.events_per_year, int((kept == each.release_id).sum())) for each in areas]

@@ -1,4 +1,4 @@
-"""A hazard map in words: the ground of each class, the lines, and where logs are too few or left the terrain model."""
+"""A hazard map in words: the area of each class, the lines, and warnings of too few or of lost logs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from deadwood_algorithms.stats.statistics import Z_95, lost_words, percent_with_
 
 
 def lost_of_run(source: Run, rows: Sequence[dict[str, Any]], feedback: Feedback) -> int:
-    """How many logs left the terrain model; a warning where the maps or the lines depend on them."""
+    """How many logs left the terrain model; warns if the maps or the lines depend on them."""
     n_lost = int(left_dem(source.deposits).sum())
     phrases = reach_phrases(row for row in rows if row["n_reach"] is not None and not row["at_least_kj"])
     phrases += ["classes, areas and the outline end where they left"] if many(n_lost, len(source.deposits)) else []
@@ -34,12 +34,13 @@ def warn_of_small_sample(
     needed = Z_95**2 * (events * logs * periods[-1] - 1.0)
     feedback.warn(
         f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
-        f"{periods[-1]:g}: {counted(facts['logs'], 'log')} cannot tell; about {significant(needed, 2)} logs can"
+        f"{periods[-1]:g}: {counted(facts['logs'], 'log is', 'logs are')} too few to decide; "
+        f"about {significant(needed, 2)} are enough"
     )
 
 
 def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
-    """The ground of each class, the lines, what an empty cell means, and whose rule it is."""
+    """The area of each class, the lines, what an empty cell means, and the source of the rule."""
     shown = []
     for name in dict.fromkeys(each["map"] for each in facts["classes"]):
         lines = [f"{each['meaning']}: {significant(each['area_m2'] / 1e4, 3)} ha" for each in facts["classes"]
@@ -77,7 +78,7 @@ def event_lines(facts: dict[str, Any]) -> list[str]:
 
 
 def years_words(years: float) -> str:
-    """Three digits, and never as 1e+03."""
+    """Years with three significant digits, never as 1e+03."""
     return f"{float(f'{years:.3g}'):.10g}"
 
 

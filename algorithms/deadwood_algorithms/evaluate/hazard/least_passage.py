@@ -36,8 +36,8 @@ GROWS = "which grows with the number of logs, and so does the area of each class
 class Ranks:
     """How many of the logs must bring a cell's energy.
 
-    estimate : number that is the share; sure : number from which the 95 % interval lies above it; possible : number
-    from which it is not yet below it
+    estimate : number of logs that makes the share; sure : number from which the 95 % interval lies above it; possible :
+    number from which the interval is not yet below it
     """
 
     estimate: int
@@ -49,7 +49,7 @@ class Ranks:
         if share == 0.0:
             return cls(1, 1, 1)
         low, high = wilson_bounds(np.arange(n_logs + 1), n_logs)
-        sure, possible = (int(np.searchsorted(each, share)) for each in (low, high))  # both rise
+        sure, possible = (int(np.searchsorted(each, share)) for each in (low, high))  # both are ascending
         return cls(max(1, math.ceil(share * n_logs - 1e-9)), max(1, sure), max(1, possible))
 
 
@@ -103,7 +103,9 @@ def energies_of_share(
 
 
 def process_area(hits: NDArray[np.float32], share: float, n_logs: int, grid: Grid) -> geopandas.GeoDataFrame:
-    """The outline of the cells that at least this share of the logs pass, any log if it is 0; one row, none without."""
+    """The outline of the cells that at least this share of the logs pass (0: any log); one row, or none without such
+    cells.
+    """
     here = hits >= Ranks.of(share, n_logs).estimate
     row = {"least_p": share, "area_m2": float(here.sum()) * grid.cell**2, "n_logs": n_logs}
     table = pandas.DataFrame([row] if here.any() else [], columns=list(row))
@@ -111,14 +113,14 @@ def process_area(hits: NDArray[np.float32], share: float, n_logs: int, grid: Gri
 
 
 def areas_of(energies: Energies, bounds: tuple[float, ...], cell_m: float) -> list[dict[str, float]]:
-    """By class of energy, the ground that has at least its lower bound [m²], with the ends of its 95 % interval.
+    """For each class of energy, the area with at least its lower bound [m²], and its 95 % interval.
 
-    The largest energy of all logs has none, for its area grows on.
+    The largest energy of all logs has no interval, because its area keeps growing with the number of logs.
     """
     rows = []
     for bound in (0.0, *bounds):
         area, low, high = (
-            float(np.count_nonzero(each >= bound)) * cell_m**2  # NaN is not
+            float(np.count_nonzero(each >= bound)) * cell_m**2  # False for NaN
             for each in (energies.estimate, energies.low, energies.high)
         )
         if not energies.facts["share"]:

@@ -1,4 +1,4 @@
-"""What the classes are called and how they look."""
+"""Names and colours of the classes."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ Rows = list[tuple[int, str, str]]  # value, colour, label
 WARM = ("#fee0b6", "#fdb863", "#e66101", "#b2182b", "#67001f")
 COLD = ("#d0d1e6", "#67a9cf", "#02818a", "#01382e")
 # Corners of the matrix: weak and rare, weak and frequent, strong and rare, strong and frequent (Stevens 2015). They are
-# not those of a hazard map, because which hazard a field is, is not the tool's to say.
+# not those of a hazard map, because which degree of hazard a field stands for is not for the tool to decide.
 CORNERS = (("#e8e8e8", "#64acbe"), ("#c85a5a", "#574249"))
 
 
 def ranges_of(bounds: Sequence[float]) -> list[tuple[float | None, float | None]]:
-    """Both ends of each class between such bounds; None where it has no end."""
+    """Both ends of each class between the given bounds; None for an open end."""
     return list(pairwise([None, *bounds, None]))
 
 
@@ -41,7 +41,7 @@ def class_rows(labels: Sequence[str], ramp: tuple[str, ...]) -> Rows:
 
 
 def matrix_rows(strong: Sequence[str], often: Sequence[str], *, rarest_first: bool) -> Rows:
-    """One row for each field: 10 times the class of intensity and the other class."""
+    """One row for each field; its value is 10 times the class of intensity plus the other class."""
     rows = []
     for i, intensity in enumerate(strong):
         for j, other in enumerate(often):
@@ -52,7 +52,7 @@ def matrix_rows(strong: Sequence[str], often: Sequence[str], *, rarest_first: bo
 
 
 def mixed(strong: float, often: float) -> str:
-    """The colour of a field, between those of the corners."""
+    """The colour of a field, interpolated between those of the corners."""
     corners = np.array([[_rgb(each) for each in row] for row in CORNERS], float)
     a, b = (corners[k, 0] + often * (corners[k, 1] - corners[k, 0]) for k in (0, 1))
     return _hex(a + strong * (b - a))

@@ -35,9 +35,10 @@ def line_rows(
     *,
     of_run: bool,
 ) -> list[dict[str, Any]]:
-    """Rows by line and least energy: 0, then the bounds of the classes.
+    """Rows for each line and minimum energy: 0, then the bounds of the classes.
 
-    of_run : the lines are the run's own, so that all of its logs say whether they reach; else the stored ones do.
+    of_run : the lines are the run's own, so the reach of all its logs is known; otherwise only that of logs with a
+    stored trajectory
     """
     everyone = source.deposits["log_id"].to_numpy(np.int64)
     left = everyone[left_dem(source.deposits)]
@@ -52,8 +53,10 @@ def line_rows(
             else:
                 rows.append(_row(each.place_id, bound, None, {}, NO_ENERGY))
                 continue
-            record = share_if_lost(np.isin(among, ids), np.isin(among, left))
-            lost = np.setdiff1d(among[np.isin(among, left)], ids)
+            # Energies are those of a log's first touch: one that left after it has come with less, and is not unknown
+            unseen = np.setdiff1d(left, each.log_id if bound else ids)
+            record = share_if_lost(np.isin(among, ids), np.isin(among, unseen))
+            lost = np.intersect1d(among, unseen)
             rates = rates_of(source, ids, lost, among, areas, logs_per_event, periods) if areas else {}
             note = "" if ids.size else "no log of the run; the upper ends are what that leaves possible"
             rows.append(_row(each.place_id, bound, record, rates, note))
@@ -61,7 +64,7 @@ def line_rows(
 
 
 def reached_logs(source: Run) -> dict[str, NDArray[np.int64]]:
-    """By line, the logs that reached it, as the run itself says."""
+    """For each line the logs that reached it, as recorded by the run itself."""
     if "reached_by" not in layers_in(source.path):
         return {}
     rows = read_table(f"{source.path / GEOPACKAGE}|layername=reached_by", what="reached_by")
@@ -78,10 +81,10 @@ def rates_of(
     logs_per_event: int,
     periods: Sequence[float],
 ) -> dict[str, Any]:
-    """Events a year, return period and its class, with the ends of their intervals; ``lost`` logs left before."""
+    """Events a year, return period and its class, with their intervals; ``lost`` logs left the terrain model before."""
     of_log = source.deposits.set_index("log_id")["release_id"]
     counted = list(areas) if among.size == len(of_log) else stored_areas(source, list(areas))
-    together = pooled(counted, logs_per_event)  # as the map does: 0 hits of n are one return period in both
+    together = pooled(counted, logs_per_event)  # as in the map, so that 0 hits of n have the same return period in both
 
     def rate_of(logs: NDArray[np.int64]) -> tuple[Any, Any, Any]:
         if together:

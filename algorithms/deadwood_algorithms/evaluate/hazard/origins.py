@@ -1,4 +1,4 @@
-"""Places from which lines are reached, and the ground that the logs of a release area pass: by cells, and polygons."""
+"""Places from which lines are reached, and the ground that logs of a release area pass, as cells and polygons."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from deadwood_algorithms.results.run_folder import Run
 from deadwood_algorithms.stats.statistics import reach_record, wilson_bounds
 
 ROUND_CELLS = (1.0, 2.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
-ENOUGH = 0.9  # of the logs, share that should be in cells with enough logs
+ENOUGH = 0.9  # share of the logs that should be in cells with enough logs
 CELLS_MOST = 25_000_000
-MOST_AREAS = 100  # the stored poses are gone through once for each
+MOST_AREAS = 100  # the stored poses are read once for each
 ANY = "any line"
 NOWHERE = np.nan
 
@@ -31,8 +31,8 @@ NOWHERE = np.nan
 class Origins:
     """Logs by the cells in which they were released, row 0 in the south.
 
-    released : logs; reached : by line, of these the ones that reach it
-    least : logs that a cell must have for a share
+    released : number of logs; reached : for each line, how many of these reach it
+    least : number of logs that a cell must have for a share
     """
 
     grid: Grid
@@ -46,11 +46,11 @@ class Origins:
 
     @property
     def share_with_enough(self) -> float:
-        """Share of the logs that were released in cells with enough of them."""
+        """Share of the logs that were released in cells with enough logs."""
         return float(self.released[self.enough].sum() / self.released.sum())
 
     def shares(self, line: str) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Share of the logs of each cell that reach the line, and the ends of its Wilson interval; NaN if too few."""
+        """Share of the logs of each cell that reach the line, and its Wilson interval; NaN if there are too few."""
         share, low, high = (np.full(self.grid.shape, NOWHERE) for _ in range(3))
         for number in np.unique(self.released[self.enough]):
             here = self.released == number
@@ -60,7 +60,7 @@ class Origins:
         return share, low, high
 
     def bands(self) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
-        """The bands of the raster by their descriptions, and their units."""
+        """The raster's bands by description, and their units."""
         bands: dict[str, NDArray[np.float64]] = {}
         units: list[str] = []
         for line, hit in self.reached.items():
@@ -74,7 +74,7 @@ class Origins:
 
 
 def cell_for(x: NDArray[np.float64], y: NDArray[np.float64], least: int) -> float:
-    """The smallest round cell [m] in which nine of ten logs lie with enough others; the largest where none does."""
+    """The smallest round cell size [m] with which nine of ten logs are in cells with enough logs; else the largest."""
     for cell in ROUND_CELLS:
         _, count = np.unique(np.stack([np.floor(at / cell) for at in (x, y)]), axis=1, return_counts=True)
         if count[count >= least].sum() >= ENOUGH * x.size:
@@ -89,9 +89,9 @@ def origins_of(
 
     Parameters
     ----------
-    rows : of the deposits, the logs that count
-    reached : by line, which of these reach it
-    cell : side of the cells [m], whose borders are multiples of it
+    rows : rows of the deposits that count
+    reached : for each line, which of these logs reach it
+    cell : side of the cells [m]; their borders are at multiples of it
     """
     x, y = (source.deposits[f"release_{axis}"].to_numpy()[rows] for axis in "xy")
     i, j = (np.floor(at / cell).astype(np.int64) for at in (x, y))
@@ -109,12 +109,12 @@ def origins_of(
 
 
 def sources_frame(origins: Origins, least_shares: Sequence[float]) -> geopandas.GeoDataFrame:
-    """Polygons of the cells from which at least a given share of the logs reach a line; no row without a cell."""
+    """Polygons of the cells from which at least a given share of the logs reach a line; no row without cells."""
     rows, shapes = [], []
     for line, hit in origins.reached.items():
         share = origins.shares(line)[0]
         for least in least_shares:
-            here = share >= least  # NaN is not
+            here = share >= least  # False for NaN
             if here.any():
                 number, arrived = int(origins.released[here].sum()), int(hit[here].sum())
                 ground = float(here.sum()) * origins.grid.cell**2
@@ -127,9 +127,9 @@ def sources_frame(origins: Origins, least_shares: Sequence[float]) -> geopandas.
 def affected_frame(
     source: Run, grid: Grid, least_shares: Sequence[float], feedback: Feedback
 ) -> geopandas.GeoDataFrame | None:
-    """Polygons of the cells that at least a given share of a release area's logs pass; None where that is not known.
+    """Polygons of the cells that at least a given share of a release area's logs pass; None if that is not known.
 
-    A run with one release area has counted its hits itself; of several they are counted from stored trajectories.
+    A run with one release area has counted its hits itself; with several they are counted from stored trajectories.
     """
     found = _hits_by_area(source, grid, feedback)
     if found is None:
@@ -137,7 +137,7 @@ def affected_frame(
     rows, shapes = [], []
     for release_id, count, hits in found:
         for least in least_shares:
-            # Share and bound as counts: 0.1 of 30 logs are 3
+            # Compare counts instead of shares, so that 3 of 30 logs are 0.1 exactly
             here = (hits > 0) & (hits >= least * count - 1e-9)
             if here.any():
                 ground = float(here.sum()) * grid.cell**2
@@ -169,12 +169,12 @@ def _hits_by_area(source: Run, grid: Grid, feedback: Feedback) -> Iterator[tuple
         return None
     stored = sum(logs.size for logs in wanted.values())
     if stored < ids.size:
-        feedback.note(f"{stored} of {ids.size} logs have a stored trajectory; the layer 'affected' is theirs")
+        feedback.note(f"{stored} of {ids.size} logs have a stored trajectory; the layer 'affected' refers to these")
     return ((area, logs.size, count_of(source, logs, grid, feedback)) for area, logs in wanted.items())
 
 
 def polygons_of(here: NDArray[np.bool_], grid: Grid) -> Any:
-    """Cells (row 0 in the south) as one multipolygon; cells that touch at a corner alone are apart."""
+    """Cells (row 0 in the south) as one multipolygon; cells that touch only at a corner are separate parts."""
     north_up = np.ascontiguousarray(here[::-1]).astype(np.uint8)
     found = rasterio.features.shapes(north_up, mask=north_up.astype(bool), transform=grid.transform)
     whole = shapely.union_all([shapely.geometry.shape(shape) for shape, _ in found])

@@ -1,4 +1,4 @@
-"""Which logs reach which line, for the map of where they come from; and the lines that sum it up."""
+"""Which logs reach which line, for the map of their origins; and its summary in words."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def line_shapes(others: str | None, source: Run) -> list[Any]:
 def reached_rows(
     others: str | None, source: Run, feedback: Feedback
 ) -> tuple[NDArray[np.int64], dict[str, NDArray[np.bool_]]]:
-    """The rows of the logs that count, and by line which of them reach it.
+    """The rows of the logs that count, and for each line which of them reach it.
 
-    Of the run's own lines all logs say whether they do, of others those whose trajectory was stored.
+    For the run's own lines all logs count, for other lines only those whose trajectory was stored.
     """
     ids = source.deposits["log_id"].to_numpy(np.int64)
     if others is None:
@@ -47,7 +47,7 @@ def reached_rows(
         raise UserError(f"{source.path}: no trajectory was stored; run slide-logs with --trajectories all")
     rows = np.flatnonzero(np.isin(ids, source.stored_log_ids))
     if rows.size < ids.size:
-        feedback.note(f"{rows.size} of {ids.size} logs have a stored trajectory; the shares are theirs")
+        feedback.note(f"{rows.size} of {ids.size} logs have a stored trajectory; the shares refer to these")
     with Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback) as edges:
         arrived = arrivals.find_arrivals(source, lines, items, edges, EDGE_M, feedback)
     reached = arrived.reached(ids.size, len(items.ids))[rows]
@@ -55,7 +55,7 @@ def reached_rows(
 
 
 def lines_of(facts: dict[str, Any]) -> tuple[str, ...]:
-    """How many logs reach each line, and from how much ground."""
+    """How many logs reach each line, and the area from which they come."""
     shown = [
         f"{counted(facts['logs'], 'log')} in cells of {facts['cell_m']:g} m, {100 * facts['told']:.0f} % of them in "
         "cells with a share"

@@ -27,7 +27,7 @@ ROOM, LEAST_ROOM_M = 0.25, 5.0  # around the cells: a share of their longer side
 
 
 def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> None:
-    """Three maps of one colour scale: the share, and the ends of its interval; with the lines near the cells."""
+    """Three maps with one colour scale: the share and the ends of its interval; with the lines near the cells."""
     frame = frame_around(origins)
     high = min(MAP_IN * (frame[3] - frame[2]) / (frame[1] - frame[0]), MOST_MAP_IN)
     figure, panels = plt.subplots(1, 3, figsize=(3.0 * MAP_IN + 1.2, high + 1.0), layout="constrained")
@@ -62,7 +62,7 @@ def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> Non
 
 
 def frame_around(origins: Origins) -> Extent:
-    """West, east, south and north [m] of the cells in which logs started, with room around them."""
+    """West, east, south and north [m] of the cells in which logs started, with a margin."""
     west, south, _, _ = origins.grid.bounds
     cell = origins.grid.cell
     rows, columns = np.nonzero(origins.released)

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ReleaseArea:
-    """How often logs start there, and how many of the run did."""
+    """How often logs start in an area, and how many logs of the run started there."""
 
     release_id: Any
     events_per_year: float
@@ -33,7 +33,7 @@ class ReleaseArea:
 
 
 def reached_by_event(p: ArrayLike, logs: int) -> Array:
-    """Probability that at least one of n logs reaches, each with probability p."""
+    """Probability that at least one of n logs reaches the place, if each does with probability p."""
     p = np.asarray(p, np.float64)
     return p if logs == 1 else 1.0 - (1.0 - p) ** logs
 
@@ -41,15 +41,15 @@ def reached_by_event(p: ArrayLike, logs: int) -> Array:
 def rate_with_interval(
     hits: Iterable[NDArray[Any]], areas: Sequence[ReleaseArea], logs_per_event: int
 ) -> tuple[Array, Array, Array]:
-    """Events a year that reach, and the ends of its 95 % interval, from the hits of each area's logs.
+    """Number of events a year that reach the place, and its 95 % interval, from the hits of each area's logs.
 
-    Of several areas the counts are taken as Poisson, with the variance of a binomial count where hits are not rare: of
-    x hits in n it is x (1 - p), p being the lower end of Wilson's interval, so that n hits in n are not held for sure.
-    With several logs an event each hit counts by the mean slope between that end and the estimate.
+    With several areas the counts are taken as Poisson; if hits are not rare, with the variance of a binomial: for
+    x hits in n it is x (1 - p), with p the lower end of Wilson's interval, so that n hits in n do not count as certain.
+    With several logs in an event, each hit has as weight the mean slope between that end and the estimate.
     """
     rate: Any = 0.0
     variance: Any = 0.0
-    weight: Any = 0.0  # events a year by which one hit more would raise the rate
+    weight: Any = 0.0  # events a year that one more hit would add to the rate
     ends: Any = (0.0, 0.0)
     for count, area in zip(hits, areas, strict=True):
         count, n = np.asarray(count, np.float64), max(area.n_logs, 1)
@@ -68,15 +68,15 @@ def rate_with_interval(
 
 
 def return_period(rate: ArrayLike) -> Array:
-    """Mean time between events [years]; NaN where there are none."""
+    """Mean time between events [years]; NaN if there are none."""
     rate = np.asarray(rate, np.float64)
     return np.divide(1.0, rate, out=np.full(rate.shape, np.nan), where=rate > 0.0)
 
 
 def pooled(areas: Sequence[ReleaseArea], logs_per_event: int) -> list[ReleaseArea] | None:
-    """All areas as one, where that says the same: each log then stands for as many events a year.
+    """All areas pooled into one, if that changes nothing because each log stands for the same number of events a year.
 
-    None where it does not: a log of one area is rarer than one of another, or several go in one event.
+    None if it does not: logs of one area are rarer than those of another, or an event releases several logs.
     """
     if len(areas) == 1:
         return list(areas)
@@ -88,14 +88,14 @@ def pooled(areas: Sequence[ReleaseArea], logs_per_event: int) -> list[ReleaseAre
 
 
 def rising_class(values: ArrayLike, bounds: Sequence[float]) -> NDArray[np.uint8]:
-    """Class from 1, with its lower bound in it; 0 where there is no value."""
+    """Class from 1, which includes its lower bound; 0 where there is no value."""
     values = np.asarray(values, np.float64)
     found = np.searchsorted(np.asarray(bounds), values, side="right") + 1
     return np.where(np.isfinite(values), found, 0).astype(np.uint8)
 
 
 def period_class(years: ArrayLike, bounds: Sequence[float]) -> NDArray[np.uint8]:
-    """Class from 1, the shortest, with its upper bound in it; 0 where nothing reaches."""
+    """Class from 1, the shortest, which includes its upper bound; 0 where nothing arrives."""
     years = np.asarray(years, np.float64)
     found = np.searchsorted(np.asarray(bounds), years, side="left") + 1
     return np.where(np.isfinite(years), found, 0).astype(np.uint8)

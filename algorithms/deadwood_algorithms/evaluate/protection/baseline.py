@@ -1,7 +1,7 @@
-"""The run as it was, log by log: which obstacle mattered to which log, since when, and what each held and took.
+"""The run as it was, log by log: which obstacle affected which log, from when on, and what each held and absorbed.
 
-The engine notes which obstacles mattered to a log, and from when (``deadwood_engine.influence``). Without one of them
-all other logs go the same way, bit for bit; and a log that had reached every line before the obstacle mattered reaches
+The engine records which obstacles affected a log, and from when on (``deadwood_engine.influence``). Without one of them
+all other logs move in the same way, bit for bit; a log that reached every line before the obstacle affected it reaches
 them without it.
 """
 
@@ -28,10 +28,11 @@ HOLDERS = {STOP_REASONS.index(name): name for name in ("tree", "barrier", "lying
 class Baseline:
     """The run as it was, log by log.
 
-    reach : (n, lines); done : [s] (n,) when the log had reached every line, infinite where it has not
-    owner, log, since : of each obstacle and log to which it mattered, sorted by owner; since [s] from when
-    energy : [mJ, whole, so that no order of adding matters] taken, by owner; held : logs, by owner
-    layers, stages : the scene in which it slid, and stages of the logs' ways there
+    reach : (n, lines); done : [s] (n,), when the log had reached every line, infinite if it never did
+    owner, log, since : each obstacle and a log that it affected, sorted by owner; since [s] : from when on
+    energy : absorbed by each owner [mJ, whole numbers, so that the order of adding has no effect]; held : logs, by
+    owner
+    layers, stages : the scene in which it slid, and stages of the logs' paths in it
     """
 
     reach: NDArray[np.bool_]
@@ -61,13 +62,14 @@ class Baseline:
     def logs_to_slide(self, obstacle: Obstacle) -> NDArray[np.int64]:
         """The logs that could reach other lines without the obstacle."""
         first, last = (np.searchsorted(self.owner, obstacle.owners, side=side) for side in ("left", "right"))
-        rows = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)])
+        nobody = np.zeros(0, np.int64)  # a stand without trees
+        rows = np.concatenate([nobody, *(np.arange(a, b) for a, b in zip(first, last, strict=True))])
         log, since = self.log[rows], self.since[rows]
         return np.unique(log[self.done[log] >= since])
 
 
 def slide_baseline(rerun: Rerun, layers: SceneLayers, feedback: Feedback) -> tuple[Baseline, SceneLayers]:
-    """The run once more, with notes of what mattered; and the scene on a window that holds it."""
+    """Slide the run again and record what affected each log; also returns the scene on a window that contains it."""
     n, stages = len(rerun.releases), Stages()
 
     def slide_all(on: SceneLayers) -> tuple[Result, list[str]]:
@@ -86,14 +88,16 @@ def slide_baseline(rerun: Rerun, layers: SceneLayers, feedback: Feedback) -> tup
 
 
 def logs_to_slide(rerun: Rerun, layers: SceneLayers, baseline: Baseline, obstacle: Obstacle) -> NDArray[np.int64]:
-    """Rows of the logs that could reach other lines without an obstacle: all, if it is the last of what rules steps."""
+    """Rows of the logs that could reach other lines without an obstacle: all, if it is the last one on which the rule
+    of steps depends.
+    """
     if rerun.rule_of_steps(without(layers, obstacle.owners)) != rerun.rule_of_steps(layers):
         return np.arange(len(rerun.releases))
     return baseline.logs_to_slide(obstacle)
 
 
 def taken_by(result: Result) -> dict[int, int]:
-    """Energy [mJ, whole] that each obstacle took from the logs that hit it, by its number."""
+    """Energy [mJ, whole numbers] that each obstacle absorbed from the logs that hit it, by its number."""
     numbers, place = np.unique(owner_numbers(result.hits.by_barrier, result.hits.item), return_inverse=True)
     sums = np.zeros(numbers.size, np.int64)
     np.add.at(sums, place, np.rint(1e3 * result.hits.energy_taken).astype(np.int64))

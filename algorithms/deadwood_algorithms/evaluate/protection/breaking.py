@@ -28,31 +28,42 @@ from deadwood_algorithms.results.capacity import Capacity
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import reached, starts_inside
 from deadwood_algorithms.simulate.steps import Steps
+from deadwood_algorithms.stats.endings import left_dem
 from deadwood_algorithms.stats.statistics import (
+    IN_BRACKETS,
     paired_interval,
-    percent_with_interval,
+    percent,
     points_with_interval,
-    reach_record,
+    share_if_lost_words,
 )
 from deadwood_engine import Result
 
 UNBROKEN = -1
+OF_WAY = ("reach", "tree", "left")
 
 
 @dataclass(frozen=True)
 class Way:
-    """What logs did in a changed scene. reach : (n, lines); tree : the next that each would break, or UNBROKEN"""
+    """Outcomes of logs in a changed scene.
+
+    reach : (n, lines); tree : the next that each would break, or UNBROKEN; left : whether it left the terrain model
+    """
 
     reach: NDArray[np.bool_]
     tree: NDArray[np.int64]
+    left: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Broken:
-    """The run with trees that break. reach : (n, lines); trees : of each log those that it broke, in their order"""
+    """The run with trees that break.
+
+    reach : (n, lines); trees : for each log those that it broke, in order; left : (n,), as in `Way`
+    """
 
     reach: NDArray[np.bool_]
     trees: list[list[int]]
+    left: NDArray[np.bool_]
 
 
 def first_broken(
@@ -66,7 +77,7 @@ def first_broken(
     above &= time <= done[row]
     order = np.flatnonzero(above)[np.argsort(time[above], kind="stable")][::-1]
     found = np.full(done.size, UNBROKEN)
-    found[row[order]] = tree[order]  # the earliest is written last
+    found[row[order]] = tree[order]  # the earliest one is written last and remains
     return found
 
 
@@ -83,21 +94,21 @@ class AgainBroken(ChangedScenes):
         times = self.layers.lines.first_time(result.reach_time)
         times[starts_inside(self.layers.lines, releases)] = -np.inf
         done = np.where(now, times, np.inf).max(axis=1)
-        return Way(now, first_broken(result, self.layers, self.capacity, done))
+        return Way(now, first_broken(result, self.layers, self.capacity, done), left_dem(result.stop_reason))
 
     def packed(self, changes: Sequence[Any]) -> dict[str, NDArray[Any]]:
-        return {name: np.concatenate([getattr(each, name) for each in changes]) for name in ("reach", "tree")}
+        return {name: np.concatenate([getattr(each, name) for each in changes]) for name in OF_WAY}
 
     def unpacked(self, found: Mapping[str, NDArray[Any]], tasks: Sequence[Task]) -> list[Any]:
         ends = np.cumsum([task.rows.size for task in tasks])[:-1]
-        return [Way(*each) for each in zip(*(np.split(found[name], ends) for name in ("reach", "tree")), strict=True)]
+        return [Way(*each) for each in zip(*(np.split(found[name], ends) for name in OF_WAY), strict=True)]
 
 
 def break_trees(
     rerun: Rerun, layers: SceneLayers, baseline: Baseline, capacity: Capacity, steps: Steps, feedback: Feedback
 ) -> Broken:
     """Slide every log again without the trees that it breaks, until it breaks no more."""
-    reach = baseline.reach.copy()
+    reach, left = baseline.reach.copy(), left_dem(baseline.result.stop_reason)
     trees: list[list[int]] = [[] for _ in range(len(rerun.releases))]
     again = AgainBroken(rerun, baseline.layers, baseline, capacity)
     following = first_broken(baseline.result, baseline.layers, capacity, baseline.done)
@@ -111,8 +122,8 @@ def break_trees(
         following = np.full(following.size, UNBROKEN)
         what = f"sliding {counted(rows.size, 'log')} without tree number {number} that each breaks"
         for task, way in changes_in_order(again, tasks, steps, feedback, what):
-            reach[task.rows], following[task.rows] = way.reach, way.tree
-    return Broken(reach, trees)
+            reach[task.rows], following[task.rows], left[task.rows] = way.reach, way.tree, way.left
+    return Broken(reach, trees, left)
 
 
 def tasks_without(logs: Sequence[tuple[int, Sequence[int]]]) -> list[Task]:
@@ -133,8 +144,12 @@ def tasks_without(logs: Sequence[tuple[int, Sequence[int]]]) -> list[Task]:
 def frames_of(
     broken: Broken, baseline: Baseline, layers: SceneLayers, capacity: Capacity
 ) -> dict[str, geopandas.GeoDataFrame]:
-    """One row for each line: reach with rigid trees and with trees that break; and one a tree that any log breaks."""
+    """One row for each line: reach with rigid trees and with trees that break; and one for each tree that any log
+    breaks.
+    """
     total = len(broken.trees)
+    again = np.array([bool(each) for each in broken.trees])  # all others go the same way in both, whatever comes beyond
+    left = left_dem(baseline.result.stop_reason)
     rows = []
     for line, line_id in enumerate(layers.lines.ids):
         before, now = baseline.reach[:, line], broken.reach[:, line]
@@ -142,6 +157,14 @@ def frames_of(
         low, high = paired_interval(lost, gained, total)
         gain = {"gain_logs": gained - lost, "gain_p": (gained - lost) / total, "ci_low": low, "ci_high": high}
         counts = {"n_total": total, "n_reach": int(before.sum()), "n_reach_breaking": int(now.sum())}
+        unseen, unseen_now = left & ~before, broken.left & ~now
+        counts |= {"n_lost": int(unseen.sum()), "n_lost_breaking": int(unseen_now.sum())}
+        unseen, unseen_now = unseen & again, unseen_now & again
+        least = lost + int((unseen & ~now).sum()), gained - int((unseen & now).sum())  # the unseen reach it in the run
+        most = lost - int((unseen_now & before).sum()), gained + int((unseen_now & ~before).sum())
+        for end, (away, more), side in (("low", least, 0), ("high", most, 1)):
+            gain[f"gain_p_{end}_if_lost"] = (more - away) / total
+            gain[f"ci_{end}_if_lost"] = paired_interval(away, more, total)[side]
         rows.append({"line_id": line_id} | counts | gain)
     crs = layers.dem.plan_crs
     frames = {"reach_breaking": geopandas.GeoDataFrame(rows, geometry=list(layers.lines.geometry), crs=crs)}
@@ -161,18 +184,27 @@ def frames_of(
     return frames
 
 
-def lines_of(frames: Mapping[str, Any], broken: Broken) -> tuple[str, ...]:
-    """How many trees break, and of each line the two ends."""
+def lines_of(frames: Mapping[str, Any], broken: Broken, capacity: Capacity) -> tuple[str, ...]:
+    """How many trees break, and of each line the two ends; in brackets with the logs that left before it."""
     logs = sum(bool(each) for each in broken.trees)
     trees = len(frames["broken"]) if "broken" in frames else 0
-    shown = [f"{logs} of {len(broken.trees)} logs would break a tree, {counted(trees, 'tree')} in all"]
+    shown = [
+        f"{logs} of {len(broken.trees)} logs would break a tree, {counted(trees, 'tree')} in all, if one of 40 cm DBH "
+        f"takes {capacity.tree_capacity_kj:g} kJ and others (DBH / 40 cm)^{capacity.tree_capacity_power:g} times that"
+    ]
     for row in frames["reach_breaking"].to_dict("records"):
         rigid, breaking = (
-            percent_with_interval(reach_record(row[name], row["n_total"])) for name in ("n_reach", "n_reach_breaking")
+            share_if_lost_words(row[f"n_reach{of}"], row["n_total"], row[f"n_lost{of}"]) for of in ("", "_breaking")
         )
         points = points_with_interval(row["gain_p"], row["ci_low"], row["ci_high"])
+        if row["gain_p_low_if_lost"] < row["ci_low"] or row["gain_p_high_if_lost"] > row["ci_high"]:
+            bounds = (row["ci_low_if_lost"], row["ci_high_if_lost"])
+            ends = (percent(each, row["ci_low"], row["ci_high"], sign=True) for each in bounds)
+            points += f" [{' to '.join(ends)}]"
         shown.append(
             f"{row['line_id']}: {rigid} with unbreakable trees, {breaking} if those that would break take no energy; "
             f"{points} points"
         )
+    if any("[" in each for each in shown[1:]):
+        shown.append(IN_BRACKETS)
     return tuple(shown)

@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import schema_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -22,12 +23,12 @@ from deadwood_engine import Barriers
 
 Array = NDArray[np.float64]
 Terrain = Callable[[Array, Array], Array]  # heights [m] of places x, y [m], NaN off the terrain
-CELLS_LOOKED_AT = 250_000  # of the terrain, at which heights above the lines are taken for contours
-ROAD_STEP = 5.0  # [m] between places of a line whose height counts
-STEPS_A_LENGTH = 4  # a barrier's place is sought in steps of this part of the shortest one
-PIECES_MOST = 600  # straight pieces of a contour, of all lengths, that are watched
-STATIONS = 8  # of a barrier's line, at which the ground's contours are looked at
-MOST_ANGLE_DEG = 30.0  # off the contours: logs that fall askew on a barrier slide along it and past its end
+CELLS_LOOKED_AT = 250_000  # cells of the terrain at which heights above the lines are computed for contours
+ROAD_STEP = 5.0  # [m] between the places of a line at which its height is taken
+STEPS_A_LENGTH = 4  # places along a contour are tried in steps of the shortest length divided by this
+PIECES_MOST = 600  # at most so many straight pieces along a contour, of all lengths, are considered
+STATIONS = 8  # places along a barrier's line at which the direction of the contours is computed
+MOST_ANGLE_DEG = 30.0  # off the contours: logs that meet a barrier at an angle slide along it and past its end
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,10 @@ def read_given(path: str, heights: Sequence[float], layers: SceneLayers, feedbac
         found = [
             Candidate(f"{name} {height:g} m", shape, height, np.nan) for name, shape in named for height in heights
         ]
+    bare = [not np.isfinite(contour_angle(shape, layers.scene.terrain_height)) for _, shape in named]
+    account(
+        "candidates", count_of(len(frame), bare.count(False), {OFF_DEM: len(frame) - on.size, NO_TERRAIN: sum(bare)})
+    )
     taken = {str(each) for each in layers.barriers.ids} & {each.id for each in found}
     if taken:
         raise UserError(
@@ -74,7 +79,7 @@ def read_given(path: str, heights: Sequence[float], layers: SceneLayers, feedbac
 
 
 def contours_above(layers: SceneLayers, above: float) -> list[Any]:
-    """Lines on the terrain that lie so high [m] above the nearest place of the nearest line."""
+    """Lines on the terrain at these heights [m] above the nearest place of the nearest line."""
     dem = layers.dem
     step = max(1, int(np.ceil(np.sqrt(dem.values.size / CELLS_LOOKED_AT))))
     heights = np.asarray(dem.values[::step, ::step], np.float64)
@@ -96,7 +101,8 @@ def contours_above(layers: SceneLayers, above: float) -> list[Any]:
 
 
 def straight_piece(along: Array, way: Array, begin: float, length: float) -> Any:
-    """From a place of a contour straight to the next one that lies ``length`` [m] away in plan; None where it ends.
+    """The straight piece from a place on a contour to the next place ``length`` [m] away in plan; None if the contour
+    ends.
 
     along, way : vertices of the contour, shape (n, 2), and how far along it [m] they lie, shape (n,)
     """
@@ -107,16 +113,16 @@ def straight_piece(along: Array, way: Array, begin: float, length: float) -> Any
         return None
     last = int(beyond[0])
     a = rest[last - 1] if last else start
-    towards, offset = rest[last] - a, a - start  # |offset + t towards| = length, once for t from 0 to 1
+    towards, offset = rest[last] - a, a - start  # |offset + t towards| = length, has one solution for t from 0 to 1
     square, mixed = towards @ towards, offset @ towards
     t = (np.sqrt(mixed**2 + square * (length**2 - offset @ offset)) - mixed) / square
     return shapely.LineString([start, a + t * towards])
 
 
 def straight_pieces(contours: Sequence[Any], length: float, step: float, terrain: Terrain) -> list[Any]:
-    """Straight lines of one length [m] with both ends on a contour, a step [m] along it apart.
+    """Straight lines of one length [m] with both ends on a contour, starting one step [m] along it from each other.
 
-    None runs more than ``MOST_ANGLE_DEG`` off the contours of the ground that it stands on.
+    None deviates by more than ``MOST_ANGLE_DEG`` from the contours of the ground under it.
     """
     found = []
     for each in contours:
@@ -159,8 +165,8 @@ def contour_angle(shape: Any, terrain: Terrain) -> float:
 def places_where_most_pass(
     pieces: Sequence[Any], passed: NDArray[np.bool_], length: float, number: int
 ) -> list[tuple[Any, int]]:
-    """Of pieces of one length [m], those that most logs pass, and how many do: sorted by that number, with midpoints at
-    least half the length apart.
+    """Of the pieces of one length [m], those that most logs pass, with that number, in descending order; midpoints are
+    at least half the length apart.
 
     passed : (n, pieces), which log passes which piece and reaches a line afterwards
     """
@@ -183,7 +189,7 @@ def contour_candidates(
     number: int,
     passed: Callable[[Sequence[Any]], NDArray[np.bool_]],
 ) -> list[Candidate]:
-    """For each contour, length and height the ``number`` places that most logs pass on their way to a line.
+    """For each contour, length and height, the ``number`` places that most logs pass on their way to a line.
 
     passed : returns which log passes which of many lines and then reaches a line to be protected
     """
@@ -201,7 +207,7 @@ def contour_candidates(
         for length, mine, passing in zip(lengths, pieces, logs, strict=True):
             for k, (shape, _) in enumerate(places_where_most_pass(mine, passing, length, number), 1):
                 for height in heights:
-                    name = f"{level:g} m above, {length:g} m long, {height:g} m high, {k}"
+                    name = f"{level:g} m above, {length:g} m long, {height:g} m high, place {k}"
                     while name in taken:
                         name += " new"
                     found.append(Candidate(name, shape, height, level))
@@ -209,7 +215,7 @@ def contour_candidates(
 
 
 def with_barriers(layers: SceneLayers, candidates: Sequence[Candidate]) -> SceneLayers:
-    """The scene with all candidates as barriers behind its own."""
+    """The scene with all candidates as barriers appended to its own."""
     own = layers.engine_barriers
     parts, item = shapely.get_parts([each.shape for each in candidates], return_index=True)
     vertices, string = shapely.get_coordinates(parts, return_index=True)

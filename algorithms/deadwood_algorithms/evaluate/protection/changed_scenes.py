@@ -1,7 +1,7 @@
-"""The logs of a run, slid again in scenes that lack an obstacle or have one more.
+"""The logs of a run, slid again in scenes without an obstacle or with an additional one.
 
-From a stage kept shortly before they came near the obstacle (``deadwood_engine.stages``) where that is allowed, and
-until they have reached every line.
+They start from a stage stored shortly before they came near the obstacle (``deadwood_engine.stages``), if that is
+allowed, and slide until they have reached every line.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from deadwood_algorithms.simulate.windows import wider_scene
 from deadwood_algorithms.stats.endings import left_dem
 from deadwood_engine import Result, Start, place_logs
 
-AT_ONCE = 64  # logs of one obstacle that a thread slides in one go: a stand's many are shared among threads
+AT_ONCE = 64  # logs of one obstacle that a thread slides at once: the many logs of a stand are shared among threads
 CHUNK = 4096  # logs whose poses are held at once
 
 
@@ -41,8 +41,8 @@ class Task:
 
 @dataclass(frozen=True)
 class Change:
-    """What came of a task: by line, logs that reach it only in the run, and only in the changed scene; and those that
-    left the terrain model without reaching it, in the run and in the changed scene."""
+    """The result of a task: for each line the logs that reach it only in the run or only in the changed scene, and
+    those that left the terrain model without reaching it, in the run and in the changed scene."""
 
     lost: NDArray[np.int64]
     gained: NDArray[np.int64]
@@ -74,7 +74,7 @@ class ChangedScenes:
     """Slides logs again in changed scenes, many at once on all threads, until all tasks are done."""
 
     def __init__(self, rerun: Rerun, layers: SceneLayers, baseline: Baseline, others: NDArray[np.int64] | None) -> None:
-        """others : of candidates, the numbers of all of them: of a task's obstacle only itself stays."""
+        """others : the numbers of all candidates, of which only the task's own stays in the scene."""
         self.rerun, self.baseline, self.others = rerun, baseline, others
         self.stop = threading.Event()
         self.on(layers)
@@ -124,7 +124,9 @@ class ChangedScenes:
         return np.pad(inside, ((0, 0), (0, len(self.layers.watched))), constant_values=True)
 
     def stages_of(self, scene: SceneLayers, task: Task) -> dict[str, Any]:
-        """From where logs can continue: where the same rule holds for steps, for stages are of one window and rule."""
+        """The stages from which logs can continue, if the same rule of steps applies: stages belong to one window and
+        one rule.
+        """
         if self.others is not None or self.layers is not self.baseline.layers:
             return {}
         if is_bare(scene) or self.rerun.rule_of_steps(scene) != self.rerun.rule_of_steps(self.layers):
@@ -133,7 +135,7 @@ class ChangedScenes:
         return {"stages": stages, "going_on": stages.before(task.rows, task.obstacle.owners)}
 
     def packed(self, changes: Sequence[Change]) -> dict[str, NDArray[Any]]:
-        """What is kept of a group; the first axis is the task."""
+        """The stored results of a group; the first axis is the task."""
         return {name: np.array([getattr(each, name) for each in changes]) for name in CHANGED}
 
     def unpacked(self, found: Mapping[str, NDArray[Any]], tasks: Sequence[Task]) -> list[Change]:
@@ -150,7 +152,7 @@ class ChangedScenes:
 
 
 class WithCandidates(ChangedScenes):
-    """The same for candidates: the scene holds all of them, wherever its window ends."""
+    """The same for candidates: the scene contains all of them, wherever its window ends."""
 
     def __init__(self, rerun: Rerun, layers: SceneLayers, baseline: Baseline, candidates) -> None:
         self.candidates, self.plain = candidates, layers

@@ -25,13 +25,13 @@ def contours_of(
     height_m: Sequence[float],
     places: int,
 ) -> tuple[list[Candidate], SceneLayers]:
-    """Pieces along contours where most logs pass; and the scene on a window wide enough.
+    """Pieces along contours where most logs pass; and the scene on a sufficiently large window.
 
     above_m : heights of the contours above the lines [m]
     length_m, height_m : of the pieces and of the barriers on them [m]
     places : pieces for each contour and length
     """
-    if layers.dem.whole is not None:  # contours are drawn on all the ground that logs reach
+    if layers.dem.whole is not None:  # contours are computed on all ground that logs reach
         _, layers = passed_to_lines(rerun, layers, list(layers.lines.geometry), steps, feedback)
 
     def passed(shapes: Sequence[Any]) -> Any:

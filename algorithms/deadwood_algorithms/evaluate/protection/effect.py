@@ -22,7 +22,7 @@ class Effect:
 
     lost, gained : logs that reach it only in the run, and only in the changed scene
     unseen, unseen_now : of the logs that were slid again, those that left the terrain model without reaching it, in the
-        run and in the changed scene; all others go the same way in both, whatever they do beyond
+        run and in the changed scene; all other logs move in the same way in both, also beyond the terrain model
     """
 
     obstacle: Obstacle
@@ -46,7 +46,7 @@ class Effect:
         return (self.gained - self.lost) / self.n_total, low, high
 
     def gain_if_lost(self) -> tuple[float, float]:
-        """The least and the largest such share, whatever the logs that left the terrain model did beyond."""
+        """The smallest and the largest such share, whatever the logs that left the terrain model did afterwards."""
         gain = self.gained - self.lost
         return (gain - self.unseen) / self.n_total, (gain + self.unseen_now) / self.n_total
 
@@ -86,8 +86,8 @@ def effects_of(
 
 
 def ranks(gains: Sequence[float], effects: Sequence[Effect]) -> NDArray[np.int64]:
-    """Place of each row among those of its kind and line, 1 the largest gain; of equal ones that which holds, then
-    takes, more."""
+    """Place of each row among those of its kind and line, 1 the largest gain; among equal ones the one that holds,
+    then the one that absorbs, more."""
     out = np.zeros(len(effects), np.int64)
     groups: dict[tuple[str, str], list[int]] = {}
     for k, each in enumerate(effects):

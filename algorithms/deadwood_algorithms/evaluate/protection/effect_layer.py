@@ -22,13 +22,13 @@ from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.simulate.steps import Steps
 from deadwood_algorithms.stats.statistics import points_with_interval
 
-SHOWN = 5  # of each kind and line
+SHOWN = 5  # shown of each kind and line
 
 
 def obstacle_effects(
     rerun: Rerun, layers: SceneLayers, baseline: Baseline, things: list[Obstacle], steps: Steps, feedback: Feedback
 ) -> list[Effect]:
-    """Slide again without each thing the logs to which it mattered."""
+    """For each object, slide the logs that it affected again without it."""
     tasks = tasks_of(things, [logs_to_slide(rerun, layers, baseline, each) for each in things])
     scenes = ChangedScenes(rerun, layers, baseline, None)
     changes = changes_in_order(scenes, tasks, steps, feedback, f"sliding without each of {len(things)}")
@@ -38,7 +38,7 @@ def obstacle_effects(
 def candidate_effects(
     rerun: Rerun, layers: SceneLayers, baseline: Baseline, could: Candidates, steps: Steps, feedback: Feedback
 ) -> list[Effect]:
-    """Slide again with each candidate the logs that come near it."""
+    """For each candidate, slide the logs that come near it again with it."""
     both, found = with_candidates(layers, could)
     near, layers = logs_near(rerun, layers, both, found, could.widest_radius, steps, feedback)
     scenes = WithCandidates(rerun, layers, baseline, lambda on: with_candidates(on, could))
@@ -48,9 +48,9 @@ def candidate_effects(
 
 
 def frame_of(found: Sequence[Effect], layers: SceneLayers, changed: str, sign: int) -> geopandas.GeoDataFrame:
-    """One row for each thing and line, those of one line together, each by rank.
+    """One row for each object and line, grouped by line and sorted by rank.
 
-    sign : 1 where the change takes something away, so that what more reach is its effect; -1 where it puts something up
+    sign : 1 if the change removes something, so that the additional reach is its effect; -1 if it adds something
     """
     gains = [tuple(sign * each for each in effect.gain()) for effect in found]
     columns = {
@@ -80,7 +80,7 @@ def frame_of(found: Sequence[Effect], layers: SceneLayers, changed: str, sign: i
 
 
 def lines_of(frames: dict[str, Any]) -> tuple[str, ...]:
-    """For each line and kind how many have an effect, and the first few."""
+    """For each line and kind, how many objects have an effect, and the first few of them."""
     shown = []
     for name, frame in frames.items():
         for (line_id, kind), rows in frame.groupby(["line_id", "kind"], sort=False):

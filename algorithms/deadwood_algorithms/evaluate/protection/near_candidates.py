@@ -1,4 +1,4 @@
-"""Logs that a candidate could affect: those whose axis came so near that the engine would have listed it.
+"""Logs that a candidate could affect: those whose axis came so near that the engine would have listed the candidate.
 
 A candidate that does not exist yet has affected no log; the poses of the logs show which places they came near.
 """
@@ -26,9 +26,10 @@ from deadwood_engine.log_body import BASE_RADIUS
 
 
 def farthest_listed(fidelity: Fidelity, cell: float) -> float:
-    """How far [m] from the axis of a log's kept pose a thing can be listed as near, less the radii of both.
+    """Distance [m] from the axis of a log's stored pose at which an object can be listed as near, minus the radii of
+    both.
 
-    Between two kept poses the ends move by less than ``trace_step`` and a step, and the pose ahead is another step
+    Between two stored poses the ends move by less than ``trace_step`` plus a step, and the pose ahead is another step
     away.
     """
     return NEAR_MARGIN + trace_step(fidelity, cell) + 3.0 * longest_travel(fidelity, cell) + 0.01
@@ -43,7 +44,7 @@ def logs_near(
     steps: Steps,
     feedback: Feedback,
 ) -> tuple[list[NDArray[np.int64]], SceneLayers]:
-    """The logs that each candidate could matter to: whose axis came so near that it would have been listed.
+    """The logs that each candidate could affect: those whose axis came so near that it would have been listed.
 
     both : the scene with the candidates; widest : [m] largest radius of a candidate
     """

@@ -1,7 +1,8 @@
-"""The things of a scene whose effect is computed: trees, lying logs, barriers, stands of trees, and candidates."""
+"""The objects of a scene whose effect is computed: trees, lying logs, barriers, stands of trees, and candidates."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,9 +11,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import NO_TERRAIN, NO_TREE, account, count_of
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.scene.counts import count_of_rows, in_scene
 from deadwood_algorithms.scene.items import Items, ids_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_trees
 from deadwood_algorithms.scene.lying_logs import read_lying_logs
@@ -25,7 +28,7 @@ TREE, LYING, BARRIER, STAND = "tree", "lying_log", "barrier", "stand"
 class Obstacle:
     """One object and its numbers in the engine: those of `Influences`, barriers counted down from -1.
 
-    x, y : where it is shown [m]; shape : of a stand, lying log or barrier, else its place
+    x, y : where it is shown [m]; shape : that of a stand, lying log or barrier, otherwise its position
     """
 
     kind: str
@@ -65,18 +68,19 @@ def _things(kind: str, items: Items, there: NDArray[np.int64], owners: NDArray[n
 
 
 def _on_it(shape: Any) -> Any:
-    """A point on a line, in its middle where it is one piece; one within a polygon."""
+    """A point on a line (its midpoint if the line is one piece) or within a polygon."""
     if shapely.get_dimensions(shape) == 1 and shape.geom_type == "LineString":
         return shapely.line_interpolate_point(shape, 0.5, normalized=True)
     return shapely.point_on_surface(shape)
 
 
 def read_stand_areas(path: str, layers: SceneLayers, feedback: Feedback) -> list[tuple[str, Any]]:
-    """Ids and polygons of stands; one without trees has no effect, and is reported."""
+    """Ids and polygons of stands; a stand without trees has no effect, and is reported."""
     frame = read_vector(path, geometry=("polygon",), target_crs=layers.dem.crs, what="stands", feedback=feedback)
     areas = list(zip(map(str, ids_of(frame, "stand_id", "name").tolist()), frame.geometry, strict=True))
     held = [shapely.contains_xy(shape, layers.trees.x, layers.trees.y).any() for _, shape in areas]
     empty = [name for (name, _), holds in zip(areas, held, strict=True) if not holds]
+    account("stands", count_of(len(frame), len(areas) - len(empty), {NO_TREE: len(empty)}))
     if len(empty) == len(areas):
         raise UserError(f"{path}: {none_of(len(areas), 'stand')} holds a tree of the run; check the layer")
     if empty:
@@ -98,11 +102,12 @@ def stands_of(areas: Sequence[tuple[str, Any]], layers: SceneLayers) -> list[Obs
 
 @dataclass(frozen=True)
 class Candidates:
-    """What could be put somewhere: standing ones (trees, high stumps) and lying logs, as the engine takes them."""
+    """Candidate objects in the engine's form: standing ones (trees, high stumps) and lying logs."""
 
     trees: Trees
     tree_ids: list[str]
     tree_dbh_cm: NDArray[np.float64]
+    trees_left_out: Counter[str]  # by why
     lying: LyingLogs
     lying_items: Items
 
@@ -111,7 +116,7 @@ class Candidates:
 
     @property
     def widest_radius(self) -> float:
-        """[m] of the thickest place of all; below the ground a stem is up to half as thick again as its DBH."""
+        """Largest radius [m] of any of them; below the ground a stem is up to 1.5 times as thick as its DBH."""
         standing = 0.75 * self.trees.diameter
         return float(max(standing.max(initial=0.0), *(0.5 * each.max(initial=0.0) for each in self.lying[2:])))
 
@@ -121,11 +126,13 @@ def read_candidates(
 ) -> Candidates:
     found = read_trees(standing, layers.dem, feedback)
     logs, items = read_lying_logs(lying, layers.dem, default_cm, feedback)
-    return Candidates(found.trees, found.ids, found.dbh_cm, logs, items)
+    return Candidates(found.trees, found.ids, found.dbh_cm, found.left_out, logs, items)
 
 
 def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneLayers, list[Obstacle]]:
-    """The scene with all candidates in it, behind its own things, and these; those off the terrain are left out."""
+    """The scene with all candidates appended to its own objects, and the candidates; those off the terrain are left
+    out.
+    """
     own, more = layers.lying_logs, candidates.lying
     lying = LyingLogs(
         np.concatenate([own.vertices, more.vertices]),
@@ -141,5 +148,16 @@ def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneL
         lying_logs=lying,
         lying=layers.lying.then(candidates.lying_items),
     ).prepared_again()
+    _account(both, candidates, len(layers.tree_ids), len(own.diameter))
     first = {TREE: len(layers.tree_ids), LYING: both.scene.tree_count + len(own.diameter)}
     return both, [each for each in obstacles_of(both) if each.kind in first and each.owners[0] >= first[each.kind]]
+
+
+def _account(both: SceneLayers, candidates: Candidates, own_trees: int, own_lying: int) -> None:
+    """What became of the rows of the candidates' layers, in the scene that has them all."""
+    off = both.scene.trees_outside[both.scene.trees_outside >= own_trees] - own_trees
+    used = int(in_scene(len(candidates.tree_ids), off).sum())
+    why = {**candidates.trees_left_out, NO_TERRAIN: candidates.trees_left_out[NO_TERRAIN] + off.size}
+    account("plant", count_of(len(candidates.tree_ids) + candidates.trees_left_out.total(), used, why))
+    off = both.scene.lying_outside[both.scene.lying_outside >= own_lying] - own_lying
+    account("plant_lying", count_of_rows(both, candidates.lying_items, candidates.lying, off))

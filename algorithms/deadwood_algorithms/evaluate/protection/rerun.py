@@ -1,4 +1,6 @@
-"""A run of slide-logs, slid again: its scene and logs, and what two scenes must share for a log to go the same way."""
+"""A run of slide-logs, slid again: its scene and logs, and what two scenes must share for a log to move in the same
+way.
+"""
 
 from __future__ import annotations
 
@@ -26,13 +28,13 @@ from deadwood_engine.limits import NEAR_MARGIN
 
 @dataclass(frozen=True)
 class Rerun:
-    """What is slid, and how."""
+    """The scene and logs of the run, and how they are slid."""
 
     simulation: Simulation
     releases: Releases
 
     def longest_step(self, cell: float) -> float:
-        """The most way [m] of a log in a step."""
+        """The longest path [m] of a log in one step."""
         return longest_travel(self.simulation.fidelity, cell)
 
     def rule_of_steps(self, layers: SceneLayers) -> tuple[Fidelity, bool]:
@@ -52,9 +54,10 @@ class Rerun:
 def open_rerun(
     source: Run, lines: str | None, logs: int | None, seed: int, where: Where, feedback: Feedback
 ) -> Iterator[tuple[Rerun, SceneLayers, NDArray[np.int64]]]:
-    """What a run asked, of other lines if they are given, with an even draw of some of its logs or with all.
+    """Open a run as it was asked for (with other lines if they are given), with a random subset of its logs or with
+    all.
 
-    Also gives the scene as it was read, and the logs' rows in the run's deposits.
+    Also returns the scene as it was read, and the logs' rows in the run's deposits.
     """
     scene = question_of(source, **({"lines": lines} if lines else {}))
     if not scene.lines:

@@ -19,7 +19,7 @@ from deadwood_algorithms.simulate.steps import Steps
 def changes_in_order(
     scenes: ChangedScenes, tasks: Sequence[Task], steps: Steps, feedback: Feedback, what: str
 ) -> Iterator[tuple[Task, Any]]:
-    """Each task with its change, in order; the changes of a group are stored as soon as all exist."""
+    """Each task with its change, in order; the changes of a group are stored as soon as all of them exist."""
     groups = groups_of(tasks)
     slides = _OnWorkers if scenes.rerun.simulation.where.scheduler else _OnThreads
     with slides(scenes, tasks, groups, feedback, what) as sliding:
@@ -33,7 +33,7 @@ def changes_in_order(
 
 
 class _Groups:
-    """Tasks at work, group after group."""
+    """Processes tasks, group after group."""
 
     def __init__(
         self, scenes: ChangedScenes, tasks: Sequence[Task], groups: Sequence[range], feedback: Feedback, what: str
@@ -48,12 +48,14 @@ class _Groups:
         pass
 
     def changes_of(self, number: int) -> list[Change]:
-        """The changes of a group; where logs come near the window's sides, again on a wider one."""
+        """The changes of a group; if logs come near the window's sides, they slide again on a wider one."""
         raise NotImplementedError
 
 
 class _OnWorkers(_Groups):
-    """On the workers of a scheduler: few enough logs at a time to hold few results here; the next start meanwhile."""
+    """On the workers of a scheduler: only some logs at a time, so that few results are held here; the next start
+    meanwhile.
+    """
 
     def batch(self, number: int) -> Batch:
         part = [self.tasks[k] for k in self.groups[number]]
@@ -85,7 +87,7 @@ class _OnWorkers(_Groups):
 
 
 class _OnThreads(_Groups):
-    """On threads of this process, many tasks at once; those of the groups that follow begin meanwhile."""
+    """On threads of this process, many tasks at once; those of the next groups start meanwhile."""
 
     def __enter__(self) -> Self:
         self.pool = ThreadPoolExecutor(self.scenes.layers.threads)

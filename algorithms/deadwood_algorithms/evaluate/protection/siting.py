@@ -39,10 +39,10 @@ from deadwood_engine.limits import NEAR_MARGIN
 from deadwood_engine.log_body import BASE_RADIUS
 
 Array = NDArray[np.float64]
-ARCS = 16  # straight pieces of a quarter circle of a zone, which cut off 0.1 % of its width
-AHEAD = 16  # candidates with whose logs a scheduler's workers may begin while one is at work
-CHANCE = 0.05  # a gain that chance alone makes more often than this, among this number of candidates, counts as none
-OVERLAP_M = 3.0  # of a candidate that may run within OVERLAP_WITHIN of a chosen one: joints, not one upon the other
+ARCS = 16  # straight pieces for each quarter circle of a zone, which cut off 0.1 % of its width
+AHEAD = 16  # candidates whose logs a scheduler's workers may start to slide while another one is evaluated
+CHANCE = 0.05  # a gain that chance produces more often than this, among this number of candidates, counts as none
+OVERLAP_M = 3.0  # length of a candidate that may lie within OVERLAP_WITHIN of a chosen one: it may adjoin, not overlap
 OVERLAP_WITHIN = 1.0  # [m]
 
 
@@ -51,8 +51,9 @@ class LogOutcomes:
     """Outcomes of each log in a scene, shape (n, ...).
 
     left : (n,), left the terrain model
-    reach : (n, lines); near, flux : (n, shapes), comes near a candidate's line; touches it and a line afterwards
+    reach : (n, lines); near, flux : (n, shapes), comes near a candidate's line; touches it and afterwards a line
     held, met, crossed : (n, candidates); energy [kJ], height [m] : of the largest hit of each candidate, NaN without
+    one
     """
 
     left: NDArray[np.bool_]
@@ -66,7 +67,7 @@ class LogOutcomes:
     height: Array
 
     def with_rows(self, rows: NDArray[np.int64], other: LogOutcomes) -> LogOutcomes:
-        """These outcomes, of some logs those of another scene."""
+        """These outcomes, with those of some logs replaced by those of another scene."""
         out = {}
         for each in fields(self):
             values = getattr(self, each.name).copy()
@@ -91,7 +92,7 @@ def as_lines(shapes: Sequence[Any]) -> tuple[Lines, Items]:
 
 
 def times_of(items: Items, result: Result, releases: Any) -> Array:
-    """When [s] each log first touches each thing, -inf where it starts within, +inf where it never does."""
+    """Time [s] at which each log first touches each object, -inf if it starts within, +inf if it never does."""
     times = items.first_time(result.reach_time)
     times[~reached(items, {"reach": result.reach}, releases)] = np.inf
     times[starts_inside(items, releases)] = -np.inf
@@ -101,7 +102,7 @@ def times_of(items: Items, result: Result, releases: Any) -> Array:
 def passed_to_lines(
     rerun: Rerun, layers: SceneLayers, shapes: Sequence[Any], steps: Steps, feedback: Feedback
 ) -> tuple[NDArray[np.bool_], SceneLayers]:
-    """Which log touches which of the shapes and a line to be protected then or later, shape (n, shapes)."""
+    """Which log touches which of the shapes, and then or later a line to be protected, shape (n, shapes)."""
     polylines, items = as_lines(shapes)
     n, chunk = len(rerun.releases), changed_scenes.CHUNK
 
@@ -125,7 +126,7 @@ def passed_to_lines(
 
 
 def flux_of(touched: Array, lines: Array) -> NDArray[np.bool_]:
-    """Which log touches which thing at a time, and any line then or later; both (n, things), inf: never."""
+    """Which log touches which object, and any line then or later; both times have shape (n, objects), inf: never."""
     last = np.where(lines < np.inf, lines, -np.inf).max(axis=1, initial=-np.inf)
     reached = np.atleast_1d((lines < np.inf).any(axis=1))
     return (touched < np.inf) & reached[:, None] & (last[:, None] >= touched)
@@ -149,7 +150,7 @@ class Trial:
         return self.kept - self.brought
 
     def gain_record(self, n: int) -> dict[str, float]:
-        """Share of the logs that reaches no line any more, and its 95 % interval (the same logs)."""
+        """Share of the logs that no longer reach a line, and its 95 % interval (paired: the same logs)."""
         low, high = paired_interval(self.brought, self.kept, n)
         return {"gain_logs": self.gain, "gain_p": self.gain / n, "gain_ci_low": low, "gain_ci_high": high}
 
@@ -194,7 +195,7 @@ class Siting:
         self.first_rules = rerun.rule_of_steps(self.watched) != rerun.rule_of_steps(self.with_only(()))
 
     def missing(self, chosen: Sequence[int]) -> NDArray[np.int64]:
-        """The numbers of all candidates' barriers but these."""
+        """The numbers of the barriers of all candidates except these."""
         gone = [rows for k, rows in enumerate(self.rows) if k not in chosen]
         return -1 - np.concatenate([*gone, np.zeros(0, np.int64)]).astype(np.int64)
 
@@ -203,7 +204,7 @@ class Siting:
         return replace(without(self.watched, self.missing(chosen)), threads=self.watched.threads)
 
     def batch(self, rows: NDArray[np.int64], chosen: Sequence[int]) -> Batch:
-        """Logs for a scheduler's workers, that have the scene with all candidates."""
+        """Logs for a scheduler's workers, which hold the scene with all candidates."""
         start = Start(self.start.frame[rows], self.start.state[rows], self.start.body[rows])
         return Batch(start, missing=[(rows.size, self.missing(chosen))])
 
@@ -229,7 +230,7 @@ class Siting:
         what: str,
         later: Sequence[tuple[NDArray[np.int64], Sequence[int]]],
     ) -> dict[str, NDArray]:
-        """On a wider window where they come near its sides."""
+        """Slide logs; if they come near the window's sides, again on a wider one."""
         simulation = self.rerun.simulation
         report = reporter(self.feedback, rows.size, what)
         while True:
@@ -270,13 +271,13 @@ class Siting:
         )  # fmt: skip
 
     def rows_near(self, outcomes: LogOutcomes, chosen: Sequence[int], number: int) -> NDArray[np.int64]:
-        """The logs that a candidate could matter to: all, where the first barrier changes every step."""
+        """The logs that a candidate could affect: all, if the first barrier changes every step."""
         if not chosen and self.first_rules:
             return np.arange(len(outcomes.reach))
         return np.flatnonzero(outcomes.near[:, self.place[number]])
 
     def trial(self, outcomes: LogOutcomes, chosen: Sequence[int], number: int, following: Iterable[int] = ()) -> Trial:
-        """Put a candidate up and slide again the logs that come near it; ``following`` are tried next in its place."""
+        """Add a candidate and slide the logs that come near it again; ``following`` are tried next instead of it."""
         rows = self.rows_near(outcomes, chosen, number)
         if rows.size:
             what = f"sliding {counted(rows.size, 'log')} with a barrier at {self.candidates[number].id}"
@@ -288,7 +289,7 @@ class Siting:
         return Trial(number, rows, found, int((before & ~after).sum()), int((after & ~before).sum()))
 
     def free(self, chosen: Sequence[int]) -> list[int]:
-        """Candidates that do not run along one that is chosen."""
+        """Candidates that do not run along a chosen one."""
         built = shapely.union_all([self.candidates[k].shape for k in chosen]).buffer(OVERLAP_WITHIN)
         return [
             k
@@ -299,8 +300,8 @@ class Siting:
     def best(self, outcomes: LogOutcomes, chosen: Sequence[int], tried: Sequence[int]) -> tuple[Trial | None, int]:
         """The candidate with which fewest logs reach a line, and among how many it was the best.
 
-        No candidate keeps away more logs than come near it and reach a line, so those are not slid that cannot be best.
-        Of equal ones that with the smaller face is taken, then the first.
+        No candidate keeps away more logs than come near it and reach a line, so candidates that cannot be best are not
+        tried. Of equal ones the one with the smaller area is taken, then the first.
         """
         most = {k: int(outcomes.any_line[self.rows_near(outcomes, chosen, k)].sum()) for k in tried}
         found: Trial | None = None
@@ -320,7 +321,7 @@ class Siting:
 
 @dataclass(frozen=True)
 class Step:
-    """A barrier that was chosen: all chosen so far, the trial, and every log's way with them."""
+    """A barrier that was chosen: all chosen so far, the trial, and the outcomes of every log with them."""
 
     chosen: tuple[int, ...]
     trial: Trial
@@ -328,14 +329,14 @@ class Step:
 
 
 def chance_of(trial: Trial, among: int) -> float:
-    """How likely chance alone makes the best of the candidates this good, at most (McNemar, Bonferroni)."""
+    """Upper bound of the probability that chance alone makes the best candidate this good (McNemar, Bonferroni)."""
     return min(1.0, mcnemar_p(trial.brought, trial.kept) * among)
 
 
 def choose(
     siting: Siting, outcomes: LogOutcomes, first: Sequence[Trial], count: int, feedback: Feedback
 ) -> tuple[list[Step], str]:
-    """Barriers one after the other, each the best beside those before; and in words why no more.
+    """Choose barriers one after the other, each the best in addition to the earlier ones; and why no more, in words.
 
     first : the trials of each candidate alone, from which the first is taken
     """
@@ -359,7 +360,7 @@ def choose(
 
 
 def why_none(best: Trial, among: int) -> str:
-    """In words, why the best of the candidates left is not built."""
+    """Why the best of the remaining candidates is not chosen, in words."""
     if best.gain > 0:
         kept = counted(best.gain, "more log")
         return f"the best of the {counted(among, 'candidate')} left would keep {kept} away, which chance can explain"

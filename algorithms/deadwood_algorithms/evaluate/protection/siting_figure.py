@@ -20,13 +20,13 @@ from deadwood_algorithms.results.relief import coordinates_of, read_relief
 from deadwood_algorithms.results.run_folder import Run
 from deadwood_algorithms.schemas.looks import BARRIER, CANDIDATE, CHOSEN, RELEASE, ROAD, RUNS
 
-MARKS = "osD^vP*X"  # one a height
+MARKS = "osD^vP*X"  # one for each height
 ASIDE_IN = 0.08  # inches on paper between marks of two heights
 TICKS_MOST = 8  # lengths that are all named
 
 
 def draw(path: Path, source: Run, siting: Siting, table: Any, frame: Any) -> None:
-    """A map, and beside it remaining reach with its interval against the length, by height."""
+    """A map, and beside it the remaining reach with its interval against the length, for each height."""
     figure, (plan, chart) = plt.subplots(1, 2, figsize=(12.0, 5.6), layout="constrained")
     _map(plan, source, siting, frame)
     _chart(chart, table[table["step"] == 0])
@@ -35,7 +35,7 @@ def draw(path: Path, source: Run, siting: Siting, table: Any, frame: Any) -> Non
 
 
 def _chart(axes: Any, alone: Any) -> None:
-    """Remaining reach against length; heights stand side by side on paper, at the length that they have."""
+    """Remaining reach against length; marks of different heights are drawn side by side at their common length."""
     heights = list(alone.groupby("height_m"))
     figure = axes.get_figure()
     for k, (height, rows) in enumerate(heights):
@@ -51,7 +51,7 @@ def _chart(axes: Any, alone: Any) -> None:
         axes.set_xticks(lengths)
     axes.set(xlabel="length [m]", ylabel="logs that still reach a line [%]", title="Each candidate alone")
     aside = max(0.15 * float(np.ptp(alone["length_m"])), 0.05 * float(alone["length_m"].max()))
-    # not left to matplotlib, whose limits know nothing of marks that are moved on paper
+    # matplotlib's own limits do not account for the shifted marks
     axes.set_xlim(alone["length_m"].min() - aside, alone["length_m"].max() + aside)
     axes.set_ylim(0.0, 105.0 * max(float(alone["ci_high"].max()), 1e-3))
     axes.legend(frameon=False, fontsize=9)

@@ -1,4 +1,4 @@
-"""What candidates and chosen barriers do, as a table and a layer, and what a reader wants to see first."""
+"""The effects of candidates and chosen barriers, as a table, as a layer, and in a few lines for the reader."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ from deadwood_algorithms.stats.statistics import lost_words, percent_with_interv
 
 
 def with_classes(frame: Any, name: str | None) -> Any:
-    """A table of barriers with the class that holds 95 % of the hits of each, and that which holds the upper end."""
+    """A table of barriers with the class that holds 95 % of the hits of each, and the class for the interval's upper
+    end.
+    """
     if name is None:
         return frame
     energies = zip(frame["energy_p95_kj"].astype(float), frame["energy_ci_high_kj"].astype(float), strict=True)
@@ -50,7 +52,7 @@ def rows_of(siting: Siting, now: LogOutcomes, alone: Sequence[Trial], steps: Seq
 
 
 def beats(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Whether a candidate is as good in all of length, height and remaining reach, and better in one."""
+    """Whether a candidate is as good in length, height and remaining reach, and better in one of them."""
     pairs = [(round(one[name], 6), round(other[name], 6)) for name in ("length_m", "height_m", "n_reach")]
     return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
 
@@ -75,7 +77,9 @@ def row_of(
 
 
 def what_it_does(outcomes: LogOutcomes, number: int) -> dict[str, Any]:
-    """Logs that a barrier holds, that jump over it and that pass beside; energy and height of 95 % of its hits."""
+    """Logs that a barrier holds, that jump over it and that pass beside it; 95 % percentiles of its hits' energy and
+    height.
+    """
     held = outcomes.held[:, number]
     over = outcomes.crossed[:, number] & ~held
     beside = outcomes.met[:, number] & ~held & ~over
@@ -99,7 +103,9 @@ def what_it_does(outcomes: LogOutcomes, number: int) -> dict[str, Any]:
 
 
 def layer_of(siting: Siting, layers: SceneLayers, now: LogOutcomes, steps: Sequence[Step]) -> geopandas.GeoDataFrame:
-    """The run's own barriers, then those chosen in the order of the candidates, with what each does when all stand."""
+    """The run's own barriers, then the chosen ones in the order of the candidates, with the effect of each when all
+    stand.
+    """
     rows: list[dict[str, Any]] = []
     shapes: list[Any] = []
     own, starts = layers.engine_barriers, layers.engine_barriers.starts
@@ -138,7 +144,9 @@ def by_line(siting: Siting, outcomes: LogOutcomes) -> list[dict[str, Any]]:
 
 
 def warn_of_reach(facts: dict[str, Any], now: LogOutcomes, feedback: Feedback) -> None:
-    """Say of which lines the reach, as things are or with the barriers chosen, depends on logs that left."""
+    """Warn of lines whose reach, at present or with the chosen barriers, depends on logs that left the terrain
+    model.
+    """
     phrases = reach_phrases(facts["reach_by_line"])
     phrases += [f"with the barriers chosen, {each}" for each in reach_phrases(facts["reach_by_line_after"])]
     warn_of_lost(int(now.left.sum()), now.left.size, phrases, feedback)
@@ -153,7 +161,7 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
         "slid again"
     ]
     for row in facts["chosen"]:
-        points = points_with_interval(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"])
+        points = points_with_interval(-row["gain_p"], -row["gain_ci_high"], -row["gain_ci_low"])  # of the reach
         shown.append(
             f"{row['step']}. {row['barrier_id']}: {counted(row['gain_logs'], 'fewer log', 'fewer logs')}, {points} "
             f"points; {row['n_reach']} still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"

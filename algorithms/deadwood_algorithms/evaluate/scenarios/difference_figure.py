@@ -1,6 +1,7 @@
 """The picture of `compare-scenarios`: reach and run-outs, and below them maps of where logs pass more often or less.
 
-The maps have one size, frame and colour scale; under them lies the relief of the reference's DEM, where it is found.
+The maps have one size, frame and colour scale; the relief of the reference's DEM is shown under them if that file is
+found.
 """
 
 from __future__ import annotations
@@ -144,7 +145,7 @@ def _runouts_panel(axes: Axes, compared: Compared) -> None:
 
 
 def read_band(path: Path) -> Band:
-    """The map in as many cells as are drawn, and its extent (west, east, south, north)."""
+    """The map, reduced to the number of cells that are drawn, and its extent (west, east, south, north)."""
     with rasterio.open(path) as source:
         step = max(1, math.ceil(max(source.shape) / CELLS_DRAWN))
         shape = (math.ceil(source.height / step), math.ceil(source.width / step))

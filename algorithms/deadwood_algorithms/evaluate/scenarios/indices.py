@@ -1,4 +1,4 @@
-"""The indices that practice gives a protection forest, for each line: BARI, MIRI and ORPI.
+"""The indices of a protection forest that are used in practice, for each line: BARI, MIRI and ORPI.
 
 After Dupire et al. (2016), "Novel quantitative indicators to characterize the protective effect of mountain forests
 against rockfall", with logs for rocks, the baseline for the slope without forest, and energies at the line:
@@ -28,19 +28,20 @@ INDICES = ("bari", "miri", "orpi")
 TAIL = 0.95
 ENDS = (0.025, 0.975)
 # Arrivals in each scenario from which an interval is given. Below, a bootstrap's is too narrow on the side of energies
-# that have not been seen: of MIRI it held the truth in 72 % of trials with 10 arrivals, 86 % with 25, 94 % with 65; of
-# ORPI in 84 % with 3, 91 % with 10, 94 % with 25. For MIRI these are what an upper bound of the quantile takes at all.
+# that have not been seen: for MIRI it held the truth in 72 % of trials with 10 arrivals, 86 % with 25, 94 % with 65;
+# for ORPI in 84 % with 3, 91 % with 10, 94 % with 25. For MIRI this is the number from which the quantile has an upper
+# bound at all.
 LEAST_ARRIVALS = {"miri": values_needed(TAIL), "orpi": 10}
 
 
 def barrier_index(before: NDArray[np.bool_], now: NDArray[np.bool_], times: NDArray[np.int64] | None = None) -> float:
-    """BARI of logs that each count so often; NaN where none reaches in the baseline."""
+    """BARI with these weights of the logs; NaN if no log reaches the line in the baseline."""
     n0, n = (float(np.dot(_times(each, times), each)) for each in (before, now))
     return 1.0 - n / n0 if n0 else math.nan
 
 
 def intensity_index(before: Array, now: Array, times: NDArray[np.int64] | None = None) -> float:
-    """MIRI from energies, NaN of a log that does not reach; NaN where none reaches in either scenario."""
+    """MIRI from energies (NaN for a log that does not reach); NaN if none reaches in either scenario."""
     tails = []
     for each in (before, now):
         arrived = np.isfinite(each)
@@ -50,7 +51,7 @@ def intensity_index(before: Array, now: Array, times: NDArray[np.int64] | None =
 
 
 def overall_index(before: Array, now: Array, times: NDArray[np.int64] | None = None) -> float:
-    """ORPI from energies, NaN of a log that does not reach."""
+    """ORPI from energies (NaN for a log that does not reach)."""
     sums = [float(np.dot(_times(each, times), np.nan_to_num(each))) for each in (before, now)]
     return 1.0 - sums[1] / sums[0] if sums[0] else math.nan
 
@@ -64,8 +65,8 @@ def reach_index(
 ) -> tuple[float, float, float]:
     """BARI with its interval.
 
-    A bootstrap has no width where no log changed; the interval is then that of the paired difference, over the share
-    of the baseline. Where no log reaches in the scenario a bootstrap knows of none either; the lower end is then
+    If no log changed, a bootstrap has no width; the interval is then that of the paired difference, divided by the
+    share of the baseline. If no log reaches the line in the scenario, none does in any resample; the lower end is then
     that of the rarest arrivals which the number of logs cannot exclude, against the fewest of the baseline.
     """
     value = barrier_index(before, now)

@@ -32,17 +32,18 @@ SAME_PLACE_CELLS = 0.01
 
 
 def difference_map(one: Scenario, other: Scenario, path: Path, feedback: Feedback) -> None:
-    """Write how much likelier a log passes each cell in ``other`` than in ``one``; NaN where none passes in either.
+    """Write how much more likely a log is to pass each cell in ``other`` than in ``one``; NaN where none passes in
+    either.
 
-    Band 1 is the difference of the shares of logs; band 2 the same in standard errors, as if the two runs had nothing
-    in common, which they have: beyond +-2 a difference is hardly chance.
+    Band 1 is the difference of the shares of logs; band 2 the same in standard errors, as if the two runs were
+    independent, which they are not: a difference beyond +-2 is hardly due to chance.
     """
     logs = [len(each.run.deposits) for each in (one, other)]
     with open_raster(one.run.part(HITS), "hits") as a, open_raster(other.run.part(HITS), "hits") as b:
         transform, shape = frame_of_both(a, b)
         crs = one.run.grid.crs
         profile = geotiff_profile(shape, crs, transform, "float32", math.nan, 2) | {"SPARSE_OK": True}
-        with WindowWriter(path, **profile) as writer:
+        with WindowWriter(path, feedback, **profile) as writer:
             for start in range(0, shape[0], ROWS_AT_ONCE):
                 if feedback.cancelled():
                     raise Cancelled
@@ -100,7 +101,7 @@ def counts_on(source: rasterio.DatasetReader, transform: Affine, window: Window)
 
 
 def moved_frame(compared: Compared) -> geopandas.GeoDataFrame:
-    """A line per log and scenario, from its deposit in the reference to its deposit in the scenario."""
+    """One line for each log and scenario, from its deposit in the reference to its deposit in the scenario."""
     one = compared.reference
     frames = []
     for each in compared.others:

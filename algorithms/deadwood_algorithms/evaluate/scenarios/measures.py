@@ -39,8 +39,8 @@ class ScenarioRow:
     n_only_reference, n_only_scenario, p_mcnemar : for shares: logs that changed, and the probability that chance
     explains it
     n_lost : logs that left the terrain model before the outcome was known
-    value_..., difference_..._if_lost : the least and the greatest value of both, whatever these logs did
-    diff_..._if_lost : the outer ends of the intervals of the least and the greatest difference
+    value_..., difference_..._if_lost : the smallest and the largest value of both, whatever these logs did
+    diff_..._if_lost : the outer ends of the intervals of the smallest and the largest difference
     """
 
     scenario: str
@@ -67,7 +67,7 @@ class ScenarioRow:
 
     @property
     def loss_matters(self) -> bool:
-        """Whether the lost logs could move the value or the difference out of the interval beside it."""
+        """Whether the lost logs could move the value or the difference out of its interval."""
         if self.value_high_if_lost > self.ci_high:
             return True
         return self.difference_low_if_lost < self.diff_ci_low or self.difference_high_if_lost > self.diff_ci_high
@@ -150,7 +150,7 @@ def share_row(name: str, quantity: str, item: str, now: Share, before: Share | N
 def index_rows(
     each: Scenario, other: Scenario, column: int, line_id: str, log_id: NDArray[np.int64], seed: int
 ) -> Iterator[ScenarioRow]:
-    """BARI of all logs, MIRI and ORPI of those whose trajectory is stored in both, where any is."""
+    """BARI of all logs; MIRI and ORPI of those whose trajectory is stored in both scenarios, if any."""
     before, now = (Share.of(run.reach[:, column], run.left_dem) for run in (other, each))
     value, low, high = reach_index(before.did, now.did, log_id, seed)
     row = ScenarioRow(each.name, "bari", line_id, "1", log_id.size, value, low, high)
@@ -210,7 +210,9 @@ def spread_differences(
 
 
 def number_rows(each: Scenario, other: Scenario | None, log_id: NDArray[np.int64], seed: int) -> Iterator[ScenarioRow]:
-    """Speeds, run-outs and jumps: means by the logs' own changes, tails by bootstrap, the largest without interval."""
+    """Speeds, run-outs and jumps: means from the changes of single logs, tails by bootstrap, the largest without
+    interval.
+    """
     for name, column, unit in (
         ("speed_mean", "speed_mean_ms", "m/s"),
         ("speed_max", "speed_max_ms", "m/s"),
@@ -237,7 +239,9 @@ def number_rows(each: Scenario, other: Scenario | None, log_id: NDArray[np.int64
 
 
 def speed_row(each: Scenario, other: Scenario | None, now: Array, before: Array | None) -> ScenarioRow:
-    """The mean over the logs of their path over time, without those that still moved at the time limit in either."""
+    """The mean over the logs of their path over time, without those that still moved at the time limit in either
+    scenario.
+    """
     ended = ~each.still_moving if other is None else ~(each.still_moving | other.still_moving)
     n = int(ended.sum())
     if not n:

@@ -22,7 +22,8 @@ from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_lines
 from deadwood_algorithms.stats.endings import ended, left_dem
 
-# Of the releases, what deposits repeat, and how far two of the same may differ: coordinates by rounding alone.
+# Columns of the releases that deposits repeat, and by how much two of the same may differ: coordinates by rounding
+# only.
 SAME = {
     "release_id": 0.0,
     "release_x": 1e-6,
@@ -31,11 +32,11 @@ SAME = {
     "length_m": 1e-9,
     "density_kg_m3": 1e-9,
 }
-# Parameters that change no log's way, or are compared as releases.
+# Parameters that change no log's movement, or are compared as releases.
 NO_MATTER = (
     "output", "overwrite", "threads", "resume", "trajectories", "until_ci", "error", "budget", "assume", "seed",
     "min_runout_m", "releases", "report", "qgis_project", "geoparquet", "outline_every_s", "danger_least",
-    "danger_counts", "scheduler", "workers", "friction_preset",  # which friction it means, friction says
+    "danger_counts", "scheduler", "workers", "friction_preset",  # its values are in friction
 )  # fmt: skip
 SAME_LINE_M = 0.01
 OBSTACLES = ("trees", "barriers", "lying_logs", "blocks")
@@ -47,7 +48,7 @@ class Scenario:
 
     reach : (n, lines), the same lines for all runs
     energy : (n, lines), of translation and rotation at the first touch [kJ]; NaN for a log that does not reach
-    stored : (n,), logs of which energies would be known
+    stored : (n,), logs whose energies are known
     """
 
     name: str
@@ -62,7 +63,7 @@ class Scenario:
 
     @cached_property
     def left_dem(self) -> NDArray[np.bool_]:
-        """Logs that went out of sight, beyond the terrain model."""
+        """Logs that left the terrain model."""
         return left_dem(self.run.deposits)[self.rows]
 
     @cached_property
@@ -79,7 +80,7 @@ class Scenario:
 
 @dataclass(frozen=True)
 class Compared:
-    """The scenarios, the reference first, with their common logs."""
+    """The scenarios, the reference first, with the logs that all of them have."""
 
     scenarios: list[Scenario]
     line_ids: list[Any]
@@ -205,7 +206,7 @@ def refuse_other_releases(one: Run, other: Run) -> None:
     """Raise ``UserError`` that names the log and the column in which the releases of two runs differ."""
     digests = [run.manifest.get("digests", {}).get("releases") for run in (one, other)]
     if digests[0] and digests[0] == digests[1]:
-        return  # the same to the last bit; a run with --until-ci may have slid a part of them
+        return  # the same to the last bit, although a run with --until-ci may have slid only part of them
     fix = "slide the same releases layer with the same options in both"
     ids = [run.deposits["log_id"].to_numpy(np.int64) for run in (one, other)]
     for here, there, lacks in ((ids[0], ids[1], other), (ids[1], ids[0], one)):
@@ -238,7 +239,7 @@ def refuse_other_releases(one: Run, other: Run) -> None:
 
 
 def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], list[Any], list[NDArray[np.bool_]]]:
-    """What the runs say themselves of the lines that all of them watched: ids, shapes, reach by row of deposits."""
+    """The runs' own results for the lines that all of them watched: ids, shapes, reach by row of deposits."""
     layers = [layers_in(run.path) for run in runs]
     if not all("reach" in each for each in layers):
         without = [str(run.path) for run, each in zip(runs, layers, strict=True) if "reach" not in each]
@@ -282,7 +283,7 @@ def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], l
 def energies_of_lines(
     runs: Sequence[Run], lines: str, feedback: Feedback
 ) -> tuple[list[Any], list[Any], list[NDArray[np.float64]]]:
-    """With what energy stored trajectories reach lines: ids, shapes, and by row of deposits kJ, NaN for none."""
+    """Energies with which stored trajectories reach lines: ids, shapes, and kJ by row of deposits, NaN for none."""
     energies, ids, shapes = [], [], []
     for run in runs:
         polylines, items = read_lines(lines, run.grid, feedback)
@@ -293,7 +294,7 @@ def energies_of_lines(
 
 
 def energies_of_runs(runs: Sequence[Run], line_ids: Sequence[Any], feedback: Feedback) -> list[NDArray[np.float64]]:
-    """The same of the runs' own lines; NaN throughout, and this is reported, where a run stored no trajectory."""
+    """The same for the runs' own lines; NaN throughout, with a note, if a run stored no trajectory."""
     found = []
     for run in runs:
         energy = np.full((len(run.deposits), len(line_ids)), np.nan)
@@ -309,7 +310,7 @@ def energies_of_runs(runs: Sequence[Run], line_ids: Sequence[Any], feedback: Fee
         try:
             polylines, items = read_lines(f"{run.path / GEOPACKAGE}|layername=reach", run.grid, Quiet())
             arrived = find_arrivals(run, polylines, items, None, 0.0, feedback)
-        except UserError as error:  # the shape that slid is gone
+        except UserError as error:  # the file of the shape no longer exists
             feedback.warn(f"no energy at lines (MIRI, ORPI) is compared: {error}")
             continue
         energy[:] = _energies(arrived, len(energy), len(items.ids))[:, [items.ids.index(each) for each in line_ids]]
@@ -324,8 +325,8 @@ def _energies(arrived: Arrived, n_logs: int, n_lines: int) -> NDArray[np.float64
 
 
 def differing(compared: Compared) -> dict[str, dict[str, Any]]:
-    """Parameters of slide-logs in which the scenarios differ: by parameter, by scenario. What a column of the releases
-    overrides in one run had no effect in any, for the releases are the same.
+    """Parameters of slide-logs in which the scenarios differ: by parameter, then by scenario. What a column of the
+    releases overrides in one run had no effect in any, for the releases are the same.
     """
     idle: set[str] = set()
     given = {each.name: dict(each.run.manifest.get("parameters", {})) for each in compared.scenarios}

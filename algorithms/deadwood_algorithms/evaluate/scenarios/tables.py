@@ -11,21 +11,20 @@ from deadwood_algorithms.evaluate.scenarios.indices import INDICES, LEAST_ARRIVA
 from deadwood_algorithms.evaluate.scenarios.measures import ScenarioRow
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.stats.statistics import (
+    IN_BRACKETS,
     decimals_of,
     percent,
     percent_of,
-    percent_with_interval,
     points_with_interval,
-    reach_record,
-    wilson_interval,
+    share_if_lost_words,
 )
 
 SHOWN = 4  # lines and releases in the printed table; the files have them all
 
 
 def long_table(rows: Sequence[ScenarioRow]) -> list[dict[str, Any]]:
-    """The rows for a spreadsheet: the scenarios of a quantity one below the other, in percent, rounded as far as their
-    intervals allow."""
+    """The rows for a spreadsheet: the scenarios of a quantity one below the other, shares in percent, rounded as their
+    intervals justify."""
     keys = list(dict.fromkeys((row.quantity, row.item) for row in rows))
     return [table_row(row) for row in sorted(rows, key=lambda row: keys.index((row.quantity, row.item)))]
 
@@ -67,7 +66,7 @@ def table_lines(
     head += [f"spread {release} (5-95 %)" for release in releases[:SHOWN]]
     held = {"tree": "held by trees", "lying_log": "by lying logs", "block": "by boulders", "barrier": "by barriers"}
     if not any(of[name, "ended", "block"].value for name in names):
-        del held["block"]  # few scenes have them
+        del held["block"]  # few scenes have boulders
     head += ["mean speed", "max speed", *held.values()]
     table = [head]
     for name in names:
@@ -84,7 +83,7 @@ def table_lines(
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     shown = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
     if any("[" in cell for row in table[1:] for cell in row):
-        shown.append("[]: range of possible values, with intervals, because logs left the terrain model before")
+        shown.append(IN_BRACKETS)
     shown += index_lines(rows, names[0])
     for parameter, values in differences.items():
         text = ", ".join(f"{name}: {Path(str(value)).name if value else 'none'}" for name, value in values.items())
@@ -123,11 +122,8 @@ def index_words(row: ScenarioRow) -> str:
 
 def share_words(row: ScenarioRow) -> str:
     """``30 % (18 to 45 %)``, with ``[18 to 67 %]`` where logs were lost that could change it."""
-    text = percent_with_interval(reach_record(round(row.value * row.n), row.n))
-    if not row.value_high_if_lost > row.ci_high:
-        return text
-    top = wilson_interval(round(row.value_high_if_lost * row.n), row.n)[1]
-    return f"{text} [{percent(row.ci_low, row.ci_low, row.ci_high)} to {percent(top, row.ci_low, row.ci_high)} %]"
+    n_reach = round(row.value * row.n)
+    return share_if_lost_words(n_reach, row.n, round(row.value_high_if_lost * row.n) - n_reach)
 
 
 def difference_words(row: ScenarioRow) -> str:

@@ -47,7 +47,7 @@ class Measured:
 
     @property
     def strongest_first(self) -> list[int]:
-        """The factors by their total index if there is one, else by their swing."""
+        """The factors sorted by total index if there is one, otherwise by swing."""
         if self.indices is not None and self.by_index:
             strength = self.indices.total
         else:
@@ -55,7 +55,7 @@ class Measured:
         return [int(k) for k in np.argsort(-strength, kind="stable")]
 
     def as_it_is(self, logs: int) -> str:
-        """The outcome with nothing varied; of a share with its interval for this number of logs."""
+        """The outcome with nothing varied; a share has its interval for this number of logs."""
         base = self.bars[0].base
         if self.is_share:
             return percent_with_interval(reach_record(round(base * logs), logs))
@@ -74,7 +74,7 @@ class Measured:
         return f"{swing} m ({low} to {high})"
 
     def level(self, value: float, bar: Bar) -> str:
-        """An outcome's value, as far as the bar's interval allows."""
+        """An outcome's value, rounded as the interval of the bar justifies."""
         if self.is_share:
             return f"{percent(value, bar.ci_low, bar.ci_high)} %"
         return f"{value:.{decimals_of(bar.ci_low, bar.ci_high)}f} m"
@@ -82,9 +82,9 @@ class Measured:
 
 @dataclass(frozen=True)
 class Answer:
-    """Which factors an outcome depends on, the strongest first; none where none is beyond chance.
+    """Which factors an outcome depends on, the strongest first; empty if none is beyond chance.
 
-    decided : whether the first is the strongest in enough resamples; by : ``total`` index or ``swing``
+    decided : whether the first one is the strongest in enough resamples; by : ``total`` index or ``swing``
     """
 
     outcome: str
@@ -106,8 +106,7 @@ def most_influential(measured: Measured, logs: int) -> Answer:
     order = measured.strongest_first
     found = [k for k in order if beyond[k]]
     if not found:
-        k = order[0]
-        return Answer(measured.name, by, [], False, _undecided(measured, bars[k], logs, design=indices is not None))
+        return Answer(measured.name, by, [], False, _undecided(measured, logs))
     first = order_of_strength(found, draws)
     names = [bars[k].factor.name for k in first]
     if len(first) == 1:
@@ -131,19 +130,26 @@ def most_influential(measured: Measured, logs: int) -> Answer:
 
 
 def order_of_strength(found: list[int], draws: NDArray[np.float64]) -> list[int]:
-    """So many of the factors, the strongest first, that one of them is the strongest in `SURE` of the resamples."""
+    """The fewest factors, the strongest first, of which one is the strongest in `SURE` of the resamples."""
     usable = draws[np.isfinite(draws).all(axis=1)][:, found]
     if not len(usable):
         return found
-    # Where two are alike in a resample, the one that stands first is it
+    # If two are equal in a resample, the one listed first counts as the strongest
     share = np.bincount(np.argmax(usable, axis=1), minlength=len(found)) / len(usable)
     kept = int(np.searchsorted(np.cumsum(share), SURE - 1e-12)) + 1
     return found[:kept]
 
 
-def _undecided(measured: Measured, bar: Bar, logs: int, *, design: bool) -> str:
-    runs = " and rows of the design" if design else ""
+def _undecided(measured: Measured, logs: int) -> str:
+    """No index is beyond chance, or no change; a factor alone may change the outcome beyond chance all the same."""
+    bar = max(measured.bars, key=lambda each: abs(each.swing))
+    runs = " and rows of the design" if measured.indices is not None else ""
+    largest = f"The largest change is that of {bar.factor.words}"
+    if measured.by_index and bar.beyond_chance:
+        why, largest = "total-effect index is beyond chance", f"{largest} alone, which is beyond chance"
+    else:
+        why = "factor changes it beyond chance"
     return (
         f"The number of logs{runs} ({logs}) is too small to decide which input influences {measured.words} most: no "
-        f"factor changes it beyond chance. The largest change is that of {bar.factor.words}, {measured.change(bar)}."
+        f"{why}. {largest}, {measured.change(bar)}."
     )

@@ -4,8 +4,8 @@ Saltelli's design (Saltelli et al. 2010) has two independent samples A and B of 
 sample A with that factor's column taken from B. The samples are a Latin hypercube, drawn here, or Sobol's sequence,
 scrambled, of SciPy.
 
-The error of a terrain model is not a number but a surface: its factor goes with the number of a random surface, which
-belongs to the row. So where its column comes from B the surface does as well, and its index is that of the error, not
+The error of a terrain model is not a number but a surface: its factor is paired with the number of a random surface,
+which belongs to the row. Where its column comes from B, so does the surface, and the index is that of the error, not
 of its size on one surface.
 """
 
@@ -25,7 +25,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Place:
-    """One run: its factors' values (of the others the scene's own hold), and the surface of the terrain's error."""
+    """One run: the values of its factors (all others are those of the scene), and the number of the terrain error's
+    surface.
+    """
 
     label: str
     values: dict[str, float | str]

@@ -37,7 +37,7 @@ WANTED = ("reach", "runout", "stop_reason")
 
 @dataclass(frozen=True)
 class SlidRuns:
-    """What every log did in every run; the first axis is the run.
+    """Outcomes of every log in every run; the first axis is the run.
 
     reach : (runs, logs, lines); runout : (runs, logs) [m]; stop_reason : (runs, logs)
     """
@@ -105,7 +105,7 @@ def scene_at(place: Place, layers: SceneLayers, *, noise_length: float, seed: in
 
 
 def logs_at(place: Place, logs: Logs, *, seed: int) -> Logs:
-    """The logs of a run: the same places and ids, other sizes, and another posture where that is varied."""
+    """The logs of a run: the same places and ids, other sizes, and another posture if that is varied."""
     sizes = {field: getattr(logs, field) * place.values[name] for name, (field, _, _) in SIZES.items()
              if name in place.values}  # fmt: skip
     sized = replace(logs, **sizes)
@@ -113,7 +113,7 @@ def logs_at(place: Place, logs: Logs, *, seed: int) -> Logs:
 
 
 def table_of(places: list[Place], slid: SlidRuns, factors: list[Factor], line_ids: list[str]) -> list[dict[str, Any]]:
-    """One record a run: the factors' values (of the others none), the surface, the outcomes, how logs ended."""
+    """One record for each run: the values of its factors, the surface, the outcomes, how logs ended."""
     rows = []
     for k, place in enumerate(places):
         row: dict[str, Any] = {"run": k + 1, "label": place.label}
@@ -130,7 +130,9 @@ def table_of(places: list[Place], slid: SlidRuns, factors: list[Factor], line_id
 
 
 def warn_of_runs(places: list[Place], slid: SlidRuns, line_ids: list[Any], feedback: Feedback) -> None:
-    """Say what depends on logs that left the terrain model: in the run that lost most, and as things are."""
+    """Warn of results that depend on logs that left the terrain model, in the run that lost most and in the unchanged
+    one.
+    """
     left = left_dem(slid.stop_reason)
     gone, n = left.sum(axis=1), left.shape[1]
     most = int(gone.argmax())

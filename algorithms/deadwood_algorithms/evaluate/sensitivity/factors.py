@@ -1,4 +1,4 @@
-"""The factors that can be varied, their ranges, and the text or table in which a user states them.
+"""The factors that can be varied, their ranges, and how a user states them in a text or table.
 
 A factor is a number that replaces one of the scene's (``friction``), a multiplier of values of the layers
 (``log_dbh_factor``), or a choice of two (``fidelity``, ``orientation``). If the user gives no range, that of `OFFERED`
@@ -45,7 +45,7 @@ OFFERED: Mapping[str, Offer] = {
     "restitution": Offer("restitution of impacts", "", 0.0, 1.0, 0.0, 0.2),
     "tree_friction": Offer("friction of stems", "", 0.0, 10.0, 0.2, 0.6),
     "tree_restitution": Offer("restitution of stems", "", 0.0, 1.0, 0.0, 0.2),
-    # What a height or a girth estimated from the air is wrong by
+    # Error of a height or diameter estimated from the air
     "log_dbh_factor": Offer("DBH of the logs", "times", 0.01, 100.0, 0.9, 1.1),
     "log_length_factor": Offer("length of the logs", "times", 0.01, 100.0, 0.9, 1.1),
     # Sound to well decayed wood of one species
@@ -72,7 +72,7 @@ class Factor:
 
     @property
     def offer_words(self) -> str:
-        """That the range is a suggestion, and whose."""
+        """A note that the range is a suggestion, and its reason."""
         whose = FRICTIONS["wet-debarked"].source if self.name == "friction" else "a suggestion, nobody's measurement"
         return f"--vary {self.name} takes the range that is offered, {self.range_words}: {whose}"
 
@@ -81,7 +81,7 @@ class Factor:
         return OFFERED[self.name].words
 
     def at(self, share: float) -> float | str:
-        """The value at a share of the range, 0 to 1; of a choice the one or the other half."""
+        """The value at a share of the range, 0 to 1; of a choice, one for each half."""
         if isinstance(self.low, str) or isinstance(self.high, str):
             return self.low if share < 0.5 else self.high
         return self.low + share * (self.high - self.low)
@@ -102,8 +102,8 @@ class Factor:
 def factors_of(given: str) -> list[Factor]:
     """The factors of ``--vary``: a text, or the path of a JSON file or of a CSV table ``factor,low,high``.
 
-    In the text factors stand with commas, ``friction=0.2:0.3, rolling_friction``; one without a range takes the range
-    that is offered.
+    In the text, factors are separated by commas, ``friction=0.2:0.3, rolling_friction``; one without a range takes the
+    default range.
     """
     path = Path(given.strip())
     if path.suffix.lower() in (".json", ".csv"):
@@ -173,7 +173,7 @@ def _from_csv(path: Path) -> list[Row]:
 
 
 def _checked(name: str, ends: Ends, place: str) -> Factor:
-    """The factor, or a refusal in one line."""
+    """The checked factor; an invalid one is rejected with one line."""
     key = name.strip().lower().replace("-", "_")
     if key not in OFFERED:
         raise UserError(f"{place}: no factor is called '{name}'; known are {', '.join(OFFERED)}")

@@ -7,8 +7,9 @@ number of logs to a squared difference or product (their variance over the logs 
 Otherwise every factor, even one without effect, would have an index, because on a rough slope the least change sends a
 log elsewhere.
 
-No factor accounts for more alone than with others. Where the two estimates, which are made of different terms, say so
-nevertheless, that is chance: both become their mean, weighted by how exact each is (`in_order`), as in each resample.
+The share that a factor accounts for alone cannot exceed its total share. If the two estimates, which are made of
+different terms, nevertheless do, that is chance: both become their mean, weighted by precision (`in_order`), in each
+resample too.
 
 Intervals are bootstrapped over both, the rows of the design and the logs: the deviations of the resampled index from
 its value if these logs were the whole population. They are clipped to 0..1, the range of an index; an estimate may lie
@@ -33,9 +34,10 @@ Array = NDArray[np.float64]
 class Indices:
     """Indices of one outcome; arrays by factor, intervals of shape (2, factors), draws of (resamples, factors).
 
-    variance : of the outcome over the ranges, and its interval; where that reaches 0 there is nothing to share out, and
+    variance : of the outcome over the ranges, and its interval; if that reaches 0 there is no variance to attribute,
+    and
         the indices are NaN
-    crossed : factors whose first-order index was estimated above their total one, by what is printed, before both
+    crossed : factors whose first-order index was estimated above their total index, as printed, before both
         became their mean
     """
 
@@ -51,7 +53,7 @@ class Indices:
     crossed: NDArray[np.bool_]
 
     def total_words(self, factor: int) -> str:
-        """``0.83 (0.60 to 1.00)``: an estimate beside 0..1, which chance makes, is printed as the nearest end."""
+        """``0.83 (0.60 to 1.00)``: an estimate outside 0..1, which is due to chance, is printed as the nearer end."""
         low, high = self.total_interval[:, factor]
         return f"{min(max(self.total[factor], 0.0), 1.0):.2f} ({low:.2f} to {high:.2f})"
 
@@ -61,7 +63,7 @@ def weights_of(log_id: NDArray[np.int64], seed: int, count: int = RESAMPLES) -> 
     if log_id.size < 2:
         return np.ones((log_id.size, count))
     drawn = np.stack(list(resamples(log_id, seed, count)), axis=1).astype(float)
-    drawn[:, drawn.sum(axis=0) < 2.0] = 1.0  # of a handful of logs none may be drawn
+    drawn[:, drawn.sum(axis=0) < 2.0] = 1.0  # with only a few logs, none may be drawn
     return drawn
 
 
@@ -86,7 +88,7 @@ def indices_of(
     weights : shape (logs, resamples), of `weights_of`; drawn : shape (rows, resamples), of `rows_drawn`
     """
     plain, once = np.ones((a.shape[1], 1)), np.ones((len(a), 1), np.int64)
-    centre = 0.5 * (a.mean(axis=0) + b.mean(axis=0))  # by log; any would do, as the differences are 0 in the mean
+    centre = 0.5 * (a.mean(axis=0) + b.mean(axis=0))  # by log; any value would do, because the differences have mean 0
 
     def all_of(by_log: Array, by_row: NDArray[np.int64], *, correct: bool) -> tuple[Array, Array, Array]:
         """Variance, numerators of first-order and total indices, shape (resamples,) and (factors, resamples)."""
@@ -133,7 +135,7 @@ def indices_of(
 
 
 def in_order(first: Array, total: Array, first_variance: Array, total_variance: Array) -> tuple[Array, Array]:
-    """First-order and total indices, where the first is above the total both as their mean by the inverse variances."""
+    """First-order and total indices, if the first exceeds the total, both are their inverse-variance weighted mean."""
     both = first_variance + total_variance
     weight = np.divide(total_variance, both, out=np.full(both.shape, 0.5), where=both > 0.0)
     mean = total + weight * (first - total)
@@ -159,7 +161,7 @@ def _variance(a: Array, b: Array, by_log: Array, by_row: NDArray[np.int64], corr
 def _numerators(
     a: Array, b: Array, mixed: Array, by_log: Array, by_row: NDArray[np.int64], correct: bool
 ) -> tuple[Array, Array]:
-    """Of a factor's first-order and total index, each of shape (resamples,)."""
+    """Numerators of a factor's first-order and total index, each of shape (resamples,)."""
     logs, rows = by_log.sum(axis=0), by_row.sum(axis=0)
     changed = mixed - a
     of_b, change = b @ by_log / logs, changed @ by_log / logs
@@ -172,7 +174,7 @@ def _numerators(
 
 
 def _noise(values: Array, by_log: Array) -> Array:
-    """Variance of each row's mean, by its logs, shape (rows, resamples); 0 of a single one."""
+    """Variance of each row's mean over its logs, shape (rows, resamples); 0 for a single log."""
     logs = by_log.sum(axis=0)
     if len(by_log) < 2:
         return np.zeros((len(values), by_log.shape[1]))

@@ -20,7 +20,7 @@ def measure(
     factors: list[Factor], slid: SlidRuns, samples: int, lines: Sequence[Any], log_id: NDArray[np.int64], seed: int,
     feedback: Feedback,
 ) -> tuple[list[Measured], list[Answer]]:  # fmt: skip
-    """Bars, indices and sentences of every outcome; ``samples``: rows of the design, 0 where only ends were run."""
+    """Bars, indices and sentences of every outcome; ``samples``: rows of the design, 0 if only the ends were run."""
     weights = weights_of(log_id, seed)
     ends, n = 1 + 2 * len(factors), samples
     drawn = rows_drawn(n, seed) if samples else None

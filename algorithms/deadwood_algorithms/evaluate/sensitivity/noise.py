@@ -1,8 +1,9 @@
-"""Errors of a terrain model as a random surface: normal, of mean 0 and deviation 1, alike over a distance.
+"""Errors of a terrain model as a random surface: normal, with mean 0 and standard deviation 1, correlated over a
+distance.
 
-Two places d apart have the correlation exp(-(d / length)^2). The surface is a sum of bells about the nodes of a
-lattice, whose heights are drawn by the node's own number: a window of a terrain model gets what the whole gets, bit
-for bit, and the same ground the same error whatever has been read.
+Two places d apart have the correlation exp(-(d / length)^2). The surface is a sum of Gaussian bells at the nodes of a
+lattice; the height of each depends on its node's number only. So a window of a terrain model gets the same error as
+the whole, bit for bit, whatever has been read.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from numpy.typing import NDArray
 from deadwood_algorithms.stats.draws import HEIGHT_NOISE, normals
 
 Array = NDArray[np.float64]
-# Nodes a bell's deviation apart: the sum's variance and correlation are the bell's own to 1e-4 (tested).
-BELLS = 5  # nodes to each side, beyond which a bell is 4e-6 of its top
+# With nodes one standard deviation of the bell apart, variance and correlation are exact to 1e-4 (tested).
+BELLS = 5  # nodes to each side; beyond them a bell is below 4e-6 of its maximum
 SIDE = 2**26  # nodes in a row of the lattice, more than any terrain model needs
 
 
@@ -37,7 +38,7 @@ def error_surface(
     i, j = np.arange(rows)[:, None] + south, np.arange(columns)[None, :] + west
     nodes = (i * SIDE + j).ravel()
     heights = normals(seed, nodes, HEIGHT_NOISE, number)[0].reshape(rows, columns)
-    # Sums by bell, not products of matrices, whose order of adding would depend on the window.
+    # Summed bell by bell, because the order of summation of a matrix product would depend on the window.
     lines = np.zeros((shape[0], columns))
     for k in range(2 * BELLS + 2):
         lines += row_weight[k][:, None] * heights[row_node - south + k]
@@ -48,11 +49,13 @@ def error_surface(
 
 
 def _bells(cells: NDArray[np.int64], step: float) -> tuple[NDArray[np.int64], Array]:
-    """For each cell of an axis its first node, and the weights of it and those after, whose squares add up to 1."""
+    """For each cell of an axis its first node, and the weights of this and the next nodes, whose squares add up to
+    1.
+    """
     at = cells / step
     node = np.floor(at).astype(np.int64)
     weights = np.array([np.exp(-0.5 * (at - (node - BELLS + k)) ** 2) for k in range(2 * BELLS + 2)])
-    # One by one, for the same bits in any window
+    # One by one, to give the same bits in any window
     total = np.zeros(cells.size)
     for each in weights:
         total += each * each

@@ -9,18 +9,18 @@ import numpy as np
 from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
 from deadwood_algorithms.params.counts import counted
 
-# An index alone that is above the one that holds it is an estimate from too few rows.
+# A first-order index above the total index, which includes it, is an estimate from too few rows.
 CROSSED = "with the first-order one, estimated above it by chance, their mean: raise --samples"
 
 
 def headline(measured: list[Measured], answers: list[Answer]) -> int:
-    """The outcome whose sentence stands for all: the line that a factor moves most, a decided one first."""
+    """The outcome whose sentence represents all: the line that a factor changes most; decided ones come first."""
     lines = [k for k, each in enumerate(measured) if each.is_share] or [len(measured) - 1]
     return max(lines, key=lambda k: (bool(answers[k].factors), max(abs(bar.swing) for bar in measured[k].bars)))
 
 
 def order_of_factors(measured: list[Measured], answers: list[Answer]) -> list[int]:
-    """The order of the factors in every table and picture, of every outcome: the strongest of the headline first."""
+    """The order of the factors in every table and picture: the strongest for the headline's outcome first."""
     return measured[headline(measured, answers)].strongest_first
 
 

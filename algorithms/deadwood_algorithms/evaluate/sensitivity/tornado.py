@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Bar:
-    """A factor's effect on one outcome; swing: at the high end less at the low end, with its paired 95 % interval.
+    """A factor's effect on one outcome; swing: the value at the high end minus that at the low end, with its paired 95
+    % interval.
 
     draws : the swing in each resample of the logs
     """
@@ -32,7 +33,7 @@ class Bar:
 
     @property
     def beyond_chance(self) -> bool:
-        """Whether the interval leaves out zero."""
+        """Whether the interval excludes zero."""
         return self.ci_low > 0.0 or self.ci_high < 0.0
 
 
@@ -41,9 +42,9 @@ def bars_of(factors: list[Factor], values: Array, weights: Array, *, share: bool
 
     Parameters
     ----------
-    values : shape (1 + 2 factors, logs), of the runs of `places_at_ends`; of a share 0 or 1
+    values : shape (1 + 2 factors, logs), of the runs of `places_at_ends`; 0 or 1 for a share
     weights : shape (logs, resamples)
-    share : whether the outcome is one, whose interval is Tango's; of a mean it is by bootstrap over the logs
+    share : whether the outcome is a share, whose interval is Tango's; that of a mean is by bootstrap over the logs
     """
     bars = []
     logs = values.shape[1]

@@ -23,7 +23,7 @@ from deadwood_algorithms.schemas.looks import HIGH_END, LOW_END, RUNS
 
 FIRST, TOTAL = "#999999", RUNS[0]
 OUTCOMES_SHOWN = 5
-SIDE_SHARE = 0.06  # of the longest bar, free on both sides
+SIDE_SHARE = 0.06  # of the longest bar, left free on both sides
 PANEL_IN, BAR_IN, HEAD_IN, FOOT_IN = 1.25, 0.36, 0.75, 0.55
 
 
@@ -77,7 +77,9 @@ def draw(
 
 
 def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> None:
-    """From the unchanged outcome to that at each end; beside it the difference between the ends and its interval."""
+    """Bars from the unchanged outcome to that at each end; beside them the difference between the ends, with its
+    interval.
+    """
     scale = 100.0 if one.is_share else 1.0
     base = scale * one.bars[0].base
     for place, k in enumerate(order):
@@ -99,7 +101,7 @@ def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> Non
     axes.set_xlabel(f"reach of {one.line} [%]" if one.is_share else "mean run-out [m]", fontsize=9)
     axes.set_title(textwrap.fill(answer.sentence, 120, break_on_hyphens=False), fontsize=8.5, loc="left")
     ends = [base, *(scale * each for bar in one.bars for each in (bar.at_low, bar.at_high))]
-    room = SIDE_SHARE * (max(ends) - min(ends)) or 1.0  # or bars end at the frame, which looks like no bar
+    room = SIDE_SHARE * (max(ends) - min(ends)) or 1.0  # otherwise bars end at the frame and cannot be seen as bars
     axes.set_xlim(min(ends) - room, max(ends) + room)
     bare_frame(axes)
 

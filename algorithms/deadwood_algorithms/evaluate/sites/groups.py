@@ -12,6 +12,7 @@ import geopandas
 import pandas as pd
 
 from deadwood_algorithms.evaluate.sites.sites_table import SiteOptions, folder_name
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import field_names, id_column, where_of
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -29,11 +30,14 @@ def sites_of_groups(
     keys = pd.Series([str(each) for each in id_column(frame, column)], index=frame.index)
     folder.mkdir(parents=True, exist_ok=True)
     sites: dict[str, SiteOptions] = {}
+    grouped = 0
     for key, rows in frame.groupby(keys, sort=False):
         name = _unlike(folder_name(str(key)), set(sites))
         place = folder / f"{name}.gpkg"
         _write_once(place, geopandas.GeoDataFrame(rows.reset_index(drop=True)))
+        grouped += len(rows)
         sites[name.lower()] = SiteOptions(name, {"releases": str(place.absolute())})
+    account("releases", count_of(len(frame), grouped, {}))
     return list(sites.values())
 
 
@@ -46,7 +50,7 @@ def _unlike(name: str, taken: set[str]) -> str:
 
 
 def _write_once(place: Path, frame: geopandas.GeoDataFrame) -> None:
-    """The same layer has the same bytes, so an existing identical file keeps its time stamp."""
+    """Write a layer unless an identical file exists, which keeps its time stamp."""
     beside = place.with_name(f".{place.name}")
     new = beside.with_suffix(".new.gpkg")
     new.unlink(missing_ok=True)

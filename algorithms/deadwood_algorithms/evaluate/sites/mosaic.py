@@ -1,7 +1,7 @@
 """The rasters of several runs on one terrain model as those of one run over all their logs.
 
-Counts add up, maxima are the largest, shares are counted again of all logs; danger adds up from `danger_count.tif`.
-Where one run over all the logs is possible it has the same values.
+Counts are added, maxima are the largest, shares are recomputed over all logs; danger is added from `danger_count.tif`.
+If one run over all the logs is possible, it gives the same values.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from deadwood_algorithms.results.run_folder import read_manifest
 from deadwood_algorithms.schemas.files import DANGER
 
 COUNTS = ("hit_count", "deposit_count")
-# Of which file, and which band of it, each is
+# File and band of each quantity
 MAXIMA = {
     each: (name, number)
     for name, *_ in MAPS
@@ -49,7 +49,7 @@ DANGER_COUNT = "danger_count.tif"
 
 @dataclass(frozen=True)
 class MergedRun:
-    """One run to be merged: its folder, how many logs it slid, its grid without values and the name of that, and the
+    """One run to be merged: its folder, how many logs it slid, its grid without values, the name of that grid, and the
     digest of its releases."""
 
     folder: Path
@@ -71,7 +71,7 @@ def pieces_by_grid(runs: Sequence[tuple[Path, int]]) -> list[list[MergedRun]]:
 
 
 def scenarios_in(pieces: Sequence[MergedRun]) -> list[str]:
-    """Names of runs that slid the very logs of another one: scenarios, which do not add up."""
+    """Names of runs that slid exactly the logs of another one: scenarios, which must not be added."""
     first: dict[str, str] = {}
     return [
         each.folder.name for each in pieces if first.setdefault(each.releases, each.folder.name) != each.folder.name
@@ -79,7 +79,7 @@ def scenarios_in(pieces: Sequence[MergedRun]) -> list[str]:
 
 
 def merge(folder: Path, pieces: Sequence[MergedRun], danger_least: int, feedback: Feedback) -> dict[str, str]:
-    """Write the merged rasters into a folder that is made."""
+    """Write the merged rasters into a new folder."""
     frame = pieces[0].grid
     parts = [stored_part(each) for each in pieces]
     lines, logs = lines_of_all(pieces), sum(each.logs for each in pieces)
@@ -104,7 +104,7 @@ def merge(folder: Path, pieces: Sequence[MergedRun], danger_least: int, feedback
 def merged_values(
     pieces: Sequence[MergedRun], parts: Sequence[Part], window: Part, lines: Sequence[str]
 ) -> tuple[dict[str, NDArray], NDArray[np.bool_]]:
-    """Values of all runs on a window (row 0 south), energies in kJ, and where there is no ground."""
+    """Values of all runs on a window (row 0 south), energies in kJ, and the cells without ground."""
     shape = window.rows, window.columns
     total: dict[str, NDArray] = {name: np.zeros(shape, np.uint32) for name in COUNTS}
     total |= {name: np.full(shape, np.nan, np.float32) for name in MAXIMA}
@@ -129,7 +129,7 @@ def merged_values(
 
 
 def shared_part(one: Part, other: Part) -> Part | None:
-    """What two windows share; None where that is nothing."""
+    """The intersection of two windows; None if it is empty."""
     column, row = max(one.column, other.column), max(one.row, other.row)
     columns = min(one.column + one.columns, other.column + other.columns) - column
     rows = min(one.row + one.rows, other.row + other.rows) - row
@@ -144,7 +144,7 @@ def _merge_by_windows(
     danger_least: int,
     feedback: Feedback,
 ) -> dict[str, str]:
-    """The same where the runs are too far apart to be held at once: tile by tile of those that any run has stored."""
+    """The same for runs too far apart to be held at once: tile by tile, only tiles that any run has stored."""
     frame, logs = pieces[0].grid, sum(each.logs for each in pieces)
     named = {name: bands_of(name) for name, *_ in MAPS}
     rows = {name: (kind, [units] * len(named[name]), named[name], style) for name, kind, units, style in MAPS}
@@ -159,7 +159,7 @@ def _merge_by_windows(
             nodata = nodata_of(name, kind, windowed=True)
             profile = geotiff_profile(frame.shape, frame.crs, frame.transform, kind, nodata, len(units))
             profile |= {"SPARSE_OK": True, "interleave": "band"}
-            writer = stack.enter_context(WindowWriter(folder / f"{name}.tif", **profile))
+            writer = stack.enter_context(WindowWriter(folder / f"{name}.tif", feedback, **profile))
             for number, (unit, each) in enumerate(zip(units, names, strict=True), start=1):
                 writer.target.set_band_unit(number, unit)
                 describe_band(writer.target, number, each, raster=name)
@@ -203,7 +203,7 @@ def touched_tiles(parts: Sequence[Part], shape: tuple[int, int]) -> list[Part]:
 
 
 def lines_of_all(pieces: Sequence[MergedRun]) -> list[str]:
-    """The lines whose danger every run has counted; none where they are not the same in all runs."""
+    """The lines whose danger every run has counted; none if they are not the same in all runs."""
     found = [danger_lines_of(each.folder) for each in pieces]
     return found[0] if all(each == found[0] for each in found) else []
 

@@ -20,13 +20,13 @@ from deadwood_algorithms.results.run_folder import GEOPACKAGE, read_manifest
 from deadwood_algorithms.schemas.results import IF_LOST
 from deadwood_algorithms.stats.statistics import bounds_if_lost, lost_words, percent_with_interval, reach_record
 
-AREA_M = 5.0  # around the releases of a site, so that one alone has an area
+AREA_M = 5.0  # margin around the releases of a site, so that a single release has an area
 DONE, FAILED = "done", "failed"
 
 
 @dataclass(frozen=True)
 class SiteRow:
-    """A row of the overview: a site and a line, or a site without lines or that failed."""
+    """A row of the overview: a site and a line, or a site that has no lines or that failed."""
 
     site: str
     status: str
@@ -54,7 +54,7 @@ REACH = ("n_reach", "p", "ci_low", "ci_high", *(each.name for each in IF_LOST))
 
 @dataclass(frozen=True)
 class SiteFound:
-    """A site's rows, and where it is: the ground around its releases, None where that is not known."""
+    """A site's rows, and where it is: the ground around its releases, None if that is not known."""
 
     name: str
     rows: list[SiteRow]
@@ -70,7 +70,7 @@ class SiteFound:
 
 
 def found_of_run(name: str, folder: Path) -> SiteFound:
-    """What a site's run found."""
+    """The results of a site's run."""
     manifest, grid = read_manifest(folder)
     summary = read_summary(folder, manifest, *WHOLE)
     layer = f"{folder / GEOPACKAGE}|layername=deposits"
@@ -137,7 +137,7 @@ def reach_of_all(found: Sequence[SiteFound]) -> list[dict[str, Any]]:
 
 
 def words_of_sites(found: Sequence[SiteFound]) -> list[str]:
-    """A line a site for the reader."""
+    """One line for each site, for the reader."""
     wide = max(len(each.name) for each in found)
     lines = []
     for each in found:

@@ -10,6 +10,7 @@ import pandas
 
 from deadwood_algorithms.evaluate.sites import sites_figure
 from deadwood_algorithms.evaluate.sites.overview import SiteFound, reach_of_all, sites_layer, words_of_sites
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.tables import write_csv
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.counts import counted
@@ -23,6 +24,7 @@ SCENARIOS = 3  # shown in the last lines
 
 def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:
     failed = [each for each in found if each.failed]
+    account("sites", count_of(len(found), sum(not each.failed for each in found), {"failed": len(failed)}))
     return {
         "sites": {"asked": len(found), "done": len(found) - len(failed), "failed": len(failed)},
         "logs": {"released": sum(each.logs for each in found)},
@@ -32,13 +34,13 @@ def summary_of_sites(found: Sequence[SiteFound]) -> dict[str, Any]:
 
 
 def refuse_failed(found: Sequence[SiteFound], output: str) -> None:
-    """The error that ends a run of which sites failed, once the others are written."""
+    """Raise the error that ends a run with failed sites, once the others are written."""
     failed = [each for each in found if each.failed]
     if failed:
         names = ", ".join(each.name for each in failed[:5]) + (" ..." if len(failed) > 5 else "")
         raise UserError(
             f"{len(failed)} of {len(found)} sites failed ({names}); the others are in {output}, whose {TABLE} "
-            "says why; fix the causes, and run again with --resume: only what is not finished is slid"
+            "gives the reason; fix the causes and run again with --resume: only unfinished sites are slid"
         )
 
 

@@ -32,7 +32,7 @@ class SitesFolder:
 
     @staticmethod
     def is_of(output: str) -> bool:
-        """Whether what stands at the output is an earlier result of sites, to which unfinished work belongs."""
+        """Whether the output is an earlier result of sites, to which unfinished work belongs."""
         try:
             made = json.loads((Path(output) / MANIFEST).read_text(encoding="utf-8"))
             return made["tool"] == "run-sites" and part_path(output).is_dir()

@@ -13,16 +13,16 @@ from deadwood_algorithms.simulate.workers import NobodySlides
 
 
 def site_stage(feedback: Feedback, name: str, number: int, count: int) -> Stage:
-    """Messages about a site name it."""
+    """Feedback in which each message names the site."""
     return Stage(feedback, name, place=f"{name} ({number} of {count})")
 
 
 def found_of_site(
     site: SiteOptions, values: dict[str, Any], place: Path, slide: Callable[[], None], feedback: Feedback
 ) -> SiteFound:
-    """What the site's run came to, or its failure in one line; the other sites do not suffer from it.
+    """The results of a site's run, or its failure in one line, which does not stop the other sites.
 
-    slide : makes the run in the folder ``place``, where it is not there and unchanged
+    slide : makes the run in the folder ``place``, unless it exists there unchanged
     """
     try:
         if site.fault:

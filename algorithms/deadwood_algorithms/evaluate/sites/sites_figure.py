@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     import geopandas
 
 RAMP, SHARES = colours_of(LOOKS["shares"])
-MOST_CELLS, CELLS_DRAWN = 2**28, 900  # of a raster that is read for the map; and along its longer side
-NAMED = 40  # sites, above which names would hide the map
+MOST_CELLS, CELLS_DRAWN = 2**28, 900  # of a raster that is read for the map; and drawn along its longer side
+NAMED = 40  # up to so many sites are named; more names would hide the map
 MARGIN = 0.08
-NEAR = 0.05  # of the layer's size: names of sites that are nearer would lie on one another
+NEAR = 0.05  # of the layer's size: names of sites closer than this would overlap
 COLOURS = {"none": PLAIN, "failed": ENDS["failed"][1]}
 SIZE_IN, LEAST_DOTS = 8.0, 9.0
 
@@ -38,7 +38,7 @@ SIZE_IN, LEAST_DOTS = 8.0, 9.0
 def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], merged: Sequence[Path]) -> None:
     """One mark per site, coloured by the largest share of its logs that reaches a line; its name if there is room.
 
-    The map shows below where logs passed, for folders with ``merged`` rasters in the layer's CRS.
+    If the folder has ``merged`` rasters in the layer's CRS, the map also shows where logs passed.
     """
     figure, axes = plt.subplots(figsize=(SIZE_IN, SIZE_IN), layout="constrained")
     worst = layer.sort_values("p", ascending=False, na_position="last").drop_duplicates("site").sort_index()
@@ -85,7 +85,7 @@ def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], m
 
 
 def show_passed(axes: Axes, merged: Sequence[Path], crs: Any) -> list[tuple[float, float, float, float]]:
-    """Draw the cells that logs passed, thinned; where they are (west, south, east, north)."""
+    """Draw the cells that logs passed, at reduced resolution; returns their extent (west, south, east, north)."""
     found = []
     for folder in merged:
         with rasterio.open(folder / "reach_probability.tif") as source:

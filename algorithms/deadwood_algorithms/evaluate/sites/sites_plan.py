@@ -13,7 +13,7 @@ from deadwood_algorithms.params.tool import Feedback, Stage, UserError
 from deadwood_algorithms.results.forecast import Forecast, Pilot, forecast, refuse_too_large, together
 from deadwood_algorithms.simulate.workers import NobodySlides
 
-PILOTS = 8  # sites of which a part is slid; the others are assumed to be like the nearest of these
+PILOTS = 8  # sites of which a part is slid; the others are assumed to behave like the nearest of these
 LEAST_PILOT = 10  # logs of a site
 
 
@@ -28,7 +28,7 @@ def plan_sites(
     """The forecast of all sites together, and the number of pilots, evenly spread, that it rests on.
 
     releases : the layer of each site
-    pilot : slides a given number of logs of a site; what its ``--plan`` found
+    pilot : slides a given number of logs of a site and returns the facts of its ``--plan``
     logs : of all pilots together
     """
     spaced = min(PILOTS, len(sites))
@@ -45,7 +45,7 @@ def plan_sites(
         except UserError as error:
             stage.warn(str(error))
     if not plans:
-        raise UserError("--plan: none of the sites can be slid; the lines above say why")
+        raise UserError("--plan: none of the sites can be slid; the lines above give the reasons")
     parts = [forecast_like(plans, k, layer) for k, layer in enumerate(releases)]
     found = together([each for each in parts if each is not None])
     refuse_too_large(found, output)
@@ -53,7 +53,7 @@ def plan_sites(
 
 
 def forecast_like(plans: Mapping[int, Mapping[str, Any]], number: int, releases: str | None) -> Forecast | None:
-    """A site's forecast, from its own pilot or that of the nearest site; None for one whose logs cannot be read."""
+    """A site's forecast, from its own pilot or that of the nearest site; None for a site whose logs cannot be read."""
     near = plans[min(plans, key=lambda k: abs(k - number))]
     own = {each.name: near[each.name] for each in fields(Forecast)}
     if number in plans:

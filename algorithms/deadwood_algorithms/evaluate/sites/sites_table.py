@@ -1,4 +1,4 @@
-"""Which sites there are, and what each is slid with: rows of a table, files of parameters, or groups of releases."""
+"""The sites and the parameters of each: from rows of a table, files of parameters, or groups of releases."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ OURS = (
     "workers",
 )  # of slide-logs, that run-sites sets itself
 YES, NO = ("true", "yes", "y", "1"), ("false", "no", "n", "0")
-UNFIT = re.compile(r'[\x00-\x1f/\\:*?"<>|]')  # in the name of a folder, on one system or another
+UNFIT = re.compile(r'[\x00-\x1f/\\:*?"<>|]')  # characters that some system does not allow in the name of a folder
 LONGEST_NAME = 80
 
 
@@ -60,9 +60,9 @@ def refuse_unclear(
 
 
 def sites_of_table(path: str, slides: Tool, feedback: Feedback) -> list[SiteOptions]:
-    """One site a row; columns are parameters of ``slides`` by their flags' names, empty cells are not given.
+    """One site for each row; columns are parameters of ``slides`` by the names of their flags, empty cells are not set.
 
-    Relative paths are seen from the table's folder.
+    Relative paths are relative to the table's folder.
     """
     rows = read_table(path, what="sites")
     where = where_of(rows)
@@ -117,7 +117,7 @@ def columns_by_key(
 
 
 def value_of_cell(parameter: Parameter, cell: Any) -> Any:
-    """The checked value that a cell stands for, as the flag would give it."""
+    """The checked value of a cell, as the flag would give it."""
     text = _text(cell)
     if parameter.is_switch:
         if text.lower() not in (*YES, *NO):
@@ -129,7 +129,7 @@ def value_of_cell(parameter: Parameter, cell: Any) -> Any:
 
 
 def _text(cell: Any) -> str:
-    """A cell as one types it; empty where nothing is in it."""
+    """The text of a cell as a user would type it; empty for an empty cell."""
     if cell is None or cell != cell or str(cell) == "<NA>":
         return ""
     if hasattr(cell, "item"):
@@ -189,5 +189,5 @@ def refuse_bad_names(names: Sequence[str], where: str) -> None:
 
 
 def folder_name(text: str) -> str:
-    """A text as the name of a folder, on any system."""
+    """A text turned into a folder name that is valid on any system."""
     return UNFIT.sub("_", text).strip(" .")[:LONGEST_NAME] or "_"

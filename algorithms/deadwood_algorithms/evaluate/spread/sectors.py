@@ -19,18 +19,18 @@ from deadwood_algorithms.stats.directions import arc_start, quantile_arc, smalle
 from deadwood_algorithms.stats.resampling import bootstrap_interval, halves
 
 ARC_STEP_DEG = 2.0
-HALVES = 100  # random halves of the logs, for how the smallest angle grows
+HALVES = 100  # random halves of the logs, to show how the smallest angle grows with their number
 
 
 @dataclass(frozen=True)
 class Deposits:
-    """What is known of each deposit beside its place; arrays by row."""
+    """Properties of each deposit other than its position; arrays by row."""
 
     log_id: NDArray[np.int64]
     release_id: NDArray[Any]
     release_x: NDArray[np.float64]
     release_y: NDArray[np.float64]
-    nearest: NDArray[np.float64]  # [m]: up to here it does not count
+    nearest: NDArray[np.float64]  # [m]: a deposit within this distance does not count
     left: NDArray[np.bool_]
     near_edge: NDArray[np.bool_]
 
@@ -54,34 +54,35 @@ def words_of(row: dict[str, Any]) -> str:
 def at_edges(
     source: str, deposits: geopandas.GeoDataFrame, dem: str | None, edge_m: float, feedback: Feedback
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which logs left the terrain model, and which others ended within ``edge_m`` of its edges; warned of.
+    """Which logs left the terrain model, and which others ended within ``edge_m`` of its edges; warns of both.
 
     source : the layer of the deposits as the user named it
-    dem : the terrain model; None for that of the run
+    dem : the terrain model; None: that of the run
     """
     left = np.zeros(len(deposits), bool)
     if "stop_reason" in deposits:
         left = (deposits["stop_reason"] == "left_dem").to_numpy(bool)
     near, words = np.zeros(len(deposits), bool), "its edges"
-    assert deposits.crs is not None  # a layer without is refused when it is read
+    assert deposits.crs is not None  # a layer without a CRS is rejected when it is read
     with edges_of_deposits(source, dem, deposits.crs, feedback) as edges:
         if edges:
             x, y = deposits.geometry.x.to_numpy(), deposits.geometry.y.to_numpy()
             near, words = edges.near(x, y, edge_m) & ~left, edges.words
     if left.any() or near.any():
-        warning = edge_words(int(left.sum()), int(near.sum()), len(deposits), edge_m, words, "ended")
+        counts, known = (int(left.sum()), int(near.sum()), len(deposits)), "stop_reason" in deposits
+        warning = edge_words(*counts, edge_m, words, "ended", known=known)
         feedback.warn(f"{source}: {warning}")
     return left, near
 
 
 def scenario_of_deposits(deposits: str) -> tuple[str, ...]:
-    """The scenario of the run that the deposits are of; nothing of a layer that is in no run's folder."""
+    """The scenario of the run to which the deposits belong; empty for a layer outside a run's folder."""
     folder = run_folder_of(deposits)
     return lines_of_folder(folder, read_manifest(folder)[0]) if folder else ()
 
 
 def layer_of(deposits: str) -> str:
-    """The layer of deposits in a run's folder or its GeoPackage; any other layer as it was named."""
+    """The layer of deposits in a run's folder or its GeoPackage; any other layer as named by the user."""
     path = Path(deposits)
     package = path / "run.gpkg" if path.is_dir() else path
     return f"{package}|layername=deposits" if package.name == "run.gpkg" else deposits
@@ -90,7 +91,7 @@ def layer_of(deposits: str) -> str:
 def spreads(
     deposits: geopandas.GeoDataFrame, at: Deposits, seed: int
 ) -> tuple[geopandas.GeoDataFrame, geopandas.GeoDataFrame]:
-    """One sector a release, and one point a deposit."""
+    """One sector for each release, and one point for each deposit."""
     x, y = deposits.geometry.x.to_numpy(), deposits.geometry.y.to_numpy()
     rows: list[dict[str, Any]] = []
     angle, distance, used = np.zeros(x.size), np.zeros(x.size), np.zeros(x.size, bool)

@@ -1,4 +1,6 @@
-"""The demo's picture: where logs pass, over the relief, one panel a forest, with releases, road, trees and deposits."""
+"""The demo's picture: where logs pass, over the relief, one panel for each forest, with releases, road, trees and
+deposits.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,7 @@ def draw(folder: Path, forests: Sequence[str], summaries: Mapping[str, Any], pat
     west, south, east, north = dem.bounds
     top = min(north, float(areas.total_bounds[3]) + MARGIN_M)
 
-    # The figure is as high as its panels need, with room for the titles above and the legend below.
+    # The figure is as high as its panels need, plus the titles above and the legend below.
     panel = PANEL_IN * (top - south) / (east - west)
     height = panel + 1.15 + 0.75
     figure, panels = plt.subplots(1, len(forests), figsize=(PANEL_IN * 3.26, height), sharey=True)

@@ -15,7 +15,7 @@ from deadwood_algorithms.schemas.files import DEM
 
 
 def write_sample(folder: Path) -> None:
-    """Write the terrain model and every layer of the sample into an existing folder, a file each."""
+    """Write the terrain model and every layer of the sample into an existing folder, one file each."""
     grid = sample_slope.terrain()
     write_raster(
         folder / "dem.tif",

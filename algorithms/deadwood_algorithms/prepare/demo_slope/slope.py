@@ -27,7 +27,7 @@ FOOT_V = 117.0  # above this the slope is steep, below it the talus flattens tow
 SLOPE = np.tan(np.radians(35.0))
 TALUS = np.tan(np.radians(22.0))
 RELEASE_U, RELEASE_V, RELEASE_RADIUS = 174.0, 262.0, 10.0
-CLIFF_V, CLIFF_HEIGHT = 192.0, 8.0  # foot of the cliff band, and its height where it is whole
+CLIFF_V, CLIFF_HEIGHT = 192.0, 8.0  # foot of the cliff band, and its full height
 GULLY_DEPTH, GULLY_WIDTH = 1.2, 9.0  # [m] depth, and the distance over which it falls off to 1/e
 GULLY_FREE = 9.0  # no tree stands nearer to the gully's bed than this [m]
 FOREST_V = (104.0, 490.0)
@@ -35,7 +35,7 @@ STEMS_PER_HA = 300.0
 DBH_MEAN_CM, DBH_SD_CM, DBH_LEAST_CM = 60.23, 18.64, 10.0
 TREE_DISTANCE = 2.0  # living trees compete: no two stand nearer than this [m]
 
-# Roughness: (wavelength [m], standard deviation of height [m]). Micro relief of a blocky forest floor, blocks and root
+# Roughness: (wavelength [m], standard deviation of height [m]). Micro-relief of a blocky forest floor, blocks and root
 # plates, hummocks and shallow benches, and the broad undulation of a slope. A 30 m log bridges relief much shorter
 # than itself; relief of its own length makes it pitch and jump, which dissipates its energy.
 ROUGHNESS = ((2.0, 0.08), (5.0, 0.22), (14.0, 0.60), (35.0, 1.00), (90.0, 1.20))
@@ -58,7 +58,7 @@ def terrain() -> Grid:
     u = (np.arange(columns) + 0.5) * CELL
     v = ((np.arange(rows) + 0.5) * CELL)[:, None]
     gully = np.exp(-(((u - gully_u(v)) / GULLY_WIDTH) ** 2))
-    fade = np.clip((v - ROAD_V - 6.0) / 25.0, 0.0, 1.0)  # towards the road everything becomes tame
+    fade = np.clip((v - ROAD_V - 6.0) / 25.0, 0.0, 1.0)  # the relief fades out towards the road
     rough = np.zeros((rows, columns))
     rng = np.random.default_rng(SEED)
     for wavelength, deviation in ROUGHNESS:
@@ -89,16 +89,20 @@ def profile(v: ArrayLike) -> NDArray[np.float64]:
 
 
 def cliff(u: ArrayLike, v: ArrayLike) -> NDArray[np.float64]:
-    """What the cliff band adds to the smooth slope: a step of about 65 degrees, eased off over 60 m above [m]."""
+    """Height that the cliff band adds to the smooth slope: a step of about 65 degrees, fading out over 60 m above it
+    [m].
+    """
     v = np.asarray(v, float) - CLIFF_V - 3.0 * np.sin(np.asarray(u, float) / 23.0)
-    whole = np.clip((220.0 - np.asarray(u, float)) / 60.0, 0.0, 1.0)  # it dies out to the east
+    whole = np.clip((220.0 - np.asarray(u, float)) / 60.0, 0.0, 1.0)  # it fades out to the east
     rise = np.clip(v / 5.0, 0.0, 1.0)
     ease = np.clip(1.0 - (v - 5.0) / 60.0, 0.0, 1.0)
     return CLIFF_HEIGHT * whole * rise * ease
 
 
 def forest() -> dict[str, NDArray]:
-    """Trees as if mapped: hard-core distance, none in the gully; 300 stems/ha over the whole forest, gully included."""
+    """Trees as if mapped: with a minimum distance, none in the gully; 300 stems/ha over the whole forest, gully
+    included.
+    """
     rng = np.random.default_rng(SEED + 1)
     low, high = FOREST_V
     wanted = round(STEMS_PER_HA * WIDTH * (high - low) / 1e4)
@@ -160,7 +164,7 @@ def flights() -> list[dict[str, object]]:
 
 
 def deadwood() -> list[dict[str, object]]:
-    """Dead trees as if mapped, with what one knows of their decay; by no means all of them can slide."""
+    """Dead trees as if mapped, with what is known of their decay; by no means all of them can slide."""
     rows = [
         (174.0, 262.0, "late II", None, "spruce", 75.0, 30.0),
         (160.0, 275.0, "early III", None, "spruce", 62.0, 27.0),

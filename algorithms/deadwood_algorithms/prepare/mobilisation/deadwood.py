@@ -1,4 +1,4 @@
-"""Mapped deadwood judged by its decay and by the ground on which it stands or lies.
+"""Mapped deadwood rated by its decay and by the ground on which it stands or lies.
 
 For `assess_mobilisation`.
 """
@@ -11,6 +11,7 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.vectors import read_vector
@@ -30,7 +31,7 @@ FIELDS = {
 
 @dataclass
 class Deadwood:
-    """The mapped points, the cell of the DEM that each is in (-1: off it), their decay, and the ground's verdict."""
+    """The mapped points, the DEM cell of each (-1: off the DEM), their decay, and the rating of the ground."""
 
     frame: geopandas.GeoDataFrame
     row: NDArray[np.int64]
@@ -39,14 +40,16 @@ class Deadwood:
     ground: dict[str, NDArray[np.float64]]
 
     def look(self, rows: slice, columns: slice, **values: NDArray[np.floating]) -> None:
-        """Take the values of a window's cells for the points in it."""
+        """Store the values of a window's cells for the points in it."""
         here = (self.row >= rows.start) & (self.row < rows.stop)
         here &= (self.column >= columns.start) & (self.column < columns.stop)
         for name, cells in values.items():
             self.ground[name][here] = cells[self.row[here] - rows.start, self.column[here] - columns.start]
 
     def split(self, threshold: float) -> dict[str, geopandas.GeoDataFrame]:
-        """Two layers: ``candidates``, which could start to slide, and ``others``, with what holds them."""
+        """Two layers: ``candidates``, which could start to slide, and ``others``, with the reason why they could
+        not.
+        """
         frame = self.frame.copy()
         on = np.isfinite(self.ground["susceptibility"])
         sound = self.decay != decay.OUTSIDE
@@ -56,6 +59,7 @@ class Deadwood:
             frame[name] = values
         reason = np.where(~on, "off_dem", np.where(sound, "ground", np.where(steep, "decay", "decay and ground")))
         could = on & sound & steep
+        account("deadwood", count_of(len(frame), on.sum(), {OFF_DEM: (~on).sum()}))
         candidates, others = (geopandas.GeoDataFrame(frame[which].reset_index(drop=True)) for which in (could, ~could))
         others["reason"] = reason[~could].astype(object)
         return {"candidates": candidates, "others": others}
@@ -63,7 +67,7 @@ class Deadwood:
 
 @dataclass(frozen=True, kw_only=True)
 class DecayFields:
-    """Where the decay of mapped deadwood stands, and the years since death in which spruce is smooth and strong."""
+    """The fields with the decay of mapped deadwood, and the years since death in which spruce is smooth and strong."""
 
     stage_field: str | None
     years_field: str | None
@@ -76,7 +80,7 @@ class DecayFields:
 def read_deadwood(
     path: str | None, crs: str | None, fields: DecayFields, dem: DemWindows, feedback: Feedback
 ) -> Deadwood | None:
-    """The mapped points with their decay; None where no layer is given."""
+    """The mapped points with their decay; None if no layer is given."""
     if path is None:
         return None
     frame = read_vector(path, geometry=("point",), target_crs=dem.crs, crs=crs, what="deadwood", feedback=feedback)
@@ -92,7 +96,7 @@ def read_deadwood(
 
 
 def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedback) -> NDArray[np.str_]:
-    """The stage where it is mapped, else the years since death; unknown where neither is."""
+    """From the stage if it is mapped, otherwise from the years since death; unknown without either."""
     where = where_of(frame)
     fields = {}
     for option, usual in FIELDS.items():
@@ -131,14 +135,14 @@ def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedb
 
 
 def _standing(frame: geopandas.GeoDataFrame, name: str | None) -> NDArray[np.float64]:
-    """1 where a tree stands, 0 where it lies, NaN where it is not known."""
+    """1 for a standing tree, 0 for a lying one, NaN if unknown."""
     if name is None:
         return np.full(len(frame), np.nan)
     return number_column(frame, name, minimum=0.0, maximum=1.0, gaps=True)
 
 
 def _say_what_is_known(species: list[str], standing: NDArray[np.float64], where: str, feedback: Feedback) -> None:
-    """Of which species no rate of decay is known, which names are of none, and that the rates are of downed wood."""
+    """Report species without a known rate of decay, unknown names, and that the rates are those of downed wood."""
     named = {each.strip() for each in species if each.strip()}
     strange = {each for each in named if species_of(each) is None}
     unrated = {each for each in named - strange if decay.rate_of(each) is None}

@@ -1,10 +1,10 @@
 """When dead wood is smooth and still strong: the decay window in which a log can slide far.
 
-For `assess_mobilisation`. The paper (section 6.1): logs that slid had lost bark and branches and did not yet break,
+For `assess_mobilisation`. The paper (section 6.1): logs that slid had lost bark and branches but did not yet break:
 late stage II to early stage III of Maser and Trappe (1984), which in spruce is 2 to 5 years after death (Ammann 2006).
 For downed beech and pine the years are those in which the wood has decayed as far, by the rates of Herrmann et al.
-(2015): an inference of this toolbox, not of the paper. Those rates are of downed wood; of snags of another species than
-spruce nothing is known here, and neither it is of other species.
+(2015): an inference of this toolbox, not of the paper. Those rates are for downed wood; for snags of species other than
+spruce, and for all other species, no rates are known here.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ def rate_of(species: str) -> float | None:
 
 
 def of_years(years: float, species: str, window: tuple[float, float], *, standing: bool = False) -> str:
-    """What the years since death say; ``window`` is that of spruce [a], which stands for species unknown here too.
+    """The decay from the years since death; ``window`` is that of spruce [a], which is also used for unknown species.
 
-    Of a snag of another known rate it is unknown: the rates are of downed wood.
+    It is unknown for a snag of another species with a known rate, because the rates are for downed wood.
     """
     rate = rate_of(species) or SPRUCE.rate
     if standing and rate != SPRUCE.rate:

@@ -24,8 +24,10 @@ from deadwood_algorithms.prepare.mobilisation.deadwood import Deadwood
 from deadwood_algorithms.prepare.mobilisation.relief import radius_of, relief
 from deadwood_algorithms.schemas.files import SUSCEPTIBILITY
 
-BLOCK = 512  # cells a side worked on at once, ten arrays of 2 MiB; a multiple of the tiles of the files
-MOST_THREADS = 4  # beyond, reading and packing take longer
+BLOCK = (
+    512  # side, in cells, of the squares worked on at once, ten arrays of 2 MiB; a multiple of the tiles of the files
+)
+MOST_THREADS = 4  # with more threads, reading and compressing take longer
 SUSCEPTIBLE = {"susceptibility": "1"}
 FACTORS = (("slope", "°"), ("roughness", "m"), ("depth across the slope", "m"))
 Friction = Callable[[Grid], float | NDArray[np.float64]]
@@ -43,10 +45,19 @@ class Limits:
     gully_depth_m: float
     threshold: float
 
+    def words(self, friction: float | str) -> str:
+        """What the numbers rest on, and what they are not."""
+        mu = f"{friction:g}" if isinstance(friction, (int, float)) else f"as {friction} says"
+        return (
+            f"assumed: friction {mu}; steepness from {self.slope_none_deg:g} to {self.slope_full_deg:g} degrees; no "
+            f"start at a roughness of {self.roughness_limit_m:g} m; both in a window of {self.window_m:g} m; the "
+            "numbers rank the ground and are no probability"
+        )
+
 
 @dataclass(frozen=True)
 class Judged:
-    """A window: its rows (from the south) and columns; susceptibility; slope [degrees], roughness and depth [m]."""
+    """A window: its rows (from the south) and columns; its susceptibility; slope [degrees], roughness and depth [m]."""
 
     rows: slice
     columns: slice
@@ -67,13 +78,14 @@ def write_susceptibility(
     total, known = 0.0, 0
     windows = _windows(dem.shape)
     with ExitStack() as stack:
-        output = stack.enter_context(_writer(susceptible, dem, "float32", np.nan, SUSCEPTIBLE, "susceptibility"))
+        rated = _writer(susceptible, dem, feedback, "float32", np.nan, SUSCEPTIBLE, "susceptibility")
+        output = stack.enter_context(rated)
         beside = above = None
         if keeps_factors or draws_areas:
-            writer = _writer(factors, dem, "float32", np.nan, dict(FACTORS), "factors", final=keeps_factors)
+            writer = _writer(factors, dem, feedback, "float32", np.nan, dict(FACTORS), "factors", final=keeps_factors)
             beside = stack.enter_context(writer)
         if draws_areas:
-            above = stack.enter_context(_writer(mask, dem, "uint8", None, {"susceptible": "1"}, final=False))
+            above = stack.enter_context(_writer(mask, dem, feedback, "uint8", None, {"susceptible": "1"}, final=False))
         judged = stack.enter_context(closing(_judged(windows, dem, friction, limits, feedback)))
         for done, (each, (rows, columns)) in enumerate(zip(judged, windows, strict=True)):
             if each is None:
@@ -108,7 +120,7 @@ def write_susceptibility(
 def _judged(
     windows: list[tuple[slice, slice]], dem: DemWindows, friction: Friction, limits: Limits, feedback: Feedback
 ) -> Generator[Judged | None]:
-    """Each window in turn, None where the DEM has no height; read here, fitted in threads, a few of them ahead."""
+    """Each window in turn, None where the DEM has no height; read here, fitted in threads, a few windows ahead."""
     radius, wide = (_radius(name, getattr(limits, name), dem, feedback) for name in ("window_m", "gully_window_m"))
     halo = max(radius, wide)
 
@@ -171,7 +183,7 @@ def _radius(name: str, window_m: float, dem: DemWindows, feedback: Feedback) -> 
 
 
 def _windows(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
-    """All of a raster, from the north; they end where the tiles of the files do."""
+    """Windows that cover a raster, from the north; they end at the tiles of the files."""
     ny, nx = shape
     return [
         (slice(ny - min(top + BLOCK, ny), ny - top), slice(left, min(left + BLOCK, nx)))
@@ -187,6 +199,7 @@ def _inner(values: NDArray[np.float64], rim: int) -> NDArray[np.float64]:
 def _writer(
     path: Path,
     dem: DemWindows,
+    feedback: Feedback,
     dtype: str,
     nodata: float | None,
     bands: Mapping[str, str],
@@ -196,7 +209,7 @@ def _writer(
 ) -> WindowWriter:
     """``bands``: unit by name."""
     profile = geotiff_profile(dem.shape, dem.crs, dem.transform, dtype, nodata, len(bands)) | {"SPARSE_OK": True}
-    writer = WindowWriter(path, final=final, of_region=True, **profile)
+    writer = WindowWriter(path, feedback, final=final, of_region=True, **profile)
     for band, (name, unit) in enumerate(bands.items(), start=1):
         describe_band(writer.target, band, name, raster=raster)
         writer.target.set_band_unit(band, unit)

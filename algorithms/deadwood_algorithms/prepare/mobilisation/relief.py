@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-SQUARE = 256  # cells a side fitted at once: half a megabyte an array stays in a core's cache, for 0.6 of the time
+SQUARE = 256  # cells on a side, fitted at once: arrays of 0.5 MB stay in a core's cache and take 0.6 of the time
 
 
 @dataclass(frozen=True)
@@ -32,12 +32,12 @@ class Relief:
 
 
 def radius_of(window_m: float, cell: float) -> int:
-    """Cells on each side of the middle one; at least 1, for a surface of six terms needs nine heights."""
+    """Cells on each side of the middle one; at least 1, because a surface with six terms needs nine heights."""
     return max(1, round((window_m / cell - 1.0) / 2.0))
 
 
 def relief(heights: Array, cell: float, radius: int) -> Relief:
-    """Of the inner cells of a window of heights [m], which has ``radius`` cells more on each side."""
+    """The relief of the inner cells of a window of heights [m], which has ``radius`` more cells on each side."""
     found = Relief(*(np.empty([n - 2 * radius for n in heights.shape]) for _ in range(3)))
     for row in range(0, found.slope.shape[0], SQUARE):
         for column in range(0, found.slope.shape[1], SQUARE):
@@ -63,7 +63,7 @@ def _fitted(heights: Array, cell: float, radius: int) -> tuple[Array, Array, Arr
 
     b, c = mx / (n * s2), my / (n * s2)
     e = mxy / s2**2
-    # 1, x^2 and y^2 are not orthogonal; x^2 and y^2 less their mean are, to all and to each other.
+    # 1, x^2 and y^2 are not orthogonal; x^2 and y^2 minus their mean are, to all others and to each other.
     mean = s2 / n
     spread = n * (s4 - s2 * mean)
     d, f = (mxx - mean * m1) / spread, (myy - mean * m1) / spread

@@ -1,8 +1,8 @@
-"""Release areas from a raster of susceptibility: connected ground above a threshold, as polygons with their numbers.
+"""Release areas from a raster of susceptibility: connected ground above a threshold, as polygons with their statistics.
 
-For `assess_mobilisation`. The rasters may be larger than memory: each block is drawn and measured alone, and what lies
-on both sides of a border between blocks is joined in the end. What is held are the polygons that are large enough, and
-those that touch a border.
+For `assess_mobilisation`. The rasters may be larger than memory: each block is polygonised and measured separately,
+and areas on both sides of a border between blocks are joined at the end. Only polygons that are large enough are kept,
+and those that touch a border.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from shapely.geometry import shape as _shape
 
 from deadwood_algorithms.params.tool import Cancelled, Feedback
 
-BLOCK = 1024  # cells a side
+BLOCK = 1024  # cells on a side
 
 
 @dataclass
@@ -32,7 +32,7 @@ class Pieces:
     """Polygons of single blocks, in cells from the raster's upper left corner, and sums over their cells."""
 
     shapes: list[Any] = field(default_factory=list)
-    sums: list[NDArray[np.float64]] = field(default_factory=list)  # cells, susceptibility, slope, cells of gullies
+    sums: list[NDArray[np.float64]] = field(default_factory=list)  # sums of cells, susceptibility, slope, gully cells
     most: list[float] = field(default_factory=list)  # the largest susceptibility
     touching: list[NDArray[np.intp]] = field(default_factory=list)  # pairs of pieces, shape (n, 2)
 
@@ -47,7 +47,7 @@ def zones(
     feedback: Feedback,
 ) -> geopandas.GeoDataFrame:
     """The polygons of the mask's cells above 0 that touch along a side and are large enough, the largest first."""
-    least = least_m2 * (1.0 - 1e-9)  # a sum of cells may round to just below
+    least = least_m2 * (1.0 - 1e-9)  # the sum of the cells may be rounded to just below
     with rasterio.open(mask) as chosen, rasterio.open(susceptibility) as source, rasterio.open(factors) as beside:
         place, cell_m2 = chosen.transform, abs(chosen.transform.a * chosen.transform.e)
         pieces = _pieces(chosen, source, beside, gully_m, least / cell_m2, feedback)
@@ -56,7 +56,7 @@ def zones(
         sums = np.sum([pieces.sums[k] for k in group], axis=0)
         if sums[0] * cell_m2 >= least:
             drawn = pieces.shapes[group[0]]
-            if len(group) > 1:  # without the corners that only the blocks made
+            if len(group) > 1:  # without the corners that come from the blocks
                 drawn = shapely.simplify(shapely.union_all([pieces.shapes[k] for k in group]), 0.0)
             a, b, d, e = place.a, place.b, place.d, place.e
             moved = shapely.affinity.affine_transform(drawn, (a, b, d, e, place.c, place.f))
@@ -78,7 +78,7 @@ def zones(
 def _pieces(
     chosen: Any, source: Any, beside: Any, gully_m: float, least_cells: float, feedback: Feedback
 ) -> Pieces:  # fmt: skip
-    """All blocks in turn, from the north; of each that is done only the numbers along its borders are kept."""
+    """All blocks in turn, from the north; of finished ones only the numbers along the borders are kept."""
     pieces = Pieces()
     tops, lefts = range(0, chosen.height, BLOCK), range(0, chosen.width, BLOCK)
     above = np.full(chosen.width, -1)  # the piece of each cell in the row above
@@ -101,11 +101,11 @@ def _pieces(
 def _draw(
     pieces: Pieces, chosen: NDArray[np.uint8], source: Any, beside: Any, window: Window, gully_m: float, least: float
 ) -> NDArray[np.intp]:
-    """Add the pieces of one block, and give the number of the piece of each cell, -1 where none is kept."""
+    """Add the pieces of one block; returns the number of the piece of each cell, -1 where none is kept."""
     owner = np.full(chosen.shape, -1)
     if not chosen.any():
         return owner
-    # Of a block's cells the corners are whole numbers, which joining keeps exact.
+    # The corners of a block's cells are integers, which joining keeps exact.
     place = rasterio.Affine.translation(window.col_off, window.row_off)
     drawn = rasterio.features.shapes(chosen, mask=chosen > 0, connectivity=4, transform=place)
     west, north, east, south = (
@@ -135,7 +135,7 @@ def _draw(
 
 
 def _groups(count: int, touching: list[NDArray[np.intp]]) -> list[list[int]]:
-    """Pieces that touch, directly or through others; each group begins with its first piece."""
+    """Pieces that touch, directly or through others; each group lists them in ascending order."""
     first = list(range(count))
 
     def root(k: int) -> int:

@@ -1,4 +1,4 @@
-"""Release areas, how many logs each gets, and where: points with a circle, polygons, or the cells of a raster."""
+"""Release areas, the number of logs in each, and their places: points with a circle, polygons, or cells of a raster."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import shapely
 
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.params.counts import significant
+from deadwood_algorithms.params.counts import rows_named, significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.prepare.releases.places import area_m2, positions, weighted_positions
 from deadwood_algorithms.prepare.releases.weights import Weights, read_weights
@@ -21,14 +21,15 @@ if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 MOST_LOGS = 10**9
+UNEQUAL = 2.0  # times the smallest area: from here it is said that all count alike
 SLIVER_M2 = 0.1  # less ground than a single stem stands on
 
 
 @dataclass(frozen=True)
 class ReleaseAreas:
-    """The areas' columns and shapes; without a layer one area, all cells that have a weight (shape None).
+    """Columns and shapes of the areas; without a layer there is one area: all cells with a weight (shape None).
 
-    radius_m : of the circle around a point; named : whether there is a layer, whose rows messages name
+    radius_m : radius of the circle around a point; named : whether there is a layer, so that messages name rows
     """
 
     frame: pandas.DataFrame
@@ -41,13 +42,21 @@ class ReleaseAreas:
     def size(self) -> int:
         return len(self.shapes)
 
-    def release_ids(self, field: str | None) -> np.ndarray:
-        """The name of each area: the field asked for, else ``release_id``, else the row number from 1."""
+    def release_ids(self, field: str | None, feedback: Feedback) -> np.ndarray:
+        """The name of each area: the field asked for, else ``release_id``, else the row number from 1, which is said
+        where a field may hold names.
+        """
         if field and field not in self.frame:
             known = ", ".join(str(name) for name in self.frame.columns if name != "geometry") or "none"
             where = where_of(self.frame)
             raise UserError(f"{where}: there is no field '{field}' (--release-id-field); the fields are {known}")
         field = field or ("release_id" if "release_id" in self.frame else None)
+        words = [str(each) for each in self.frame.select_dtypes(include=["object", "string"]).columns]
+        if words and not field and self.named:
+            feedback.note(
+                f"{where_of(self.frame)}: without a field release_id the areas are called by their rows, 1 to "
+                f"{len(self.frame)}; --release-id-field '{words[0]}' if it holds their names"
+            )
         return id_column(self.frame, field) if field else np.arange(1, len(self.frame) + 1)
 
     def logs_by_area(self, count: int, logs_per_ha: float | None) -> np.ndarray:
@@ -65,10 +74,20 @@ class ReleaseAreas:
             raise UserError(f"--logs-per-ha {logs_per_ha:g} is {counts.max()} logs in one area; lower it")
         return counts
 
+    def say_unequal(self, counts: np.ndarray, feedback: Feedback) -> None:
+        """Say where areas of other sizes get as many logs: a share of all logs then weighs a small one like a large."""
+        area = np.array([area_m2(shape, self.radius_m, self.weights) for shape in self.shapes])
+        if counts.min() == counts.max() and area.max() > UNEQUAL * area.min():
+            feedback.note(
+                f"the areas have {significant(area.min(), 3)} to {significant(area.max(), 3)} m2 and get as many logs "
+                "each: a share of all logs counts every area alike, whatever its size; --logs-per-ha counts every "
+                "hectare alike"
+            )
+
     def place_logs(
         self, counts: np.ndarray, seed: int, ground: Grid | DemBlocks, feedback: Feedback
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers from 0 and places [m] of all logs, in order; area ``k`` of n has k, k + n, k + 2 n, ..."""
+        """Numbers, from 0, and places [m] of all logs, in order; area ``k`` of n has k, k + n, k + 2 n, ..."""
         ids, places = [], []
         for row, shape in enumerate(self.shapes):
             if feedback.cancelled():
@@ -95,11 +114,10 @@ def read_release_areas(
     ground: Grid | DemBlocks,
     feedback: Feedback,
 ) -> ReleaseAreas:
-    """The areas of a layer, the weights of a raster, or both."""
+    """Read the areas of a layer, the weights of a raster, or both."""
     import pandas
 
     from deadwood_algorithms.files.vectors import read_vector
-    from deadwood_algorithms.scene.items import rows_named
 
     if path is None:
         frame = pandas.DataFrame(index=[0])

@@ -1,6 +1,6 @@
-"""What released logs are like: by area or option, drawn from normal distributions, or from a table of mapped deadwood.
+"""Properties of released logs: by area or option, drawn from normal distributions or from a table of mapped deadwood.
 
-For `sample_releases`. What a log draws comes from the seed and its own id.
+For `sample_releases`. The draws of a log depend on the seed and its own id.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.units import say_defaults, with_schema_names
 from deadwood_algorithms.params.counts import counted
@@ -43,7 +44,7 @@ class Drawn:
 
 
 def columns_of_rows(frame: pandas.DataFrame, options: Mapping[str, Any], feedback: Feedback) -> dict[str, np.ndarray]:
-    """What the logs of each row (an area) are like: its own columns, else the options."""
+    """Properties of the logs of each row (an area): its own columns, otherwise the options."""
     columns = {name: numbers(frame, name, options, feedback) for name in NUMBERS}
     columns["azimuth_deg"] %= 360.0
     if "geometry" in frame:
@@ -75,7 +76,7 @@ def orientations(frame: pandas.DataFrame) -> np.ndarray:
 
 
 def mapped_deadwood(rows: pandas.DataFrame, feedback: Feedback) -> dict[str, np.ndarray]:
-    """The columns that a table of mapped deadwood holds; DBH and length (or the height of a tree) it must."""
+    """The columns of a table of mapped deadwood, which must have DBH and length (or the height of a tree)."""
     if not len(rows):
         raise UserError(f"{where_of(rows)}: the mapped deadwood layer is empty (no feature)")
     rows = rows.rename(columns={name: str(name).lower() for name in rows.columns})
@@ -87,6 +88,7 @@ def mapped_deadwood(rows: pandas.DataFrame, feedback: Feedback) -> dict[str, np.
         rows = rows.rename(columns={"height_m": "length_m"})
     needed = ("dbh_cm", "length_m")
     columns = {name: numbers(rows, name, {}, feedback) for name in NUMBERS if name in rows or name in needed}
+    account("deadwood", count_of(len(rows), len(columns["dbh_cm"]), {}))
     if "azimuth_deg" in columns:
         columns["azimuth_deg"] %= 360.0
     return columns | ({"orientation": orientations(rows)} if "orientation" in rows else {})
@@ -100,7 +102,7 @@ def draw_logs(
     correlation: float,
     deadwood: Mapping[str, np.ndarray] | None,
 ) -> Drawn:
-    """Every log of its area, ``area`` and ``log_id`` (n,); the columns are those of the releases layer."""
+    """Draw the logs; ``area`` and ``log_id`` have shape (n,); the result has the columns of the releases layer."""
     columns = {name: values[area] for name, values in of_area.items()}
     spreads = {name: columns.pop(name) for name in SPREADS}
     said, redrawn = [], 0
@@ -141,7 +143,7 @@ def draw_logs(
 
 
 def densities(mean: np.ndarray, sd: np.ndarray, log_id: np.ndarray, seed: int) -> np.ndarray:
-    """Normal, drawn again below ``LEAST_DENSITY_KG_M3`` [kg/m3]."""
+    """Normally distributed densities [kg/m3]; those below ``LEAST_DENSITY_KG_M3`` are drawn again."""
     density, left = mean.copy(), np.arange(mean.size)
     for turn in range(TURNS):
         density[left] = np.round(
@@ -172,7 +174,7 @@ def directed(columns: dict[str, np.ndarray], log_id: np.ndarray, seed: int) -> N
 
 
 def in_posture(orientation: str, logs: Logs, seed: int) -> Logs:
-    """The same logs at the same places, in another posture: a word of ``--orientation`` of sample-releases."""
+    """The same logs at the same places in another posture: a value of ``--orientation`` of sample-releases."""
     columns = {
         "orientation": np.full(logs.x.size, orientation, object),
         "tilt_deg": np.degrees(logs.tilt),

@@ -1,6 +1,6 @@
 """Whether layers of release areas or of mapped deadwood describe wood that lies on the ground.
 
-For `sample_releases`, which releases logs upright unless an option says otherwise.
+For `sample_releases`, which releases logs upright unless an option specifies otherwise.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     import pandas
 
-POSTURE = "orientation"  # a layer with such a column says itself how its logs start
+POSTURE = "orientation"  # a layer with this column itself defines how its logs start
 
 
 def lying_wood(path: str, rows: pandas.DataFrame, words_of_it: re.Pattern[str]) -> str | None:
@@ -42,7 +42,7 @@ def _told(named: str, rows: pandas.DataFrame) -> Iterator[tuple[str, str]]:
 
 
 def warn_of_posture(lies: str | None, feedback: Feedback) -> None:
-    """Of wood that lies, but is released upright; ``lies`` as of `lying_wood`."""
+    """Warn of lying wood that is released upright; ``lies`` is the result of `lying_wood`."""
     if lies:
         feedback.warn(
             f"logs are released upright, as dead trees that stand (--orientation), but {lies} suggests lying wood; "

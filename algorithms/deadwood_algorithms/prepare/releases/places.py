@@ -1,6 +1,6 @@
 """Places inside release areas: uniform by area, or in proportion to the weights of a raster.
 
-For `sample_releases`. Each log draws from its own stream until it is inside: no other log has a say in it.
+For `sample_releases`. Each log draws from its own stream until it is inside, independently of all other logs.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.prepare.releases.weights import Weights
 from deadwood_algorithms.stats import draws
 
-# Of the bounding box; below it the drawing would take for ever, and no release area is such a thread.
+# Smallest share of the bounding box; below it drawing would take forever, and no release area is so narrow.
 SLIMMEST_AREA = 1e-4
-# Of drawing a place by weights. An area that holds a thousandth of the weight of its extent needs some 10 000 of them.
+# Turns of drawing a place by weights. An area with a thousandth of the weight of its extent needs some 10 000 of them.
 TURNS = 100_000
 
 
@@ -42,10 +42,10 @@ def positions(area: Any, radius: float, seed: int, log_id: np.ndarray, where: st
 def weighted_positions(
     area: Any, radius: float, weights: Weights, seed: int, log_id: np.ndarray, where: str
 ) -> np.ndarray:
-    """Places in a circle or polygon (None: anywhere on the DEM) with a density proportional to the weights [m], shape
+    """Places [m] in a circle or polygon (None: anywhere on the DEM) with a density proportional to the weights, shape
     (n, 2).
 
-    A cell is drawn by its weight, a place in it uniformly, and both again if that is outside: the result is
+    A cell is drawn by its weight, then a place in it uniformly, and both again if the place is outside: the density is
     exactly in proportion to the weights, also in cells cut by the outline.
     """
     cells = weights.everywhere if area is None else weights.cells(bounds_of(area, radius, where))
@@ -73,7 +73,9 @@ def weighted_positions(
 
 
 def bounds_of(area: Any, radius: float, where: str) -> tuple[float, float, float, float]:
-    """West, south, east and north end of a point's circle or a polygon [m]; a polygon like a thread is refused."""
+    """West, south, east and north end of a point's circle or a polygon [m]; a polygon as narrow as a thread is
+    rejected.
+    """
     west, south, east, north = area.bounds
     if area.geom_type == "Point":
         return west - radius, south - radius, east + radius, north + radius

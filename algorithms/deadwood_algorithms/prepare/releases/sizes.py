@@ -35,9 +35,9 @@ def sizes_of(
     law: SizeLaw | None,
     mapped: bool,
 ) -> dict[str, float]:
-    """DBH, length and density where the areas name none: given, of the preset, or one size from the other by its law.
+    """DBH, length and density if the areas name none: as given, from the preset, or one size from the other by its law.
 
-    Where an area names the one size alone, its other size follows from that: ``areas`` gets a column of it.
+    If an area names only one size, the other follows from it: ``areas`` gets a column of it.
 
     given : DBH [cm] and length [m] of the options
     law : that of the preset, if it has one
@@ -60,16 +60,16 @@ def sizes_of(
     missing = [name for name in ("dbh_cm", "length_m") if name not in sizes and name not in areas]
     if missing and not mapped:
         raise UserError(
-            f"--preset {taken.preset.name} does not say {' and '.join(missing)}; give {presets.flag_of(missing[0])}"
+            f"--preset {taken.preset.name} does not set {' and '.join(missing)}; give {presets.flag_of(missing[0])}"
             + (" or --length-m, from which the other follows" if law else "")
         )
-    return dict.fromkeys(missing, 1.0) | sizes  # of missing ones each row of the mapped deadwood has its own
+    return dict.fromkeys(missing, 1.0) | sizes  # each row of the mapped deadwood has its own value of the missing ones
 
 
 def lines_of_sample(
     counts: NDArray[np.int64], drawn: Drawn, weights: str | None, logs_per_ha: float | None
 ) -> tuple[str, ...]:
-    """How many logs were drawn where, and their orientation.
+    """How many logs were drawn, where, and in which orientation.
 
     counts : by area, or by cell of the raster ``weights`` if there are no areas
     """

@@ -1,7 +1,7 @@
 """Weights of the cells of a DEM, from a raster, and the draw of places in proportion to them.
 
-For `sample_releases`. For a small DEM all weights are kept; for a large one those below an area are read or, without
-areas, strips of the whole in turn, so that a country needs no more memory than a slope.
+For `sample_releases`. For a small DEM all weights are kept; for a large one those inside an area are read or, without
+areas, strips of the whole in turn, so that a country takes no more memory than a slope.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserErro
 if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
-STRIP_CELLS = 8_000_000  # of a large DEM, weighed at once: 32 MB of heights, 128 MB of weights and their sums
-STRIP_ROWS = 256  # the tiles of a file are read once where strips end with them
+STRIP_CELLS = 8_000_000  # cells of a large DEM processed at once: 32 MB of heights, 128 MB of weights and their sums
+STRIP_ROWS = 256  # if strips end at the tiles of a file, each tile is read only once
 Bounds = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Some cells of a rectangle; ``grid`` has the heights, one cell more at least.
+    """Some cells of a rectangle; ``grid`` has the heights, with a margin of at least one cell.
 
-    total : running sums of their weights and of those before them, row by row
-    column, row : of the first of them in the whole DEM; columns : of the rectangle
-    count : of cells with a weight
+    total : cumulative sums of the weights, including those of earlier pieces, row by row
+    column, row : position of the first cell in the whole DEM; columns : width of the rectangle
+    count : number of cells with a weight
     """
 
     total: NDArray[np.float64]
@@ -43,16 +43,18 @@ class Piece:
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells to draw from, in pieces that are read when they are needed; ``ends``: the sum of weights up to each end."""
+    """Cells to draw from, in pieces that are read when needed; ``ends``: cumulative weight at the end of each piece."""
 
     piece: Callable[[int], Piece]
     ends: NDArray[np.float64]
-    count: int  # of cells with a weight
+    count: int  # number of cells with a weight
 
     def places(
         self, pick: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-        """East and north [m] for numbers from 0 to 1: a cell by its weight, a place in it; is a height there."""
+        """East and north [m] for numbers from 0 to 1: a cell by its weight, a place in it; and whether there is a
+        height.
+        """
         x, y, inside = np.empty(pick.size), np.empty(pick.size), np.zeros(pick.size, bool)
         sought = pick * self.ends[-1]
         owner = np.minimum(np.searchsorted(self.ends, sought, side="right"), self.ends.size - 1)
@@ -69,16 +71,16 @@ class Cells:
 
 @dataclass(frozen=True)
 class Weights:
-    """A raster of weights >= 0 on the cells of a DEM; ``everywhere`` its cells, where logs are drawn without areas."""
+    """A raster of weights >= 0 on the cells of a DEM; ``everywhere`` are its cells, if logs are drawn without areas."""
 
     path: str
     ground: Grid | DemBlocks
     feedback: Feedback
-    kept: NDArray[np.float64] | None = None  # of all cells of a small DEM
+    kept: NDArray[np.float64] | None = None  # weights of all cells of a small DEM
     everywhere: Cells | None = None
 
     def cells(self, bounds: Bounds) -> Cells:
-        """The cells that reach into an extent [m]; without weights ``ends`` is empty."""
+        """The cells that overlap an extent [m]; ``ends`` is empty if there are no weights."""
         ground = self.ground
         (ny, nx), (west, south, east, north) = ground.shape, bounds
         i0, i1 = cells_between(west, east, ground.x0, ground.cell, nx)
@@ -88,7 +90,7 @@ class Weights:
         rows = max(STRIP_CELLS // (i1 - i0) // STRIP_ROWS, 1) * STRIP_ROWS if self.kept is None else j1 - j0
         starts = list(range(j0, j1, rows))
         ends, count = np.zeros(len(starts)), 0
-        read = {}  # the piece that was read last
+        read = {}  # the piece read last
 
         def piece(k: int) -> Piece:
             if k not in read:
@@ -124,7 +126,7 @@ def read_weights(path: str, ground: Grid | DemBlocks, feedback: Feedback, *, eve
         weights, bounds = Weights(path, ground, feedback, _weights_on(path, ground, feedback)), ground.bounds
     else:
         weights, bounds = Weights(path, ground, feedback), extent_in(path, ground.crs)
-        _weights_on(path, ground.read(Part(0, 0, 2, 2)), feedback)  # says once how it is laid on the cells
+        _weights_on(path, ground.read(Part(0, 0, 2, 2)), feedback)  # reports once how it is resampled to the cells
     if everywhere:
         weights = replace(weights, everywhere=weights.cells(bounds))
     cells, kept = weights.everywhere, weights.kept
@@ -134,14 +136,14 @@ def read_weights(path: str, ground: Grid | DemBlocks, feedback: Feedback, *, eve
 
 
 def cells_between(low: float, high: float, origin: float, cell: float, count: int) -> tuple[int, int]:
-    """First and one past the last of the cells that reach into a span [m]; ``origin`` is the centre of the first."""
+    """First and one past the last of the cells that overlap a span [m]; ``origin`` is the centre of cell 0."""
     first = int(np.floor((low - origin) / cell + 0.5))
     last = int(np.floor((high - origin) / cell + 0.5)) + 1
     return min(max(first, 0), count), min(max(last, 0), count)
 
 
 def _piece_of(values: NDArray[np.float64], grid: Grid, column: int, row: int, before: float) -> Piece:
-    """The sums are the same to the last bit in any division into pieces; ``before`` : of the pieces before."""
+    """The sums are the same to the last bit for any division into pieces; ``before`` : sum of the earlier pieces."""
     flat = values.ravel().copy()
     flat[:1] += before
     return Piece(np.cumsum(flat, out=flat), grid, column, row, values.shape[1], int(np.count_nonzero(values)))

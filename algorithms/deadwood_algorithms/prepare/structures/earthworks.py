@@ -1,9 +1,9 @@
-"""Embankments and ditches as surfaces over a grid: what the ground becomes, and how much is filled or cut.
+"""Embankments and ditches as surfaces over a grid: the new heights of the ground, and the volumes of fill and cut.
 
-For `add_structures`. A structure is its crest line with a flat crest around it and sides that fall away from it evenly:
-a trapezoid, whatever the ground. Beyond its ends the sides go round, so that an end is half a truncated cone. Where a
+For `add_structures`. A structure is a crest line with a flat crest around it and sides that fall off evenly from it:
+a trapezoid, whatever the ground. The sides go round both ends, so that an end is half a truncated cone. Where a
 line turns, the parts on both sides of the turn are united and the outside is rounded likewise. A ditch is an embankment
-upside down; below, all heights of a ditch are taken with the other sign.
+upside down; in this module, all heights of a ditch have the opposite sign.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.grid import Grid
 
 Array = NDArray[np.float64]
-FIRST_REACH_M = 12.0  # of a side at first; doubled while it has not met the ground all around
+FIRST_REACH_M = 12.0  # initial reach of a side; doubled until the side has met the ground everywhere
 LEAST_HEIGHT_M = 1e-6
-NEAR_LIMIT_CELLS = 1.5  # a side that is still in the air this near to the end of its reach has not met the ground
+NEAR_LIMIT_CELLS = 1.5  # a side still above the ground this close to the end of its reach has not met the ground
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class Stretch:
     a: Array
     along: Array
     length: float
-    station: Array  # [m] from a, rising
-    crest: Array  # [m] at the stations, of a ditch with the other sign
-    above: Array  # [m] of the crest over the ground at the stations, of a ditch its depth
+    station: Array  # [m] from a, ascending
+    crest: Array  # [m] at the stations, for a ditch with the opposite sign
+    above: Array  # [m] of the crest over the ground at the stations, for a ditch its depth
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Structure:
     ----------
     sign : 1.0 for an embankment, -1.0 for a ditch
     half_width : float
-        Of the crest (of a ditch: the bottom) [m].
+        Half the width of the crest (for a ditch: of the bottom) [m].
     left, right : float
         Fall of the sides, height over distance, seen along the line.
     reach : float
@@ -71,7 +71,7 @@ class Structure:
 
 @dataclass
 class Work:
-    """What building a structure moved so far; ``open_at`` is a place where a side has not met the ground."""
+    """Volumes that building a structure moved so far; ``open_at`` is a place where a side has not met the ground."""
 
     fill_m3: float = 0.0
     cut_m3: float = 0.0
@@ -105,7 +105,7 @@ def stretches(
 def build(
     structure: Structure, original: Grid, current: Array, work: Work, around: Callable[..., Grid]
 ) -> NDArray[np.bool_]:
-    """Build a structure into the heights of a window, ``current``, in place, and say which cells it changed.
+    """Build a structure into the heights of a window, ``current``, in place, and return the cells that changed.
 
     Where it stands follows from the ``original`` ground alone: beyond the crest a side ends where it first meets that
     ground on the way from the line, even if the ground falls away again behind. ``around(west, south, east, north)``
@@ -131,7 +131,7 @@ def build(
 
 @dataclass(frozen=True)
 class Surface:
-    """A structure's surface over the cells of a window, of a ditch with the other sign; -inf beyond its reach.
+    """A structure's surface over the cells of a window, for a ditch with the opposite sign; -inf beyond its reach.
 
     ``distance`` [m] is that of each cell from its foot on the line, at ``east`` and ``north``, where the crest is
     ``crest`` high and the side falls by ``fall``.
@@ -158,7 +158,7 @@ def surface_over(structure: Structure, ground: Grid) -> Surface:
                 columns = slice(*np.searchsorted(east, (least[0], most[0])))
                 rows = slice(*np.searchsorted(north, (least[1], most[1])))
                 whole = least[0] >= east[0] and most[0] <= east[-1] and least[1] >= north[0] and most[1] <= north[-1]
-                if not whole and reach < structure.reach:  # what lies beyond the window may be open
+                if not whole and reach < structure.reach:  # the side may be open beyond the window
                     reach = structure.reach
                     continue
                 if columns.start == columns.stop or rows.start == rows.stop:
@@ -167,7 +167,7 @@ def surface_over(structure: Structure, ground: Grid) -> Surface:
                 with np.errstate(invalid="ignore"):
                     height = crest - np.maximum(distance - structure.half_width, 0.0) * fall
                     rim = (distance <= reach) & (distance > reach - NEAR_LIMIT_CELLS * ground.cell)
-                    met = height <= structure.sign * ground.values[rows, columns]  # not where it is unknown
+                    met = height <= structure.sign * ground.values[rows, columns]  # False where the ground is unknown
                     if reach < structure.reach and (rim & ~met).any():
                         reach = min(2.0 * reach, structure.reach)
                         continue
@@ -201,7 +201,7 @@ def _end_at_ground(
         below = ground.height(
             east[left] + share * (x[left] - east[left]), north[left] + share * (y[left] - north[left])
         )
-        # Outside the DEM nothing is met; rounding may not end a side.
+        # Outside the DEM a side meets nothing; rounding must not end a side.
         met = structure.sign * below > crest[left] - (out - half) * fall[left] + LEAST_HEIGHT_M
         stands[rows[left[met]], columns[left[met]]] = False
         left = left[~met]
@@ -214,7 +214,7 @@ class Piece(Protocol):
 
 
 def _pieces(path: list[Stretch], structure: Structure) -> Iterator[tuple[Array, Piece]]:
-    """The pieces that a path is united of, and the points of the line between which each lies."""
+    """The pieces of which a path's surface is composed, and the points of the line between which each lies."""
     closed = bool(np.all(path[0].a == path[-1].a + path[-1].length * path[-1].along)) and len(path) > 1
     for before, here in zip([path[-1], *path[:-1]], path, strict=True):
         yield np.array([here.a, here.a + here.length * here.along]), _side_by_side(here, structure)

@@ -1,6 +1,6 @@
 """The structures of a layer, ready to be built: every row with its kind, heights, widths and slopes.
 
-For `add_structures`. What a row leaves open takes the option of the same name.
+For `add_structures`. A missing value of a row is taken from the option of the same name.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ STEEPEST_DEG = 89.99  # represents a vertical side, whose gradient is not finite
 
 @dataclass(frozen=True, kw_only=True)
 class StructureDefaults:
-    """Values for rows without the corresponding columns, by column name, and for all rows alike."""
+    """Values for rows without the corresponding columns, by column name, and values for all rows."""
 
     kind: str
     height_m: float | None
@@ -48,7 +48,7 @@ class Plan:
     kind: str
     at: str
     structure: Structure
-    above: Array  # [m] of the crest over the ground along the line, of a ditch its depth
+    above: Array  # [m] of the crest over the ground along the line, for a ditch its depth
     work: Work = field(default_factory=Work)
 
 

@@ -1,6 +1,6 @@
 """A DEM copied strip by strip, with structures built in: same grid, CRS, number type and nodata.
 
-For `add_structures`. Cells that no structure changes keep their very bits.
+For `add_structures`. Cells that no structure changes are kept bit for bit.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from deadwood_algorithms.prepare.structures.from_layer import Plan
 from deadwood_algorithms.schemas.files import DEM
 
 WINDOW_CELLS = 2**17  # worked on at once: some twenty arrays of 1 MiB
-COARSE_STEP_M = 0.1  # a DEM in steps above this shows no crest as it was meant
+COARSE_STEP_M = 0.1  # a DEM with height steps above this cannot represent a crest properly
 
 
 def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], feedback: Feedback) -> None:
@@ -39,7 +39,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
     masked = MaskFlags.per_dataset in source.mask_flag_enums[0]
     with (
         rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True),
-        WindowWriter(path, with_statistics=not masked, **profile) as writer,
+        WindowWriter(path, feedback, with_statistics=not masked, **profile) as writer,
     ):
         writer.target.scales, writer.target.offsets = source.scales[:1], source.offsets[:1]
         if source.units[0]:

@@ -17,12 +17,12 @@ from typing import Protocol
 
 import numpy as np
 
-FEWEST_TO_FIT = 3  # two trees fix a power law and leave nothing to judge it by
-FEW_TO_FIT = 20  # below it the exponent is a guess; said, not refused
+FEWEST_TO_FIT = 3  # two trees determine a power law and leave no residual to judge it by
+FEW_TO_FIT = 20  # below this number the exponent is a guess; warned of, not rejected
 
 
 class Law(Protocol):
-    """Gives DBH [cm] from height [m] (and crown diameter [m]), and height from DBH; NaN where it cannot."""
+    """Gives DBH [cm] from height [m] (and crown diameter [m]), and height from DBH; NaN where that is impossible."""
 
     def dbh(self, height: np.ndarray, crown: np.ndarray) -> np.ndarray: ...
 
@@ -31,7 +31,7 @@ class Law(Protocol):
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """DBH[cm] = a H[m]^b, and its inverse; a and b are numbers, or one each a tree."""
+    """DBH[cm] = a H[m]^b, and its inverse; a and b are numbers, or arrays with one for each tree."""
 
     a: float | np.ndarray
     b: float | np.ndarray
@@ -70,7 +70,7 @@ class CrownLaw:
 
 @dataclass(frozen=True)
 class FittedLaw:
-    """Two power laws of one sample, DBH from height and height from DBH: the one's inverse is not the other."""
+    """Two power laws of one sample, DBH from height and height from DBH: one is not the inverse of the other."""
 
     dbh_law: PowerLaw
     a_height: float
@@ -92,7 +92,7 @@ class FittedLaw:
 
 @dataclass(frozen=True)
 class LawsByTree:
-    """A law for each of several zones; ``zone`` says which, one a tree."""
+    """A law for each of several zones; ``zone`` is the zone of each tree."""
 
     laws: tuple[Law, ...]
     zone: np.ndarray
@@ -158,7 +158,7 @@ SOURCES_OF_LAWS = {
 
 @dataclass(frozen=True)
 class Region:
-    """Where the trees grew of which a law was made: a box of longitude and latitude [degrees]."""
+    """Where the trees grew from which a law was derived: a box of longitude and latitude [degrees]."""
 
     name: str
     west: float
@@ -182,7 +182,7 @@ REGIONS = {
 
 
 def outside_region(law: Law, longitude: float, latitude: float) -> str:
-    """That a published law was made elsewhere, in words; empty where it was not, or where a law is the user's own."""
+    """A note that a published law was derived elsewhere; empty if it was not, or if the law is the user's own."""
     name = next((name for name, known in PUBLISHED.items() if known == law), "")
     region = next((each for start, each in REGIONS.items() if name.startswith(start)), None)
     if region is None or region.holds(longitude, latitude):

@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     import geopandas
     import pandas
 
-# Of a DBH, in cm; girth-cm is the circumference, as French and Spanish inventories measure it.
+# Units of a DBH, in cm; girth-cm is the circumference, as French and Spanish inventories measure it.
 DBH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54, "girth-cm": 1 / np.pi}
 GIRTH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54}  # in cm
-SIZE_UNITS = {"girth-cm": "cm"}  # in which a girth is written
+SIZE_UNITS = {"girth-cm": "cm"}  # units in which a girth is given
 IN_Z = "the Z of the points"
 HEIGHT_UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "ft": 0.3048}  # in m
-AREA_UNITS = ("m2", "m²", "qm", "sqm")  # of a crown, whose area is read in m2
+AREA_UNITS = ("m2", "m²", "qm", "sqm")  # names of the unit of a crown's area, which is in m2
 CROWN_MEASURES = ("diameter", "radius", "area")
 # A Z of points or a column z whose median is above this is the height of the ground above the sea, not of a tree.
 TALLEST_M = 80.0
@@ -38,12 +38,12 @@ UNREAD_SHOWN = 4
 
 
 def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> str | None:
-    """The requested column, else the first of the usual names that exists, ignoring case."""
+    """The requested column, otherwise the first of the usual names that exists, ignoring case."""
     return next(iter(candidates(source, asked, option, names)), None)
 
 
 def candidates(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> list[str]:
-    """The requested column, else those of the usual names that exist, the most specific first."""
+    """The requested column, otherwise those of the usual names that exist, the most specific first."""
     there = names_of(source)
     if asked and asked.lower() not in there:
         has = ", ".join(dict.fromkeys(there.values()))
@@ -56,7 +56,7 @@ def candidates(source: pandas.DataFrame, asked: str | None, option: str, names: 
 
 
 def words_of(text: str | None) -> dict[str, float]:
-    """The numbers of words by ``--read-as``: >60=65; Starkholz=55; with nothing behind the = a gap."""
+    """The values of words from ``--read-as``: >60=65; Starkholz=55; with nothing after the = a gap."""
     words: dict[str, float] = {}
     for part in filter(str.strip, (text or "").split(";")):
         word, equals, number = part.rpartition("=")
@@ -80,9 +80,10 @@ def sizes(
     feedback: Feedback,
     words: Mapping[str, float] | None = None,
 ) -> np.ndarray:
-    """A column of sizes in ``unit``, NaN where it is empty, 0, or holds the missing value.
+    """A column of sizes in ``unit``, NaN for cells that are empty, 0, or hold the missing value.
 
-    Text such as 41,4 cm is read, a class such as 40-45 as its middle, a word as ``words`` say, and this is reported.
+    Text such as 41,4 cm is read; a class such as 40-45 counts as its middle, a word as defined by ``words``, with a
+    note.
     """
     import pandas
 
@@ -107,7 +108,7 @@ def sizes(
     try:
         return number_column(source, name, minimum=0.0, exclusive=True, gaps=True, missing_value=missing_value)
     except UserError as error:
-        raise UserError(f"{error}, or say --missing-value if the number means missing") from error
+        raise UserError(f"{error}, or give --missing-value if this number means a missing value") from error
 
 
 def refuse_unread(source: pandas.DataFrame, name: str, unread: np.ndarray) -> None:
@@ -121,13 +122,13 @@ def refuse_unread(source: pandas.DataFrame, name: str, unread: np.ndarray) -> No
     more = f", and {len(words) - UNREAD_SHOWN} words more" if len(words) > UNREAD_SHOWN else ""
     raise UserError(
         f"{where_of(source)}, field '{name}', row {int(source.index[row]) + 1}{rows}: '{words[0]}' is neither a size "
-        f"nor a class with two ends; correct it, or say what such words stand for: --read-as {wanted}{more} (nothing "
-        "in place of NUMBER: a gap)"
+        f"nor a class with two ends; correct it, or define such words with --read-as {wanted}{more} (nothing "
+        "instead of NUMBER: a gap)"
     )
 
 
 def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> str:
-    """The unit given, else the one in the field's name, else the usual one, and this is reported."""
+    """The given unit, otherwise the one in the field's name, otherwise the usual one, with a note."""
     parsed = named(name)
     if given is None and parsed.word and parsed.unit not in units:
         feedback.warn(f"{where}: the unit '{parsed.word}' of the field '{name}' is not known, {usual} is taken")
@@ -190,7 +191,7 @@ def height_column(
         if asked is None and (name == IN_Z or named(name).plain == "z"):
             middle = float(np.nanmedian(number_column(source, name, gaps=True))) * HEIGHT_UNITS[measured]
             if middle == 0:
-                continue  # as some programs write a Z that they do not have
+                continue  # as some programs write a missing Z
             if not middle <= TALLEST_M:
                 feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not the height of trees, and is not used")
                 continue
@@ -231,7 +232,8 @@ def has_z(source: pandas.DataFrame) -> bool:
 def crown_column(
     source: geopandas.GeoDataFrame, layout: Layout, asked: str | None, measure: str | None, outlines: np.ndarray | None
 ) -> np.ndarray | None:
-    """Diameter of the crown [m], NaN where missing: from a column, else of the circle with the area of the outline.
+    """Diameter of the crown [m], NaN where missing: from a column, otherwise that of the circle with the area of the
+    outline.
 
     ``measure`` defines the content of a requested column: diameter or radius [m], or area [m2]; else its usual meaning.
     """

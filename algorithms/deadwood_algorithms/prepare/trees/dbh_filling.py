@@ -1,4 +1,4 @@
-"""DBH and height where only one is known: the law that the user chose, given, by zones, or fitted to measured trees.
+"""DBH and height where only one is known: by the user's law: given, by zones, or fitted to measured trees.
 
 For `import_trees`; the laws themselves are in `allometry`.
 """
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
+from deadwood_algorithms.files.accounts import NO_TREE, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -64,7 +65,7 @@ def fill_sizes(
 
 
 def chosen_law(name: str | None, a: float, b: float, sample: FittedLaw | None) -> Law:
-    """The layer's law: fitted, or published by name, or a and b; two of them are one too many."""
+    """The layer's law: fitted, published by name, or a and b; more than one of them is rejected."""
     if sample is not None and (name or PowerLaw(a, b) != DEFAULT):
         raise UserError("--dbh-sample fits the law that --dbh-law or --dbh-a and --dbh-b would name; give one of them")
     refuse_two_laws(name, a, b)
@@ -72,7 +73,7 @@ def chosen_law(name: str | None, a: float, b: float, sample: FittedLaw | None) -
 
 
 def refuse_two_laws(name: str | None, a: float, b: float) -> None:
-    """Beside a law with the crown, a and b have their use: they serve the trees whose crown is not known."""
+    """Reject a and b beside a named power law; beside a law with the crown they are for trees without a known crown."""
     if name and isinstance(PUBLISHED[name], PowerLaw) and PowerLaw(a, b) not in (DEFAULT, PUBLISHED[name]):
         raise UserError(f"--dbh-law {name} and --dbh-a {a:g}, --dbh-b {b:g} are two laws; give one of them")
 
@@ -104,7 +105,7 @@ def fitted_law(
 def zoned(
     law: Law, path: str, places: np.ndarray, crs: pyproj.CRS | None, given: str | None, feedback: Feedback
 ) -> tuple[Law, str]:
-    """The laws of zone polygons (``dbh_a`` and ``dbh_b``, or ``dbh_law``), elsewhere ``law``; and how many stand where.
+    """The laws of zone polygons (``dbh_a`` and ``dbh_b``, or ``dbh_law``), elsewhere ``law``; and a line about them.
 
     Where zones overlap, the later row counts, as in the friction polygons.
     """
@@ -115,11 +116,19 @@ def zoned(
     inside, row = shapely.STRtree(np.asarray(zones.geometry.array)).query(places, predicate="intersects")
     zone = np.zeros(places.size, np.int64)
     np.maximum.at(zone, inside, row + 1)
+    there = np.unique(zone[zone > 0]).size
+    account("dbh_zones", count_of(len(zones), there, {NO_TREE: len(zones) - there}))
     if not zone.any():
         raise UserError(f"{where_of(zones)}: no tree stands in a zone; check the CRS of both")
     outside = int((zone == 0).sum())
-    said = f"DBH by the laws of {counted(np.unique(zone[zone > 0]).size, 'zone')}" + (
-        f"; {counted(outside, 'tree stands', 'trees stand')} in none, there {law}" if outside else ""
+    said = (
+        f"DBH by the laws of {counted(there, 'zone')}"
+        + (
+            f"; no tree stands in {len(zones) - there} of {len(zones)}, or under later ones"
+            if there < len(zones)
+            else ""
+        )
+        + (f"; {counted(outside, 'tree stands', 'trees stand')} in none, there {law}" if outside else "")
     )
     return LawsByTree((law, *laws), zone), said
 

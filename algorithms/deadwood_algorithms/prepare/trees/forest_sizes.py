@@ -1,4 +1,4 @@
-"""What the trees of a random forest are like: density and sizes of each stand, drawn or dealt tree by tree.
+"""Density and sizes of the trees in each stand of a random forest, drawn, or dealt from given trees, tree by tree.
 
 For `generate_forest`; where the trees stand is `planting`.
 """
@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import schema_column, warn_implausible, where_of
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -39,7 +40,7 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Source:
-    """The trees of a layer that others are like: density [1/ha], DBH [cm] and height [m], shape (n,)."""
+    """The trees of a layer that serve as a model: density [1/ha], DBH [cm] and height [m], shape (n,)."""
 
     stems_per_ha: float
     dbh: np.ndarray
@@ -47,7 +48,7 @@ class Source:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """What normal distributions take of it, by the names of the options."""
+        """The parameters of normal distributions from it, by the names of the options."""
         alike = self.dbh.std() == 0 or self.height.std() == 0
         return {
             "stems_per_ha": self.stems_per_ha,
@@ -61,7 +62,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Kind:
-    """What the trees of a stand are like: density [1/ha] and sizes; those of a source's trees, if there is one."""
+    """Density [1/ha] and sizes of the trees of a stand; those of a source's trees, if there is one."""
 
     stems_per_ha: float
     sizes: Sizes
@@ -69,7 +70,7 @@ class Kind:
 
     @property
     def basal_area(self) -> float:
-        """[m2/ha], of the sizes that were asked or of the source's."""
+        """Basal area [m2/ha], from the requested sizes or from the source."""
         square = np.mean(self.source.dbh**2) if self.source else self.sizes.dbh_mean**2 + self.sizes.dbh_sd**2
         return basal_area(self.stems_per_ha * float(square))
 
@@ -80,7 +81,7 @@ def basal_area(squares: float) -> float:
 
 
 def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Feedback) -> Source:
-    """The trees of a layer on these grounds, without those too small for a tree."""
+    """The trees of a layer on these grounds, without those that are too small."""
     from deadwood_algorithms.files.vectors import read_vector
 
     frame = read_vector(
@@ -97,7 +98,9 @@ def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Fee
             f"{where_of(frame)}: {small.sum()} of the {counted(here.sum(), 'tree')} there left out (DBH < "
             f"{LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m)"
         )
+    away = int((~here).sum())
     here &= ~small
+    account("like", count_of(len(frame), here.sum(), {"outside": away, "too_small": small.sum()}))
     if here.sum() < 2:
         number = int(here.sum() + small.sum())
         few = counted(number, "of its trees is", "of its trees are") + " standing on the DEM"
@@ -115,9 +118,10 @@ def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Fee
 def kind_of_stand(
     given: Mapping[str, float], usual: Mapping[str, float], law: PowerLaw, source: Source | None, stand: Stand
 ) -> Kind:
-    """The numbers of a stand: its own, else given, else usual, else (height only) derived from the DBH by the law.
+    """The numbers of a stand: its own, otherwise given, otherwise usual, otherwise (height only) from the DBH by the
+    law.
 
-    Where all of its sizes are those of a source, its trees are drawn from that.
+    If all of its sizes are those of a source, its trees are drawn from that.
     """
     given = {**given, **stand.numbers}
     numbers = {**usual, **given}
@@ -139,19 +143,23 @@ def kind_of_stand(
 def take_sizes(source: Source, items: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray, int]:
     """DBH [cm] and height [m] of each tree (`planting.numbers_of_trees`), to 0.01, from the trees of a source.
 
-    They are dealt like cards: in a drawn order until all are, then in another. So as many trees as the source has are
-    just those of the source, and a tree keeps its sizes when there are more.
+    They are dealt like cards: in a random order until all are used, then in another. So as many trees as the source has
+    are exactly those of the source, and a tree keeps its sizes when there are more.
     """
     number = source.dbh.size
     times = -(-items.size // number)
-    cards = items[:1] + np.arange(times * number if items.size else 0)  # a ground's trees are numbered on
+    cards = items[:1] + np.arange(
+        times * number if items.size else 0
+    )  # the trees of a ground are numbered consecutively
     drawn = draws.uniforms(seed, cards, draws.TREE_SOURCE)[0].reshape(-1, number)
     row = np.argsort(drawn, axis=1, kind="stable").ravel()[: items.size]
     return np.round(source.dbh[row], 2), np.round(source.height[row], 2), 0
 
 
 def draw_sizes(sizes: Sizes, items: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray, int]:
-    """DBH [cm] and height [m] of each tree (`planting.numbers_of_trees`), to 0.01, and how many draws were no tree."""
+    """DBH [cm] and height [m] of each tree (`planting.numbers_of_trees`), to 0.01, and how many draws were impossible
+    trees.
+    """
     return draw_pair(
         (sizes.dbh_mean, sizes.height_mean),
         (sizes.dbh_sd, sizes.height_sd),
@@ -178,7 +186,7 @@ def size_lines(kind: Kind, dbh: np.ndarray, height: np.ndarray, planted: float) 
 
 
 def stand_lines(stands: list[Stand], kinds: list[Kind], counts: list[int]) -> list[str]:
-    """A line for each of the first stands, and how many more there are."""
+    """One line for each of the first stands, and the number of the others."""
     rows = [
         f"stand of {stand.name}: {counted(count, 'tree')} on {stand.ground.area / 1e4:.2f} ha "
         f"({significant(kind.stems_per_ha, 4)} stems/ha), "

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.files.accounts import OFF_DEM
 from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
@@ -22,9 +23,10 @@ if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_blocks import DemBlocks
     from deadwood_algorithms.files.grid import Grid
 
-# Height / DBH [-] of the median tree of a stand: solitary oaks to dense spruce. A girth taken as DBH is a third of it.
+# Height / DBH [-] of the median tree of a stand: solitary oaks to dense spruce. With a girth taken as DBH it is a
+# third of that.
 SLENDERNESS = (25, 150)
-IN_MM = 12  # below it the DBH is rather in millimetres (a tenth of 25 to 150) than a girth (a third)
+IN_MM = 12  # below this the DBH is more likely in millimetres (a tenth of 25 to 150) than a girth (a third)
 
 
 def trees_kept(
@@ -37,16 +39,18 @@ def trees_kept(
     merge_within_m: float,
     tile_field: str | None,
 ) -> tuple[np.ndarray, list[str]]:
-    """Which trees are written to one of the layers, and in words why the others are not."""
+    """Which trees are written to one of the layers, and why the others are not, in words."""
     from deadwood_algorithms.scene.items import extent_words
 
     said: list[str] = []
     kept = status != tree_status.GONE
     if not kept.all():
         said.append(f"{counted((~kept).sum(), 'tree')} dropped: no longer standing")
+        source.left_out["gone"] = int((~kept).sum())
     sized = np.isfinite(filled.dbh) & np.isfinite(filled.height)
     if (kept & ~sized).any():
         said.append(f"{counted((kept & ~sized).sum(), 'tree')} dropped: neither DBH nor height")
+        source.left_out["no_size"] = int((kept & ~sized).sum())
     kept &= sized
     for column, values, least in (
         ("height_m", filled.height, min_height_m),
@@ -57,13 +61,15 @@ def trees_kept(
         for wrong, words in ((values < low, f"below {low:g}"), (values > high, f"above {high:g}")):
             if (kept & wrong).any():
                 said.append(f"{counted((kept & wrong).sum(), 'tree')} dropped: {column} {words} {schema.unit}")
+                source.left_out["size"] += int((kept & wrong).sum())
                 kept &= ~wrong
     if ground:
         x, y = shapely.get_x(source.places), shapely.get_y(source.places)
         on = ground.contains(x, y)
         if (kept & ~on).any():
             nowhere = extent_words(x, y, ground) if not on.any() else ""
-            said.append(f"{counted((kept & ~on).sum(), 'tree')} dropped: off the DEM{nowhere}")
+            said.append(f"{counted((kept & ~on).sum(), 'tree')} dropped: off the DEM or on its nodata{nowhere}")
+            source.left_out[OFF_DEM] = int((kept & ~on).sum())
         kept &= on
     if merge_within_m and kept.any():
         name = tree_columns.find(source.frame, tile_field, "--tile-field", ())
@@ -71,12 +77,15 @@ def trees_kept(
         goes = duplicates(source.places[kept], filled.height[kept], filled.dbh[kept], merge_within_m, tile)
         if goes.any():
             said.append(f"{counted(goes.sum(), 'tree')} dropped: a taller one stands within {merge_within_m:g} m")
+        source.left_out["same_place"] = int(goes.sum())
         kept[np.flatnonzero(kept)[goes]] = False
     return kept, said
 
 
 def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: Feedback) -> None:
-    """Warn of trees in one place, and of sizes measured that no stand has together: a girth or inches taken as DBH."""
+    """Warn of trees at the same place, and of combinations of measured sizes that no stand has: girth or inches taken
+    as DBH.
+    """
     where = where_of(source.frame)
     places = np.round(shapely.get_coordinates(source.places[kept]), 2)
     double = int(kept.sum()) - len(np.unique(places, axis=0))
@@ -99,7 +108,7 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
 
 
 def releases_columns(columns: dict[str, np.ndarray], dead: np.ndarray) -> dict[str, np.ndarray]:
-    """The columns of the releases layer, of all kept trees: each dead one is a log that stands upright in its place."""
+    """The columns of the releases layer for all kept trees: each dead one is a log that stands upright at its place."""
     made = {"log_id": np.cumsum(dead), "release_id": columns["tree_id"], "dbh_cm": columns["dbh_cm"]}
     made |= {"length_m": columns["height_m"], "orientation": np.full(dead.size, "upright", object)}
     return made | {name: columns[name] for name in ("species", "dbh_source") if name in columns}

@@ -1,4 +1,4 @@
-"""Trees that were found twice, at the seams of overlapping tiles: of those within a distance the tallest stays.
+"""Trees found twice at the seams of overlapping tiles: of those within a distance of each other, the tallest is kept.
 
 For `import_trees`.
 """
@@ -12,11 +12,11 @@ import shapely
 def duplicates(
     places: np.ndarray, height: np.ndarray, dbh: np.ndarray, within: float, tile: np.ndarray | None
 ) -> np.ndarray:
-    """Which trees go, bool (n,): each that stands within ``within`` [m] of a taller one that stays.
+    """Which trees are removed, bool (n,): each that stands within ``within`` [m] of a taller one that is kept.
 
-    Of two of one height the thicker stays, then the one of the earlier row. With ``tile`` only trees of different
-    tiles are held to be one. Going down by height makes the result the same in any order of the pairs: a tree that
-    goes takes none with it.
+    Of two with the same height the thicker is kept, then the one in the earlier row. With ``tile`` only trees of
+    different tiles are merged. Processing by descending height makes the result independent of the order of the pairs:
+    a tree that is removed does not remove others.
     """
     one, other = shapely.STRtree(places).query(places, predicate="dwithin", distance=within)
     apart = one != other

@@ -1,6 +1,6 @@
-"""Where a DEM has a surface: the patches between four heights, a bit each, of a DEM of any size.
+"""Where a DEM has a surface: the patches between four heights, one bit each, for a DEM of any size.
 
-For `planting`, which asks for many places in turn, so that no block of heights could be kept or read again.
+For `planting`, which queries many places in random order, so that keeping or rereading blocks of heights is no option.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Patches:
 
     @property
     def whole(self) -> bool:
-        """Whether no square that was looked at lacks a patch, so that none need be counted."""
+        """Whether no examined square lacks a patch, so that patches need not be counted."""
         return all(each is True for each in self.blocks.values())
 
     def has(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
@@ -48,7 +48,7 @@ class Patches:
         return there
 
     def hold(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Which places [m] lie on a patch: where `Grid.contains` finds a height."""
+        """Which places [m] lie on a patch, that is, where `Grid.contains` finds a height."""
         ny, nx = self.dem.shape
         u, v = (x - self.dem.x0) / self.dem.cell, (y - self.dem.y0) / self.dem.cell
         inside = (u >= 0) & (u <= nx - 1) & (v >= 0) & (v <= ny - 1)
@@ -57,7 +57,7 @@ class Patches:
 
 
 def patches_over(dem: Grid | DemBlocks, bounds: Any, feedback: Feedback) -> Patches:
-    """Look once, square by square, through the part of the DEM that an extent [m] touches."""
+    """Examine once, square by square, the part of the DEM that an extent [m] touches."""
     west, south, east, north = (float(each) for each in bounds)
     ny, nx = dem.shape[0] - 1, dem.shape[1] - 1  # patches
     side = squares.SIDE

@@ -1,6 +1,6 @@
-"""Places for the trees of a random forest: on the DEM, inside polygons, clear of each other.
+"""Places for the trees of a random forest: on the DEM, inside polygons, at a distance from each other.
 
-For `generate_forest`. Places are drawn uniformly by area; what a tree draws comes from the seed and its own number.
+For `generate_forest`. Places are drawn uniformly by area; the draws of a tree depend on the seed and its own number.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.prepare.trees.patches import Patches
 from deadwood_algorithms.stats import draws
 
-# Random sequential packing of discs ends at a cover of 0.547; near it the planting takes for ever.
+# Random sequential packing of discs saturates at a cover of 0.547; near it planting takes forever.
 DENSEST_COVER = 0.5
-TURNS = 2000  # of drawing a place, before it is called impossible
+TURNS = 2000  # attempts to draw a place before it is reported as impossible
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,9 @@ class Ground:
 
 
 def ground_of(patches: Patches, stand: Any, exclude: Any) -> Ground:
-    """Where trees may stand; its area counts the patches between four heights, and of polygons what lies on such."""
+    """Where trees may stand; the area is that of the patches between four heights, inside the polygons if there are
+    any.
+    """
     dem = patches.dem
     ny, nx = dem.shape
     west, south = dem.x0, dem.y0
@@ -55,7 +57,7 @@ def ground_of(patches: Patches, stand: Any, exclude: Any) -> Ground:
 
 
 def _share_on(patches: Patches, shape: Any) -> float:
-    """Of the patches whose middle is in a polygon, the share that exists; 1 if there is no such patch."""
+    """The share of the patches with their centre in a polygon that exist; 1 if there is no such patch."""
     dem = patches.dem
     (left, low), (right, high) = (
         [max(int((each - first) / dem.cell), 0) for each, first in zip(corner, (dem.x0, dem.y0), strict=True)]
@@ -73,7 +75,9 @@ def _share_on(patches: Patches, shape: Any) -> float:
 def plant(
     grounds: Sequence[Ground], counts: Sequence[int], spacing: float, seed: int, feedback: Feedback
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Places of the trees [m], by ground: each draws until it stands on its ground, and clear of those before it."""
+    """Places of the trees [m], by ground: each draws until it stands on its ground and far enough from earlier
+    trees.
+    """
     for ground, count in zip(grounds, counts, strict=True):
         if spacing and count * np.pi * (spacing / 2) ** 2 > DENSEST_COVER * ground.area:
             most = DENSEST_COVER * 1e4 / (np.pi * (spacing / 2) ** 2)
@@ -85,7 +89,7 @@ def plant(
     of_ground = np.repeat(np.arange(len(grounds)), counts)
     tree = numbers_of_trees(counts)
     place = np.empty((total, 2))
-    turn = np.zeros(total, np.int64)  # number of the draw reached by each tree
+    turn = np.zeros(total, np.int64)  # number of the draw that each tree has reached
     left = np.arange(total)
     while left.size:
         for number in np.unique(of_ground[left]):
@@ -101,7 +105,8 @@ def plant(
 
 
 def numbers_of_trees(counts: Sequence[int]) -> np.ndarray:
-    """What each tree is called to the random draws: its number in its ground, from 1, and the ground's above that.
+    """The number of each tree for the random draws: its number in its ground, from 1, with the ground's in the upper
+    bits.
 
     So a tree keeps its place and sizes when another ground gets more trees.
     """
@@ -109,7 +114,9 @@ def numbers_of_trees(counts: Sequence[int]) -> np.ndarray:
 
 
 def next_place(ground: Ground, tree: np.ndarray, turn: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """The first place of each tree (`numbers_of_trees`) on the ground, of its draws from ``turn`` on; the next turn"""
+    """The first place of each tree (`numbers_of_trees`) that is on the ground, among its draws from ``turn`` on; and
+    the next turn.
+    """
     west, south, east, north = ground.bounds
     place, turn = np.empty((tree.size, 2)), turn.copy()
     left = np.arange(tree.size)
@@ -123,9 +130,10 @@ def next_place(ground: Ground, tree: np.ndarray, turn: np.ndarray, seed: int) ->
 
 
 def too_near(place: np.ndarray, spacing: float) -> np.ndarray:
-    """Rows of the trees that stand within ``spacing`` [m] of a tree before them.
+    """Rows of the trees that stand within ``spacing`` [m] of an earlier tree.
 
-    That tree may itself have to move; but a tree looks only at those before it, so the first k never learn of the rest.
+    That tree may itself have to move; but a tree depends only on earlier ones, so the first k are independent of the
+    rest.
     """
     if not spacing:
         return np.empty(0, np.int64)

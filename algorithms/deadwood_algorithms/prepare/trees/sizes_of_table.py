@@ -24,12 +24,18 @@ from deadwood_algorithms.prepare.trees.dbh_filling import (
     warn_of_another_region,
     zoned,
 )
-from deadwood_algorithms.prepare.trees.table import Source, measured_trees, refuse_nothing_known, warn_of_idle_fields
+from deadwood_algorithms.prepare.trees.table import (
+    Source,
+    account_sample,
+    measured_trees,
+    refuse_nothing_known,
+    warn_of_idle_fields,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TableOptions:
-    """Where in a table of trees what stands."""
+    """The columns of a table of trees."""
 
     trees: str = tool.table("Table or layer of single trees", geometry=("point", "polygon"))
     source: str = tool.choice(
@@ -43,14 +49,17 @@ class TableOptions:
     id_field: str | None = tool.field_of("trees", "Field of the tree's id", default=None)
     dbh_field: str | None = tool.field_of("trees", "Field of the DBH", default=None)
     dbh_unit: str | None = tool.choice(
-        "Unit of the DBH", *tree_columns.DBH_UNITS, default=None, help="Without it: as the field's name says, else cm."
+        "Unit of the DBH",
+        *tree_columns.DBH_UNITS,
+        default=None,
+        help="Without it: the unit in the field's name, else cm.",
     )
     height_field: str | None = tool.field_of("trees", "Field of the height", default=None)
     height_unit: str | None = tool.choice(
         "Unit of the height",
         *tree_columns.HEIGHT_UNITS,
         default=None,
-        help="Without it: as the field's name says, else m.",
+        help="Without it: the unit in the field's name, else m.",
     )
     species_field: str | None = tool.field_of("trees", "Field of the species", default=None)
     crown_field: str | None = tool.field_of("trees", "Field of the crown diameter in m", default=None)
@@ -58,7 +67,7 @@ class TableOptions:
         "What the crown field holds, in m or m²",
         *tree_columns.CROWN_MEASURES,
         default=None,
-        help="Without it: as the source or the field's usual name says, else the diameter.",
+        help="Without it: from the source or the field's usual name, else the diameter.",
     )
     missing_value: float | None = tool.number(
         "Number that marks a missing value", default=None, help="For example -1 (FINT-CH) or 0."
@@ -124,8 +133,8 @@ def sizes(
 ) -> Filled:
     """DBH and height of each tree, read, checked, and filled by the law that was chosen.
 
-    living : shape (n,), the trees that a law may be fitted to
-    crown : diameter [m], shape (n,), NaN where it is not known; None without a field of it
+    living : shape (n,), the trees to which a law may be fitted
+    crown : diameter [m], shape (n,), NaN where unknown; None if there is no such field
     """
     frame, layout = source.frame, source.layout
     where = where_of(frame)
@@ -150,6 +159,7 @@ def sizes(
 
     sample = None
     if law_options.dbh_sample == table.trees:
+        account_sample(dbh, height, living, where, feedback)
         sample = fitted_law(table.trees, dbh[living], height[living], feedback)
     elif law_options.dbh_sample:
         sample = fitted_law(law_options.dbh_sample, *measured_trees(law_options.dbh_sample, feedback), feedback)
@@ -173,6 +183,6 @@ def sizes(
         feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh applies it")
     if filled.from_height.any():
         fix = "check the law (--dbh-law, --dbh-a, --dbh-b)"
-        modelled = filled.dbh[filled.from_height]
+        modelled = np.where(filled.from_height, filled.dbh, np.nan)
         warn_implausible(modelled, schemas.TREES.column("dbh_cm"), f"{where}, computed DBH", feedback, fix=fix)
     return filled

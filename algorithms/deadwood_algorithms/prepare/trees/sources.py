@@ -1,8 +1,8 @@
-"""What single-tree tables look like: the columns of each known source, and the usual names where the source is unknown.
+"""Formats of single-tree tables: the columns of each known source, and the usual names if the source is unknown.
 
 For `import_trees`. Layouts are data: a new source is one more row of ``LAYOUTS``. Names are in lower case, the most
-telling first; a file without header has ``column_1``, ``column_2``, ... Every layout is of the source's own code or
-manual, but for Rockyfor3D, whose manual was not available: there the third column is taken to be the DBH in cm.
+specific first; a file without header has ``column_1``, ``column_2``, ... Every layout is from the source's own code or
+manual, except that of Rockyfor3D, whose manual was not available: its third column is taken to be the DBH in cm.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from deadwood_algorithms.params.tool import UserError
 if TYPE_CHECKING:
     import pandas
 
-# Words that say of a tree that it is dead but stands, or that it stands no more, whatever the column's coding.
+# Words for a tree that is dead but stands, or that no longer stands, whatever the column's coding.
 DEAD_WORDS = ("dead", "d", "standing dead", "dead, broken bole", "snag", "tot", "stehend tot", "dürr", "dürrständer")
 DEAD_WORDS += ("mort", "mort sur pied", "chandelle", "morto", "muerto")
 GONE_WORDS = ("gone", "lying", "missing", "downed", "fallen", "stump", "removed", "cut", "liegend", "gefällt")
@@ -33,15 +33,15 @@ class Layout:
 
     source: str
     what: str
-    sign: tuple[str, ...] = ()  # columns that only this source has together
-    columns: tuple[int, ...] = ()  # of a file without header: how many there may be
-    files: str = ""  # and how its name begins or ends
+    sign: tuple[str, ...] = ()  # combination of columns that only this source has
+    columns: tuple[int, ...] = ()  # for a file without header: possible numbers of columns
+    files: str = ""  # and the beginning or end of its name
     xy: tuple[str, str] | None = None
     id: tuple[str, ...] = ()
     dbh: tuple[str, ...] = ()
     girth: tuple[str, ...] = ()  # circumference at breast height, if there is no dbh
     height: tuple[str, ...] = ()
-    height_in_z: bool = False  # of the points, where no column holds it
+    height_in_z: bool = False  # the points' Z is the height, if no column has it
     species: tuple[str, ...] = ()
     crown: dict[str, str] = field(default_factory=dict)  # column -> diameter or radius [m], or area [m2]
     status: tuple[str, ...] = ()
@@ -58,13 +58,13 @@ USUAL_DBH += ("stem_diame", "stemdiameter", "brusthöhendurchmesser", "brusthoeh
 USUAL_DBH += ("stammdurchm", "durchmesser", "diametre", "diamètre", "diametro", "diameter", "d130", "diam", "d")
 USUAL_DBH += ("d13", "dbh13", "diamètre à 1,30 m", "diamètre à 1,3 m", "diametro a 1,30 m", "durchmesser in 1,3 m")
 USUAL_DBH += ("durchmesserklasse", "bhd_klasse", "dbh_class", "diameter_class", "classe_de_diamètre", "classe_diametro")
-# The circumference of the stem at breast height, where a table has that and no diameter.
+# The circumference of the stem at breast height, for tables that have no diameter.
 USUAL_GIRTH = ("girth", "gbh", "cbh", "circumference", "umfang", "stammumfang", "stamm_umfang", "stammumf", "st_umfang")
 USUAL_GIRTH += ("st_umf", "brusthöhenumfang", "circonference", "circonférence", "circonfere", "circ", "c130")
 USUAL_GIRTH += ("circonferenza", "circonf", "omtrek", "stamomtrek", "perimetro", "circunferencia")
 USUAL_GIRTH += tuple(f"{name}_{unit}" for name in USUAL_GIRTH for unit in ("cm", "mm", "m"))
 
-# The tree's own height before a bare "height", which may be above the sea.
+# The tree's height takes precedence over a plain "height", which may be above sea level.
 USUAL_HEIGHT = ("height_m", "tree_height_m", "tree_heigh", "tree_height", "treeheight", "baumhoehe", "baumhöhe")
 USUAL_HEIGHT += ("baum_hoehe", "hauteur_arbre", "hauteur_totale", "haut_tot", "altezza_albero", "altezza_totale")
 USUAL_HEIGHT += ("total_height", "gesamthöhe", "scheitelhöhe", "baumlänge")
@@ -102,7 +102,7 @@ LAYOUTS = (
         id=("treeid",),
         height=("z",),
         height_in_z=True,
-        crown={"convhull_area": "area", "convhull_a": "area"},  # the second as shapefiles cut it short
+        crown={"convhull_area": "area", "convhull_a": "area"},  # the second name as cut short in shapefiles
     ),
     Layout(
         source="foresttools",
@@ -249,7 +249,7 @@ SOURCES = ("auto", USUAL.source, *dict.fromkeys(each.source for each in LAYOUTS)
 def names_of(frame: pandas.DataFrame) -> dict[str, str]:
     """The columns in lower case -> original spelling; one with a unit, Höhe (m) or altezza_m, also without it."""
     names = {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
-    for joined in (False, True):  # and height_ft, where nothing is called height
+    for joined in (False, True):  # height_ft counts if no column is called height
         for name in list(names.values()):
             names.setdefault(named(name, joined=joined).plain, name)
     return names
@@ -262,7 +262,7 @@ def plain_name(name: str) -> str:
 
 
 def plain_names_of(frame: pandas.DataFrame) -> dict[str, str]:
-    """The columns by their plain names; two of one such name, as of two surveys, are none of them."""
+    """The columns by their plain names; if two have the same name, as from two surveys, neither is returned."""
     plain = [(plain_name(str(name)), str(name)) for name in frame.columns if name != "geometry"]
     count = Counter(each for each, _ in plain)
     return {each: name for each, name in plain if each and count[each] == 1}
@@ -274,9 +274,9 @@ def headerless(frame: pandas.DataFrame) -> bool:
 
 
 def layout_of(frame: pandas.DataFrame, path: str, source: str, *, mapped: bool) -> Layout:
-    """The layout asked for, or with ``auto`` the one that the table shows by its columns or its file's name.
+    """The requested layout or, with ``auto``, the one that the table's columns or the file's name indicate.
 
-    ``mapped`` says that the user named the columns of the coordinates: then nothing is guessed without a header.
+    ``mapped``: the user named the columns of the coordinates, so nothing is guessed for a file without header.
     A column that the source does not write, such as a DBH added to lidR's trees, is still found by its usual name.
     """
     return _completed(_own_layout(frame, path, source, mapped))
@@ -317,7 +317,7 @@ def _own_layout(frame: pandas.DataFrame, path: str, source: str, mapped: bool) -
 
 
 def xy_of(frame: pandas.DataFrame, layout: Layout) -> tuple[str, str] | None:
-    """The columns of the coordinates that the layout names; None where the layer's geometry serves, or usual names."""
+    """The columns of the coordinates in the layout; None if the layer's geometry, or the usual names, are used."""
     if layout.xy is None:
         return None
     names = names_of(frame)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import shapely
 
+from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import number_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import factor, named, scaled
@@ -18,6 +19,7 @@ from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.patches import patches_over
 from deadwood_algorithms.prepare.trees.planting import Ground, ground_of
+from deadwood_algorithms.scene.items import say_left_out
 from deadwood_algorithms.schemas import DBH_CM, TREE_M
 
 if TYPE_CHECKING:
@@ -25,8 +27,8 @@ if TYPE_CHECKING:
 
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
-DENSEST_PER_HA = 1e6  # 100 seedlings on each m2; no forest, and a slip of the unit
-# Column -> its least and largest value, and whether the least itself is allowed; and the names of PlatRock's zones.
+DENSEST_PER_HA = 1e6  # 100 seedlings per m2; not a forest, but a wrong unit
+# Column -> its minimum and maximum, and whether the minimum itself is allowed; and the names in PlatRock's zones.
 COLUMNS: dict[str, tuple[float, float | None, bool]] = {
     "stems_per_ha": (0.0, DENSEST_PER_HA, True),
     "dbh_mean_cm": (0.0, DBH_CM[1], False),
@@ -42,7 +44,7 @@ OTHER_NAMES |= {"dbh_mean_c": "dbh_mean_cm", "height_mea": "height_mean_m", "hei
 
 @dataclass(frozen=True)
 class Stand:
-    """Where trees of one kind may stand, and what the stand's own columns say of them (empty: nothing)."""
+    """Where trees of one kind may stand, and the values from the stand's own columns (empty: none)."""
 
     ground: Ground
     numbers: dict[str, float]
@@ -94,7 +96,11 @@ def union_of(path: str | None, ground: Grid | DemBlocks, crs: str | None, feedba
     frame = read_vector(
         path, geometry=("polygon",), target_crs=ground.crs, crs=crs, what="stand polygons", feedback=feedback
     )
-    return shapely.force_2d(shapely.union_all(np.asarray(frame.geometry.array)))
+    shapes = np.asarray(frame.geometry.array)
+    there = shapely.intersects(shapes, shapely.box(*ground.bounds))
+    say_left_out(frame, ~there, "polygons without trees", feedback.note)
+    account("exclude", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
+    return shapely.force_2d(shapely.union_all(shapes))
 
 
 def read_stands(
@@ -116,6 +122,9 @@ def read_stands(
     frame = with_usual_names(frame)
     columns = [name for name in COLUMNS if name in frame]
     if not columns:
+        there = shapely.intersects(shapes, shapely.box(*dem.bounds))
+        say_left_out(frame, ~there, "stands", feedback.note)
+        account("stand", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
         return [Stand(ground_of(patches, shapely.union_all(shapes), exclude), {})]
     feedback.note(f"{where_of(frame)}: each of the {len(frame)} stands has its own {', '.join(columns)}")
     numbers = {}
@@ -137,6 +146,7 @@ def read_stands(
         raise UserError(
             f"{where_of(frame)}: no stand has a place for a tree on the DEM; check the polygons and their CRS"
         )
+    account("stand", count_of(len(frame), len(stands), {"no_place": off}))
     if off:
         feedback.note(
             f"{where_of(frame)}: {counted(off, 'stand has', 'stands have')} no place on the DEM, or under later "

@@ -1,4 +1,4 @@
-"""Which trees of a table live, which are dead but stand (snags: the releases), and which stand no more.
+"""Which trees of a table are alive, which are dead but stand (snags: the releases), and which no longer stand.
 
 For `import_trees`. Codings differ (lidaRtRee ``e``, ``Live_dead``, NEON ``plantStatus``, SORTIE ``Type``); the words of
 each are data of its `sources.Layout`.
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 LIVE, DEAD, GONE = range(3)
 NAMES = ("living", "dead, standing", "no longer standing")
 WORDS_SHOWN = 8
-MOST_WORDS = 20  # in a field that may contain the status
+MOST_WORDS = 20  # different words in a field that may contain the status
 # Parts of words for the status, in English, German, French and Italian, for words that are in no list. A tree that
 # lies, was thrown or felled, or is a stump no longer stands, dead or not: this is therefore tested first.
 GONE_PATTERN = re.compile(
@@ -48,7 +48,7 @@ LIVE_PATTERN = re.compile(
     r"^(l|healthy|ok|vital\w*|gesund|vif|vive|saine?s?|san[oaie]|live, .*)$"
     r"|\b(a?live|living|lebend\w*|lebt|vivante?s?|viv[oaie])\b"
 )
-# Fields that ask by their name whether a tree is dead, or lives, and answers to that.
+# Names of fields that ask whether a tree is dead, or alive, and the possible answers.
 FLAGS: dict[str, str] = dict.fromkeys(
     ("dead", "is_dead", "isdead", "tot", "abgestorben", "dürr", "mort", "morto", "secco", "snag"), "dead"
 )
@@ -84,7 +84,7 @@ def status_of(
     words = [code_of(value) for value in source[name]]
     lists = [(DEAD, codes(dead) or layout.dead), (GONE, codes(gone) or layout.gone)]
     if gone and not dead:
-        lists.reverse()  # the user's list before the layout's
+        lists.reverse()  # the user's list takes precedence over the layout's
     meaning: dict[str, int | None] = {}
     for word in set(words):
         listed = next((kind for kind, of_kind in lists if word in of_kind), None)
@@ -110,7 +110,9 @@ def status_of(
 
 
 def meaning_of(word: str, dead: str | None, gone: str | None) -> int | None:
-    """What a word means that no list has; None where it is not known. A list of the user's stands for its kind."""
+    """The meaning of a word that is in no list; None if unknown. A list given by the user is complete for its
+    status.
+    """
     if NEGATED.search(word):
         return None
     for kind, pattern, own in ((GONE, GONE_PATTERN, gone), (DEAD, DEAD_PATTERN, dead), (LIVE, LIVE_PATTERN, None)):
@@ -120,13 +122,15 @@ def meaning_of(word: str, dead: str | None, gone: str | None) -> int | None:
 
 
 def flags_of(source: pandas.DataFrame) -> tuple[str, np.ndarray] | None:
-    """The field that says of each tree by yes or no whether it is dead (or lives), and which are dead; None without."""
+    """A field with yes or no for whether each tree is dead (or alive), and which trees are dead; None without such a
+    field.
+    """
     for name in source.columns:
         asks = FLAGS.get(str(name).strip().lower())
         words = [code_of(value) for value in source[name]] if asks else []
         if words and set(words) <= {*YES, *NO} and set(words) & {*YES}:
             yes = np.isin(words, YES)
-            return str(name), yes if asks == "dead" else np.isin(words, NO[:-1])  # a gap tells nothing
+            return str(name), yes if asks == "dead" else np.isin(words, NO[:-1])  # a gap is no information
     return None
 
 

@@ -10,13 +10,14 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from deadwood_algorithms.files.accounts import NO_TREE, account, count_of
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import counted, none_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.throwing import LEAST_LOG_M, Lying, chosen_share, class_shares, item_numbers
-from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, say_left_out, shared_words
+from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, say_left_out, shared_words, why_left_out
 from deadwood_algorithms.schemas import DBH_CM, TREES
 from deadwood_algorithms.stats import draws
 
@@ -28,7 +29,7 @@ STANDING, LYING, REMOVED = "standing", "lying", "removed"
 
 @dataclass(frozen=True)
 class Storm:
-    """What of the tool's parameters says which stems are thrown."""
+    """The parameters of the tool that determine which stems are thrown."""
 
     share: float | None
     dbh_classes: str | None
@@ -40,7 +41,9 @@ class Storm:
 
 @dataclass(frozen=True)
 class Stems:
-    """The trees on the terrain; ``frame`` has their columns, ``item`` the number by which each draws."""
+    """The trees on the terrain; ``frame`` has their columns, ``item`` is the number on which the draws of each
+    depend.
+    """
 
     frame: geopandas.GeoDataFrame
     ids: NDArray[Any]
@@ -54,7 +57,7 @@ class Stems:
 
 
 def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Feedback) -> Stems:
-    """The trees that stand on the terrain; an id that two of them share is refused."""
+    """The trees that stand on the terrain; a duplicate id is rejected."""
     frame = read_vector(path, geometry=("point",), target_crs=grid.crs, crs=crs, what="trees", feedback=feedback)
     for name in ("dbh_cm", "height_m"):
         if name not in frame:
@@ -73,6 +76,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
     if not on.any():
         raise UserError(f"{path}: {none_of(len(frame), 'tree')} stands on the DEM{extent_words(x, y, grid)}")
     say_left_out(frame, ~on, "trees", feedback.note)
+    account("trees", count_of(len(frame), on.sum(), why_left_out(grid, x[~on], y[~on])))
     kept: Any = frame[on].reset_index(drop=True)
     return Stems(kept, ids[on], item_numbers([str(each) for each in ids[on]]), sizes[0][on], sizes[1][on])
 
@@ -80,7 +84,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
 def thrown_stems(
     stems: Stems, storm: Storm, grid: Grid | DemBlocks, crs: str | None, feedback: Feedback
 ) -> NDArray[np.bool_]:
-    """Which stems are thrown: those that are named, and of the others the share of their area and class of DBH."""
+    """Which stems are thrown: those named by the user, and of the others the share of their area and class of DBH."""
     if storm.share is None and not (storm.dbh_classes or storm.windthrow_areas or storm.ids):
         raise UserError(
             "it is not specified which stems are thrown; give --share, --dbh-classes, --windthrow-areas or --ids"
@@ -136,7 +140,9 @@ def _named(stems: Stems, ids: str | None) -> NDArray[np.bool_]:
 def _areas(
     stems: Stems, path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Feedback
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """The row of the area in which each tree stands, the later where two overlap, -1 for none; and that row's share."""
+    """The row of the area in which each tree stands (the later one if areas overlap, -1 for none), and that row's
+    share.
+    """
     frame = read_vector(path, geometry=("polygon",), target_crs=grid.crs, crs=crs, what="areas", feedback=feedback)
     shares = np.full(len(frame), np.nan)
     if "share" in frame:
@@ -148,11 +154,20 @@ def _areas(
         area[shapely.intersects_xy(shape, x, y)] = row
     if (area < 0).all():
         raise UserError(f"{where_of(frame)}: no tree stands in an area; check the areas and their CRS")
+    used = np.unique(area[area >= 0]).size
+    if used < len(frame):
+        feedback.note(
+            f"{where_of(frame)}: no tree stands in {len(frame) - used} of {counted(len(frame), 'area')}, or it stands "
+            "in a later one too: left out"
+        )
+    account("windthrow_areas", count_of(len(frame), used, {NO_TREE: len(frame) - used}))
     return area, np.where(area < 0, np.nan, shares[area])
 
 
 def states_of(thrown: NDArray[np.bool_], lost: NDArray[np.bool_], off: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
-    """Where each stem is in each scenario: standing, lying or removed; what fell off the terrain is gone at once."""
+    """Where each stem is in each scenario: standing, lying or removed; stems that fell off the terrain are removed at
+    once.
+    """
     fallen = np.where(thrown, LYING, STANDING)
     fallen[off] = REMOVED
     return {
@@ -164,7 +179,9 @@ def states_of(thrown: NDArray[np.bool_], lost: NDArray[np.bool_], off: NDArray[n
 
 
 def trees_with_stumps(stems: Stems, thrown: NDArray[np.bool_], stump_m: float) -> geopandas.GeoDataFrame:
-    """The trees layer after the storm: thrown stems are as high as their stumps, or gone where these have no height."""
+    """The trees layer after the storm: thrown stems are as high as their stumps, or missing if the stumps have no
+    height.
+    """
     frame: Any = stems.frame.copy()
     columns = [each.name for each in TREES.columns if each.name in frame]
     frame["tree_id"] = stems.ids
@@ -178,7 +195,7 @@ def trees_with_stumps(stems: Stems, thrown: NDArray[np.bool_], stump_m: float) -
 def lying_frame(
     stems: Stems, lying: Lying, rows: NDArray[np.intp], kept: NDArray[np.bool_], thickness: float
 ) -> geopandas.GeoDataFrame:
-    """The lying logs that are still there, thinner by a factor; ``rows`` are those of the stems."""
+    """The remaining lying logs, thinner by a factor; ``rows`` are those of the stems."""
     lines = shapely.linestrings(np.stack([lying.base, lying.tip], axis=1)[kept])
     columns = {
         "lying_id": stems.ids[rows][kept],

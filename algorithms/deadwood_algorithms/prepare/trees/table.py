@@ -1,10 +1,11 @@
-"""Single-tree tables read: the rows that are trees by their source's layout, their places, crowns, DBH and height.
+"""Reading of single-tree tables: the rows that are trees by their source's layout, with places, crowns, DBH and height.
 
 For `import_trees`.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
+from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import field_names, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.counts import counted
@@ -32,13 +34,15 @@ SHRUBS = ("shrub", "liana")
 
 @dataclass(frozen=True)
 class Source:
-    """The rows that are trees, in the output's CRS; ``outlines`` are their crowns where these are polygons."""
+    """The rows that are trees, in the output's CRS; ``outlines`` are their crowns if these are polygons."""
 
     frame: geopandas.GeoDataFrame
     layout: Layout
     outlines: np.ndarray | None
     places: np.ndarray
     said: list[str]
+    read: int  # rows of the table
+    left_out: Counter[str]  # of these, rows that are not written, by why
 
 
 def read_source(
@@ -50,7 +54,7 @@ def read_source(
     crs: str | None,
     feedback: Feedback,
 ) -> Source:
-    """The table by its layout: which rows are trees, where they stand, and their crowns.
+    """Read a table by its layout: which rows are trees, where they stand, and their crowns.
 
     ``source`` is a name of `sources.SOURCES`, ``xy`` the user's own columns of the coordinates.
     """
@@ -63,7 +67,7 @@ def read_source(
     if source == "auto" and layout is not tree_sources.USUAL:
         feedback.note(f"{where_of(rows)}: read as {layout.source} ({layout.what}); --source names another")
     xy = xy or tree_sources.xy_of(rows, layout)
-    rows, said = rows_of_trees(rows, layout, xy)
+    rows, said, left_out = rows_of_trees(rows, layout, xy)
     frame = read_vector(
         path,
         geometry=("point", "polygon"),
@@ -87,38 +91,42 @@ def read_source(
             f"{where_of(frame)}: {counted(crowns.sum(), 'crown polygon')}; the tree stands at each one's centroid"
         )
     said = [f"{counted(count, 'tree')} read from {where_of(frame)}", *said]
-    return Source(frame, layout, shapes if crowns.all() else None, shapely.centroid(shapes), said)
+    return Source(frame, layout, shapes if crowns.all() else None, shapely.centroid(shapes), said, count, left_out)
 
 
 def rows_of_trees(
     frame: pandas.DataFrame, layout: Layout, xy: tuple[str, str] | None
-) -> tuple[pandas.DataFrame, list[str]]:
-    """The rows that are trees with a position, the latest of each tree; and a report of what was left out.
+) -> tuple[pandas.DataFrame, list[str], Counter[str]]:
+    """The rows that are trees with a position, the latest of each tree; and what was left out, in words and by why.
 
     Only for layouts that require it: tables joined from field campaigns have one row per visit, shrubs, and unmapped
     stems.
     """
     said: list[str] = []
+    left_out: Counter[str] = Counter()
     keep = np.ones(len(frame), bool)
     if layout.form and (form := tree_columns.find(frame, None, "", (layout.form,))):
         shrub = np.array([any(word in str(value).lower() for word in SHRUBS) for value in frame[form]])
         said += (
             [f"{counted(shrub.sum(), 'row')} left out, shrubs and lianas by the field '{form}'"] if shrub.any() else []
         )
+        left_out["shrub"] = int(shrub.sum())
         keep &= ~shrub
     if layout.repeated_by and xy and set(xy) <= set(frame.columns):
         placed = np.asarray(frame[xy[0]].notna() & frame[xy[1]].notna())
         lost = int((keep & ~placed).sum())
         said += [f"{counted(lost, 'row')} left out: no position ({xy[0]}, {xy[1]})"] if lost else []
+        left_out["no_position"] = lost
         keep &= placed
     tree = tree_columns.find(frame, None, "", layout.id)
     if layout.repeated_by and tree:
         earlier = keep & earlier_visits(frame, tree, layout.repeated_by, keep)
         said += [f"{counted(earlier.sum(), 'row')} left out, earlier visits of the same trees"] if earlier.any() else []
+        left_out["earlier_visit"] = int(earlier.sum())
         keep &= ~earlier
     if len(frame) and not keep.any():
         raise UserError(f"{where_of(frame)}: no row is left; {'; '.join(said)}")
-    return (frame if keep.all() else frame.iloc[np.flatnonzero(keep)]), said
+    return (frame if keep.all() else frame.iloc[np.flatnonzero(keep)]), said, left_out
 
 
 def earlier_visits(frame: pandas.DataFrame, tree: str, date: str, among: np.ndarray) -> np.ndarray:
@@ -146,7 +154,17 @@ def measured_trees(path: str, feedback: Feedback) -> tuple[np.ndarray, np.ndarra
     living = tree_status.status_of(rows, layout, None, None, None, feedback) == tree_status.LIVE
     dbh = tree_columns.dbh_column(rows, layout, None, None, layout.missing_value, feedback)
     height = tree_columns.height_column(rows, layout, None, None, layout.missing_value, feedback)
+    account_sample(dbh, height, living, where_of(rows), feedback)
     return dbh[living], height[living]
+
+
+def account_sample(dbh: np.ndarray, height: np.ndarray, living: np.ndarray, where: str, feedback: Feedback) -> None:
+    """Say which rows of a sample have no part in the fit of its law."""
+    sized = np.isfinite(dbh) & np.isfinite(height)
+    dead, gaps = int((~living).sum()), int((living & ~sized).sum())
+    if dead or gaps:
+        feedback.note(f"{where}: of the sample's {dbh.size} trees {dead} are dead and {gaps} lack a size: left out")
+    account("dbh_sample", count_of(dbh.size, (living & sized).sum(), {"dead": dead, "no_size": gaps}))
 
 
 def refuse_nothing_known(source: geopandas.GeoDataFrame, dbh: np.ndarray, height: np.ndarray) -> None:
@@ -165,17 +183,17 @@ def warn_of_idle_fields(
     asked: Iterable[str | None],
     feedback: Feedback,
 ) -> None:
-    """Warn where all of one size is about to be computed, while some field of numbers is not understood."""
+    """Warn if all values of a size are about to be computed although some numeric field was not recognised."""
     idle = tree_columns.not_understood(source, layout, asked)
     if idle:
         feedback.warn(
             f"{where_of(source)}: no field is understood as the {what}, so that each is computed from the {other}; "
-            f"if one of {', '.join(idle)} holds it, say --{what.lower()}-field NAME"
+            f"if it is one of {', '.join(idle)}, name that with --{what.lower()}-field"
         )
 
 
 def refuse_not_metric(source: geopandas.GeoDataFrame) -> None:
-    """Without a DEM the layer keeps its own CRS, which a run could then not use unless it is in metres."""
+    """Without a DEM the layer keeps its own CRS; reject one that is not in metres, which a run could not use."""
     from deadwood_algorithms.files.crs import is_local
 
     own = source.crs

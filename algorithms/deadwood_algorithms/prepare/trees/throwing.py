@@ -1,4 +1,4 @@
-"""Which stems a storm throws, how they fall and lie, and the remainders: the computations of `windthrow`, on arrays.
+"""Which stems a storm throws, how they fall and lie, and what remains: the computations of `windthrow`, on arrays.
 
 The draws of a tree depend on the seed and its id, so a tree falls in the same way whatever the others do, and a larger
 share throws all trees of a smaller one.
@@ -22,20 +22,20 @@ if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 Array = NDArray[np.float64]
-TAPER = 0.5  # the top of a stem has half its DBH, as everywhere here
-LEAST_LOG_M = 0.5  # of a stem that leaves less above its stump, nothing falls
-TURNS = 60  # of halving, for the plan length of a stem on a slope
+TAPER = 0.5  # the top of a stem has half its DBH, as everywhere in the toolbox
+LEAST_LOG_M = 0.5  # a stem with less than this above its stump does not fall
+TURNS = 60  # steps of bisection for the plan length of a stem on a slope
 
 
 def item_numbers(ids: Sequence[str]) -> NDArray[np.uint64]:
-    """A number for each id, by which it draws."""
+    """A number for each id, on which its draws depend."""
     return np.array([int.from_bytes(hashlib.blake2b(each.encode(), digest_size=8).digest()) for each in ids], np.uint64)
 
 
 def chosen_share(
     items: NDArray[np.uint64], share: Array, group: NDArray[np.int64], seed: int, stream: int
 ) -> NDArray[np.bool_]:
-    """Which items a share of each group takes: the nearest whole number of them, those with the smallest draws."""
+    """Which items belong to a share of each group: the nearest whole number of them, those with the smallest draws."""
     order = draws.uniforms(seed, items, stream)[0]
     taken = np.zeros(items.size, bool)
     for each in np.unique(group):
@@ -54,7 +54,7 @@ def fall_directions(items: NDArray[np.uint64], towards_deg: float, scatter_deg: 
 class Lying:
     """Lying stems: base and tip in plan [m], shape (n, 2) each; diameters [cm].
 
-    azimuth_deg : towards which they lie; cut : they end at the terrain's edge; off : cut so close to their stumps
+    azimuth_deg : direction in which they lie; cut : they end at the terrain's edge; off : cut so close to their stumps
         that no part lies on the terrain
     """
 
@@ -73,7 +73,7 @@ def lying_stems(
     """Stems above their stumps, fallen from the stump's edge; as long on the slope as they were when standing.
 
     A stem is the part of the tree's cone above the stump. Where it would reach beyond the terrain it ends there; one
-    that has no room at all is off it. (Such stems once fell the other way, which nothing does in a storm.)
+    without any room there is off it. (An earlier version let such stems fall the other way, which is unphysical.)
     """
     length, edge = height_m - stump_m, 0.5 * dbh_cm / 100.0
     angle = np.radians(azimuth_deg)
@@ -94,7 +94,7 @@ def plan_lengths(base: Array, way: Array, length: Array, grid: Grid | DemBlocks)
 
     def beyond(far: Array) -> NDArray[np.bool_]:
         height = grid.height(*(base + far[:, None] * way).T)
-        return ~(np.hypot(far, height - ground) <= length)  # NaN off the terrain is beyond
+        return ~(np.hypot(far, height - ground) <= length)  # NaN off the terrain counts as beyond
 
     low, high = np.zeros(length.size), length.copy()
     level = ~beyond(high)
@@ -108,7 +108,7 @@ def plan_lengths(base: Array, way: Array, length: Array, grid: Grid | DemBlocks)
 
 
 def class_shares(text: str, most_cm: float) -> tuple[Array, Array]:
-    """``0:0.1,20:0.3``: least DBH [cm] of each class, ascending, and its share."""
+    """``0:0.1,20:0.3``: minimum DBH [cm] of each class, ascending, and its share."""
     try:
         pairs = [tuple(float(each) for each in part.split(":")) for part in text.split(",") if part.strip()]
         bounds, shares = np.array(pairs, np.float64).reshape(-1, 2).T
@@ -121,6 +121,16 @@ def class_shares(text: str, most_cm: float) -> tuple[Array, Array]:
             "commas: 0:0.1,20:0.3,40:0.7"
         )
     return bounds, shares
+
+
+def assumed_words(fall_deg: float, scatter_deg: float, stump_m: float, lost: float, thinner: float) -> str:
+    """What decides how the stems lie, and what is left of them years later."""
+    stumps = f"stumps of {stump_m:g} m stay" if stump_m else "no stumps, the stems are uprooted"
+    return (
+        f"assumed: stems fall towards {fall_deg:g} degrees, with a standard deviation of {scatter_deg:g}; {stumps}; "
+        f"later {100.0 * lost:.3g} % of the lying logs have disappeared, and the others are {100.0 * thinner:.3g} % "
+        "thinner"
+    )
 
 
 def _is_share(values: Array) -> NDArray[np.bool_]:

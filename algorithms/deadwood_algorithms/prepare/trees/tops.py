@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-BLOCK_CELLS = 2**21  # searched at once: 16 MiB of float64, some five times over
+BLOCK_CELLS = 2**21  # cells searched at once: 16 MiB of float64, in some five arrays
 NEIGHBOURS = 2.0  # the squared distance in cells of the farthest of a cell's eight neighbours
 INCLUSIVE = 1e-9  # a cell on the circle is within it, whatever the last digits of cell size and diameter
 
@@ -129,7 +129,7 @@ def _tops_of(
 
 
 def _beats(there: NDArray[np.float64], here: NDArray[np.float64], down: int, right: int) -> NDArray[np.bool_]:
-    """Whether cells at an offset of rows and columns are higher, or equal and earlier; NaN never is."""
+    """Whether cells at an offset of rows and columns are higher, or equal and earlier; never for NaN."""
     return there >= here if (down, right) < (0, 0) else there > here
 
 

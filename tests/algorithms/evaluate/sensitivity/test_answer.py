@@ -173,3 +173,22 @@ def test_as_it_is_says_of_which_logs_and_at_which_fidelity():
     assert told[0].startswith("7 runs of the same 200 of 900 logs at draft; ")
     low, high = (100.0 * each for each in wilson_interval(100, 200))
     assert told[1] == f"the reach of road: 50.0 % ({low:.1f} to {high:.1f} %) as it is"
+
+
+def test_a_change_beyond_chance_is_not_denied_where_no_index_is():
+    """Before: "no factor changes it beyond chance ... friction, -27 points (-40 to -14)"; and the largest change was
+    said of the factor with the largest index.
+    """
+    one = with_indices([0.0, 0.1, 0.0], [0.1, 0.3, 0.0])
+    assert one.indices is not None
+    unsure = replace(one, indices=replace(one.indices, total_interval=np.array([[0.0] * 3, [1.0] * 3])))
+    told = most_influential(unsure, LOGS)
+    assert (told.by, told.factors, told.decided) == ("total", [], False)
+    assert told.sentence.endswith(
+        "no total-effect index is beyond chance. The largest change is that of friction alone, which is beyond chance, "
+        "-30.0 points (-36.7 to -24.1)."
+    )
+    still = replace(unsure, bars=measured(1, 2, 0).bars)
+    assert "no factor changes it beyond chance. The largest change is that of rolling friction, -1.0" in (
+        most_influential(still, LOGS).sentence
+    )

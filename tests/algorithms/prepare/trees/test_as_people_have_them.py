@@ -302,7 +302,7 @@ def test_tables_in_the_forms_that_people_give_them(imported, form):
 
 def test_of_the_years_of_two_surveys_none_is_chosen_in_silence(imported, said):
     imported(table("x;y;BHD_2016;BHD_2026;h", "30;41;27"))
-    assert "if one of BHD_2016, BHD_2026 holds it, say --dbh-field NAME" in " ".join(said.warnings)
+    assert "if it is one of BHD_2016, BHD_2026, name that with --dbh-field" in " ".join(said.warnings)
 
 
 @pytest.mark.parametrize("field", ["condizione", "État sanitaire", "Vitalität", "tree_condition", "Lebend/tot"])
