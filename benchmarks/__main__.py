@@ -1,13 +1,13 @@
 """The speed/accuracy study: slide, measure, and write the page, the figures and the short table.
 
-python -m benchmarks                                   all that the page needs (``plan``), or what is missing of it
+python -m benchmarks                                   everything that the page needs (``plan``), as far as missing
 python -m benchmarks --dry                             what is missing, and how long it would take
-python -m benchmarks --only posture noise              these parts of the plan and small studies alone
+python -m benchmarks --only posture noise              only these parts of the plan and small studies
 python -m benchmarks --minutes 30                      no new block after half an hour; run it again to continue
 python -m benchmarks slide --scenes forest --settings draft standard reference --logs 40000
 python -m benchmarks extras | peers                    the small studies again | other engines
-python -m benchmarks same-bits --engine PATH           is this engine the other checkout's, bit for bit?
-python -m benchmarks page                              page and figures again from results.json
+python -m benchmarks same-bits --engine PATH           does this engine equal the other checkout's, bit for bit?
+python -m benchmarks page                              page and figures from results.json
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def main() -> None:
     if ask.job == "peers":
         study.add_section("peers", peers.compare())
     if not ask.no_page and not ask.dry:
-        from . import page  # matplotlib: only when something is drawn
+        from . import page  # imports matplotlib: only when something is drawn
 
         page.write()
 

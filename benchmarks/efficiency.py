@@ -1,14 +1,14 @@
-"""What more threads, processes and machines gain: measured here, and computed for more than there are here.
+"""The gain from more threads, processes and machines: measured here, and computed for larger numbers.
 
 python -m benchmarks.efficiency                        measure, and write it into docs/many-machines.md
-python -m benchmarks.efficiency --logs 500 --no-page   a quick look
+python -m benchmarks.efficiency --logs 500 --no-page   a quick check
 
 The same logs of the study's forest slide on 1, 2, ... threads of one process, and on as many processes of
-``--scheduler local``; a round takes each of them once, and what is said is the median of the rounds. Where other work
-keeps the cores busy, as the load says, wall times tell how much of them a run got; the CPU seconds of all its
-processes, beside those of the logs alone, tell what there is to lose by it. For many workers the rule by which pieces
-go out (`simulate.workers.piece_size`) is played with what each of these logs took, and with what a piece was found to
-cost beside its logs.
+``--scheduler local``; each round uses each of them once, and the medians of the rounds are reported. If other work
+keeps the cores busy, as the load shows, wall times reflect the share of the cores that a run got; the CPU seconds of
+all its processes, compared with those of the logs alone, show the overhead. For many workers the rule by which pieces
+are sent out (`simulate.workers.piece_size`) is simulated with the times of these logs and the measured cost of a piece
+in addition to its logs.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from . import scenes, study
 
 PAGE = Path(__file__).parents[1] / "docs" / "many-machines.md"
 MARKS = re.compile(r"(<!-- measured: efficiency\b[^>]*-->\n).*?(<!-- end of measured: efficiency -->)", re.S)
-MANY = (2, 8, 32, 128, 512)  # workers that are computed with
+MANY = (2, 8, 32, 128, 512)  # numbers of workers for the computation
 RECKONED_LOGS = 100_000
 BANDS = np.zeros(0, np.int64)
 LONG, LONG_SHARE = 100.0, 1e-3  # logs that take this many times as long, and their share
@@ -74,7 +74,7 @@ class Clock:
 
 
 def on_threads(fidelity: str, number: int, threads: int) -> Took:
-    """So many logs on threads of this process."""
+    """Slide this number of logs on threads of this process."""
     scene, logs = scenes.build("forest").scene, scenes.logs_of_block(0, number)
     rasters = study.fresh_rasters(scene, threads)
     clock = Clock()
@@ -84,7 +84,7 @@ def on_threads(fidelity: str, number: int, threads: int) -> Took:
 
 
 def on_workers(found: spread_workers.Workers, fidelity: str, number: int, limit: float = study.TIME_LIMIT) -> Took:
-    """The same on processes, the scene being there."""
+    """The same on processes that already have the scene."""
     scene, logs = scenes.build("forest").scene, scenes.logs_of_block(0, number)
     laws = {"time_limit": limit}
     sliding = Sliding("efficiency", scene, None, FIDELITIES[fidelity], laws, BANDS)
@@ -104,7 +104,7 @@ def reckoned(took: NDArray[np.float64], workers: int, each_piece_s: float, long:
     drawn[rng.random(drawn.size) < long] *= LONG
     before = np.concatenate([[0.0], np.cumsum(drawn)])
     ideal = before[-1] / workers
-    free = [0.0] * workers  # when each is done
+    free = [0.0] * workers  # time at which each worker is free
     given, done_s, done = 0, 0.0, 0
     while given < drawn.size:
         start = heapq.heappop(free)
@@ -118,11 +118,11 @@ def reckoned(took: NDArray[np.float64], workers: int, each_piece_s: float, long:
 
 
 def measure(fidelity: str, number: int, rounds: int, most: int) -> str:
-    """The text that goes into the page."""
+    """Measure, and return the text for the page."""
     counts = [2**k for k in range(most.bit_length()) if 2**k <= most]
     found: dict[tuple[str, int], list[Took]] = {}
     carried, piece_s, load = spread_workers.Carried(), [], []
-    on_threads(fidelity, min(number, 50), 1)  # kernels are read
+    on_threads(fidelity, min(number, 50), 1)  # loads the kernels
     for _ in range(rounds):
         load.append(os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan)
         for count in counts:
@@ -130,7 +130,7 @@ def measure(fidelity: str, number: int, rounds: int, most: int) -> str:
         for count in counts:
             with workers_of("local", count, count, Quiet()) as workers:
                 assert workers is not None
-                on_workers(workers, fidelity, 32 * count)  # kernels and scene are there
+                on_workers(workers, fidelity, 32 * count)  # loads kernels and scene
                 workers.carried = spread_workers.Carried()
                 found.setdefault(("process", count), []).append(on_workers(workers, fidelity, number))
                 carried = workers.carried
@@ -172,7 +172,9 @@ def measure(fidelity: str, number: int, rounds: int, most: int) -> str:
 
 
 def cost_of_a_piece(found: spread_workers.Workers, fidelity: str) -> tuple[float, float]:
-    """CPU seconds that a piece costs beside its logs, of the worker and here: of pieces of one log of no time."""
+    """CPU seconds of a piece in addition to its logs, on the worker and here: from pieces of one log that hardly
+    slides.
+    """
     number, before = 60, spread_workers.MOST_A_PIECE
     spread_workers.MOST_A_PIECE, least = 1, spread_workers.LEAST_PIECE_S
     spread_workers.LEAST_PIECE_S = 0.0

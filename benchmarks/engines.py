@@ -1,12 +1,12 @@
-"""Which engine each measured page is of, how far that one is behind today's, and the words that say so on the page.
+"""The engine of each measured page, how far it is behind the present one, and the notice of this on the page.
 
 python -m benchmarks.engines    after an edit of the engine, or a measurement: engines.txt and the pages' first lines
 
-A measured page names the digest of the engine's sources that it was measured with. ``engines.txt`` has those engines in
-their order, and today's as the last. So a page is as many engines behind as lines follow its own (of several engines
-that it names, the oldest's). An engine in between that no page was measured with is dropped from the list when the next
-one comes: to edit the engine ten times in a day is one engine more, to measure and to edit again is two. A page that is
-one behind says so in its first line; one that is two behind is to be measured again, which a test asks for.
+A measured page names the digest of the engine's sources with which it was measured. ``engines.txt`` lists those
+engines in order, the present one last. A page is as many engines behind as lines follow its own (if it names several
+engines, that of the oldest). An engine in between with which no page was measured is dropped from the list when the
+next one comes: ten edits in a day count as one engine, measuring and editing again as two. A page that is
+one behind states this in its first line; one that is two behind must be measured again, which a test requires.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from . import study
 
 ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_name("engines.txt")
-STUDY = "benchmarks/README.md"  # says it in its own first line (page.stale)
+STUDY = "benchmarks/README.md"  # states it in its own first line (page.stale)
 PAGES = ("docs/paper.md", "docs/memory.md", "docs/rare.md", "docs/region.md", "benchmarks/promise.md", STUDY)
 NAMED = re.compile(r"\b(?:engine|sources) ([0-9a-f]{16})\b")
-ALIKE = re.compile(r"^- \*\*the engine of sources .*$", re.MULTILINE)  # as ``page`` says it, of ``same_bits``
+ALIKE = re.compile(r"^- \*\*the engine of sources .*$", re.MULTILINE)  # as written by ``page``, from ``same_bits``
 NOTICE = re.compile(r"\A(# [^\n]*\n)(?:\n> \*\*Measured with another engine\*\*[^\n]*\n)?")
 
 
@@ -32,13 +32,13 @@ def listed(text: str) -> list[str]:
 
 
 def named_by(page: str) -> set[str]:
-    """Engines that a page was measured with; not those that the notice names, or that give the same bits as one of
+    """Engines with which a page was measured, without those in the notice, or that give the same bits as one of
     these."""
     return set(NAMED.findall(ALIKE.sub("", NOTICE.sub(r"\1", page))))
 
 
 def behind(page: str, engines: list[str]) -> int:
-    """By how many engines a page is behind the last of the list."""
+    """Number of engines by which a page is behind the last of the list."""
     unknown = named_by(page) - set(engines)
     if unknown or not named_by(page):
         raise ValueError(f"a measured page names {', '.join(sorted(unknown)) or 'no engine'}; engines.txt does not")
@@ -46,7 +46,7 @@ def behind(page: str, engines: list[str]) -> int:
 
 
 def noted(page: str, engines: list[str] | None = None) -> str:
-    """The page with what its first line has to say, by the list of the repository unless another is given."""
+    """The page with its notice, by the list of the repository unless another is given."""
     engines = engines or listed(LIST.read_text(encoding="utf-8"))
     how = behind(page, engines)
     oldest = min(named_by(page), key=engines.index)
@@ -56,7 +56,9 @@ def noted(page: str, engines: list[str] | None = None) -> str:
 
 
 def with_today(text: str, today: str, pages: list[str], day: str) -> str:
-    """The list with today's engine as the last; one that was the last and that no page names was never measured."""
+    """The list with the present engine as the last; a former last one that no page names was never measured and is
+    dropped.
+    """
     lines = text.splitlines()
     if listed(text)[-1] == today:
         return text

@@ -1,11 +1,11 @@
-"""How soon `explore` answers: from a click to the first picture, to 300 logs, and what a felled tree changes.
+"""Response times of `explore`: from a click to the first picture, to 300 logs, and to the effect of a felled tree.
 
 python -m benchmarks.explore             both scenes, then the table of docs/reference/explore.md
-python -m benchmarks.explore page        the table again from explore.json
+python -m benchmarks.explore page        the table from explore.json
 
-A program asks as the page does: over the socket of a server that runs as a user starts it. The clock runs from the
-question to the frame that is there and read; drawing it is the browser's affair. Beside it stands the processor time of
-the engine's process: the clock depends on what else the machine does.
+A program sends requests like the page: over the socket of a server started as by a user. The time is measured from the
+request to the received frame, without its drawing in the browser. It is reported with the processor time of
+the engine's process, because wall time depends on other work on the machine.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ SCENES = {"the demo's slope": demo_slope, f"{CELLS} x {CELLS} cells, {TREES} tre
 
 
 class Asker:
-    """A page without a browser."""
+    """Acts as the page, without a browser."""
 
     def __init__(self, address: str, server: int) -> None:
         import psutil
@@ -111,7 +111,7 @@ class Asker:
 
 @contextlib.contextmanager
 def opened(layers: dict[str, str]) -> Iterator[tuple[Asker, float]]:
-    """A server on these layers, and how long [s] it took until it was there."""
+    """A server on these layers, and the time [s] until it was ready."""
     command = [sys.executable, "-m", "deadwood_toolbox", "explore", "--no-browser", "--quiet"]
     flags = [part for name, place in layers.items() for part in (f"--{name}", place)]
     paths = os.pathsep.join(each for each in sys.path if each)
@@ -140,7 +140,7 @@ def measure(layers: dict[str, str]) -> dict[str, Any]:
             return asker.ask(op="release", shape={"circle": [x, y, 10.0]}, n=LOGS, logs=logs)
 
         x, y = 0.5 * width, 0.8 * height
-        for _ in range(2):  # the first answer imports what later ones have
+        for _ in range(2):  # the first answer includes imports
             click(x, y)
         for _ in range(CLICKS):
             answer, times = click(x + rng.uniform(-10.0, 10.0), y + rng.uniform(-10.0, 10.0))
@@ -164,7 +164,7 @@ def measure(layers: dict[str, str]) -> dict[str, Any]:
 
 
 def table(store: dict[str, Any]) -> str:
-    """The figures, and what they were measured on."""
+    """The figures, and the machine on which they were measured."""
     where = store["provenance"]
     lines = [
         f"| scene | what is asked | first picture [ms] | {LOGS} logs [ms] | processor time [ms] |",

@@ -1,4 +1,4 @@
-"""Small studies beside the large one: short restarts, and what the engine saves where a scene asks for less.
+"""Small studies in addition to the large one: short restarts, and the engine's savings for simpler scenes.
 
 Trajectories among bumps and trees are chaotic, so over a whole slide only distributions can be compared. Over a
 quarter of a second they can be compared log by log: that shows the order of the method itself.
@@ -26,12 +26,12 @@ CRAWL_AT, CRAWL_SPEEDS, CRAWL_FOR = (5.0, 10.0, 20.0, 30.0, 40.0), (0.1, 2.0), 2
 CRAWL_BLOCKS = 8
 CRAWL_SPACINGS, CRAWL_DENSE = (2.0, 1.0, 0.5, 0.25), 0.125  # [m]
 PLANE_SPACING = 4.0  # [m]
-SWITCH_LOGS = 2000  # where chance among few logs would hide whether a pair differs in reach
+SWITCH_LOGS = 2000  # for comparisons in which too few logs would hide a difference in reach
 SWITCH_REPEATS = 5
-# cells of a window beside the slope; otherwise the end of a log that extends beyond it would hang in the air
+# cells of a window beside the slope; otherwise the end of a log beyond it would have no ground
 BESIDE = 128
-MANY, MANY_REPEATS = 20_000, 3  # logs whose wall time is taken, and how often
-LARGE = 4000  # cells along a side of the DEM that a window is cut from
+MANY, MANY_REPEATS = 20_000, 3  # number of logs whose wall time is measured, and repetitions
+LARGE = 4000  # cells along a side of the DEM from which a window is cut
 
 
 def _node_time(step: float) -> float:
@@ -57,9 +57,9 @@ def _on_the_way(
 
 
 def crawls(*, threads: int) -> dict[str, Any]:
-    """Slow logs on the rough slope, let go from the same states with different rings: how far down they get.
+    """Slow logs on the rough slope, released from the same states with different rings: how far down they get.
 
-    A cone has no rings: how dense they are may not matter.
+    A cone has no rings, so their spacing must have no influence.
     """
     scene = scenes.build("rough").scene
     start = _on_the_way(scene, STANDARD, CRAWL_AT, CRAWL_SPEEDS, CRAWL_BLOCKS, threads)
@@ -105,7 +105,7 @@ def on_the_plane(*, threads: int) -> dict[str, Any]:
 
 
 def restarts(name: str, blocks: int, *, threads: int) -> dict[str, Any]:
-    """Moving logs, let go from the same states with different steps, and how far apart they are after HORIZON."""
+    """Moving logs, released from the same states with different steps, and their distances after HORIZON."""
     scene = scenes.build(name).scene
     start = _on_the_way(scene, REFERENCE, RESTART_AT, (1.0, np.inf), blocks, threads)
 
@@ -133,7 +133,7 @@ def restarts(name: str, blocks: int, *, threads: int) -> dict[str, Any]:
 
 
 def all_restarts(*, threads: int) -> dict[str, Any]:
-    """Restarts on the scenes whose steps nothing but the time step governs: those without obstacles."""
+    """Restarts on the scenes whose steps depend on the time step only: those without obstacles."""
     return {"scenes": {name: restarts(name, 1, threads=threads) for name in ("rough", "gully")}}
 
 
@@ -161,7 +161,7 @@ def _blocks(number: int) -> Logs:
 
 
 def switches(*, threads: int) -> dict[str, Any]:
-    """Pairs of runs at ``standard`` that differ in one thing that a scene or an analyst asks for."""
+    """Pairs of runs at ``standard`` that differ in one requirement of a scene or an analyst."""
     found = []
     line = scenes.CASES["forest"].line_row
 
@@ -235,7 +235,7 @@ def speed(*, threads: int) -> dict[str, Any]:
 
 
 def _awake(scene: Scene) -> Scene:
-    """The scene without lids above its terrain: every ring is looked at in every step."""
+    """The scene without bounds above its terrain: every ring is checked in every step."""
     terrain = scene.arrays.terrain
     lids = np.zeros_like(terrain.lids)
     lids[..., 3] = np.inf
@@ -243,14 +243,16 @@ def _awake(scene: Scene) -> Scene:
 
 
 def _unculled(scene: Scene) -> Scene:
-    """The scene without a bound on its kinks: every ring that is awake looks for contacts."""
+    """The scene without a bound on its kinks: every active ring is checked for contacts."""
     terrain = scene.arrays.terrain
     kinks = np.full_like(terrain.kinks, np.iinfo(np.uint32).max)
     return replace(scene, arrays=scene.arrays._replace(terrain=terrain._replace(kinks=kinks)))
 
 
 def _in_a_large_dem(window: bool) -> tuple[float, Scene]:
-    """The forest in the middle of a large DEM: all of it or the window that holds it, and CPU seconds to lay it out."""
+    """The forest in the middle of a large DEM: all of it, or the window that contains it, and the CPU seconds to
+    prepare it.
+    """
     case = scenes.CASES["forest"]
     cell, heights = case.cell, scenes.ground("forest", case.cell)
     row, column = ((LARGE - n) // 2 for n in heights.shape)

@@ -1,4 +1,4 @@
-"""The figures of the page, drawn from the results file alone."""
+"""The figures of the page, drawn from the results file only."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COLOURS = {
     "flanks": "#8c6d31", "longer": "#9a3412",
 }  # fmt: skip
 SCENE_COLOURS = ("#6b7280", "#e08e0b", "#3a7d44", "#8e6bbf", "#d1495b", "#1b6ca8", "#0f766e")
-# for these figures alone: a process that imports this file may draw others
+# for these figures only: a process that imports this file may draw others
 LOOK: Any = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "deadwood"}
 
 
@@ -35,7 +35,7 @@ def _save(figure: Any, name: str) -> None:
 
 
 def work_precision(results: dict[str, Any]) -> None:
-    """Cost a log against the difference in reach from the reference, one panel a scene."""
+    """Cost of a log against the difference in reach from the reference, one panel for each scene."""
     names = [n for n, _ in tables.in_order(results)]
     figure, panels = plt.subplots(2, 4, figsize=(13.0, 6.2), layout="constrained", sharey=True)
     groups = ("time step", "travel", "spacing", "tolerance", "sweeps", "coarse", "fidelity")
@@ -92,7 +92,7 @@ def _limits(results: dict[str, Any], names: list[str], groups: tuple[str, ...]) 
 
 
 def factors(results: dict[str, Any]) -> None:
-    """Every setting's difference in reach, mean over the scenes, with the differences that friction makes for scale."""
+    """Every setting's difference in reach, mean over the scenes, with differences caused by friction for scale."""
     rows = [r for r in tables.pooled_rows(results) if r["against"] == "reference"]
     figure, axis = plt.subplots(figsize=(7.5, 0.24 * len(rows) + 1.1), layout="constrained")
     for place, row in enumerate(reversed(rows)):
@@ -121,7 +121,7 @@ def factors(results: dict[str, Any]) -> None:
 
 
 def fields(results: dict[str, Any]) -> None:
-    """Distances of deposits and hit rasters from the reference's, over what sampling noise alone would give."""
+    """Distances of deposits and hit rasters from the reference's, relative to sampling noise."""
     quantities = (
         ("runout_w1_m", "runout_w1_floor_m", "runout, Wasserstein-1"),
         ("deposit_energy_m", "deposit_energy_floor_m", "deposits, energy distance"),
@@ -185,7 +185,7 @@ def penetration(results: dict[str, Any]) -> None:
 
 
 def cells(results: dict[str, Any]) -> None:
-    """What the DEM's cell size does to reach, and the change of friction that would undo it."""
+    """The effect of the DEM's cell size on reach, and the change of friction that would compensate it."""
     rows = tables.cell_rows(results)
     if not rows:
         return
@@ -246,7 +246,7 @@ def restarts(results: dict[str, Any]) -> None:
 
 
 def draw(results: dict[str, Any]) -> list[str]:
-    """Draw all figures that the results allow; returns their names."""
+    """Draw all figures for which there are results; returns their names."""
     with plt.rc_context(LOOK):
         for figure in (work_precision, factors, fields, penetration, cells, restarts):
             figure(results)

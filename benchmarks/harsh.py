@@ -1,7 +1,7 @@
-"""Small studies of what is hard on contacts: rebound before a rigid barrier, and ground of white noise.
+"""Small studies of demanding contacts: rebound at a rigid barrier, and ground of white noise.
 
-How deep a log lies in something is measured here by sampling its surface in every pose that is kept, without the
-engine's contacts: what they do not see they cannot tell of.
+Penetration is measured here by sampling a log's surface in every stored pose, independently of the
+engine's contacts, which cannot report what they miss.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from . import scenes, study
 
 Array = NDArray[np.float64]
 
-NOISE = 0.1  # [m] standard deviation of white noise, a draw a cell
+NOISE = 0.1  # [m] standard deviation of white noise, one draw for each cell
 ALONG, AROUND = 0.5, 16  # [m] between the rings of points that are sampled on a log, and the points of each
 DIAMETER, LENGTH = 0.75, 30.0  # [m] of the logs before the barrier
 REBOUNDS = (0.0, 0.2, 0.5)  # [-] restitutions of everything
@@ -76,9 +76,9 @@ def depth_in_ground(heights: Array, cell: float, degrees: float, result: Result,
 
 
 def cut_by_barrier(heights: Array, cell: float, result: Result) -> NDArray[np.bool_]:
-    """Logs whose axis passes through the barrier, below its top and between its ends, in a pose of theirs.
+    """Logs whose axis passes through the barrier, below its top and between its ends, in any of their poses.
 
-    How deep a log may lie in it without: half its thickness.
+    Without that, a log may penetrate by up to half its thickness.
     """
     poses = result.poses
     above, below = poses.base[:, 1] - BARRIER_Y, poses.tip[:, 1] - BARRIER_Y
@@ -93,7 +93,7 @@ def cut_by_barrier(heights: Array, cell: float, result: Result) -> NDArray[np.bo
 
 
 def _row(name: str, result: Result, sampled: Array) -> dict[str, Any]:
-    """What is reported about every run."""
+    """The figures reported for every run."""
     depth = result.penetration_max
     return {
         "fidelity": name,
@@ -110,9 +110,10 @@ def _row(name: str, result: Result, sampled: Array) -> dict[str, Any]:
 
 
 def rebounds(*, threads: int, logs: int = LOGS, fidelities: tuple[str, ...] = tuple(FIDELITIES)) -> dict[str, Any]:
-    """Lying logs that slide against a rigid barrier, at several restitutions: what is past it, and how deep.
+    """Lying logs that slide against a rigid barrier, at several restitutions: how many pass it, and how deep they
+    penetrate.
 
-    No log jumps as high as the barrier there without a rebound, and it leaves no way around it.
+    Without a rebound no log jumps as high as the barrier, and there is no way around it.
     """
     heights, cell = noisy_slope(STEEP, SIDE, SIDE), scenes.CELL
     barrier = Barriers(np.array([(x, BARRIER_Y) for x in BARRIER_X]), np.array([0, 2]), np.array([BARRIER_HEIGHT]))

@@ -69,7 +69,7 @@ def split_halves(number: int, splits: int, seed: int = 1) -> list[tuple[NDArray[
 def noise_floor(
     distance: Callable[[NDArray[np.int64], NDArray[np.int64]], float], number: int, *, power: float, splits: int = 10
 ) -> float:
-    """Distance that two runs of ``number`` other logs (or blocks of logs) each would have though nothing differs.
+    """Expected distance between two runs of ``number`` different logs (or blocks of logs) with equal settings.
 
     Halves of one run are two smaller such runs; their mean distance is scaled to the full size by
     (half / number) ** power: 0.5 for distances that fall with the root of the number of logs, 1 for their squares.
@@ -100,7 +100,8 @@ def bootstrap_difference(
 def fall_of_median(
     coarse: Array, fine: Array, halvings: int, *, resamples: int = 200, seed: int = 3
 ) -> dict[str, float]:
-    """The factor by which each halving divides the median of a paired sample, with its 95 % bootstrap interval.
+    """The factor by which each halving of a step reduces the median of a paired sample, with its 95 % bootstrap
+    interval.
 
     se is that of the factor's logarithm.
     """
@@ -114,7 +115,7 @@ def fall_of_median(
 
 
 def pooled_fall(records: list[dict[str, float]]) -> dict[str, float]:
-    """Geometric mean of independent factors (one a scene), with its 95 % interval."""
+    """Geometric mean of independent factors (one for each scene), with its 95 % interval."""
     mean = float(np.mean([math.log(r["factor"]) for r in records]))
     return _factor(mean, math.sqrt(sum(r["se"] ** 2 for r in records)) / len(records))
 
@@ -125,7 +126,7 @@ def _factor(logarithm: float, se: float) -> dict[str, float]:
 
 
 def pooled_difference(records: list[dict[str, float]]) -> dict[str, float]:
-    """Mean of independent reach differences (one a scene), with its 95 % interval."""
+    """Mean of independent reach differences (one for each scene), with its 95 % interval."""
     mean = float(np.mean([r["delta"] for r in records]))
     deviation = math.sqrt(sum(r["se"] ** 2 for r in records)) / len(records)
     return {"delta": mean, "low": mean - Z_95 * deviation, "high": mean + Z_95 * deviation, "se": deviation}

@@ -1,11 +1,11 @@
-"""How much memory and disk a run of slide-logs takes, by the number of its logs, with and without trajectories.
+"""Memory and disk of a run of slide-logs by the number of its logs, with and without trajectories.
 
 python -m benchmarks.memory                          1000, 10 000 and 100 000 logs, then the page docs/memory.md
-python -m benchmarks.memory --logs 1000000 --keep none    one more row; what was measured before is kept
-python -m benchmarks.memory page                     the page and its figure again from memory.json
+python -m benchmarks.memory --logs 1000000 --keep none    one more row; earlier rows are kept
+python -m benchmarks.memory page                     the page and its figure from memory.json
 
-Every run is a process of its own, so that its peak is its own. Logs are short-lived (a small slope, friction 0.5,
-draft): what grows is asked here, not how long sliding takes.
+Every run is a separate process, so that its peak is measured separately. Logs are short-lived (a small slope, friction
+0.5, draft), because the question is what grows, not how long sliding takes.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ EAST, NORTH, ROWS, COLUMNS, FOOT = 2_786_000.0, 1_196_000.0, 100, 60, 30
 CRS = "EPSG:2056"
 MARKS = re.compile(r"(<!-- measured: memory\b[^>]*-->\n).*?(<!-- end of measured: memory -->)", re.S)
 MB, KB = 1e6, 1e3
-FAR = 100_000  # logs, from which growth is measured: before, it is that of pools
+FAR = 100_000  # number of logs from which growth is measured; below it, memory pools grow
 
 
 def make_case(folder: Path, logs: int) -> dict[str, str]:
@@ -58,7 +58,7 @@ def make_case(folder: Path, logs: int) -> dict[str, str]:
 
 
 def one(folder: Path, keep: str) -> dict[str, float]:
-    """Slide in this process: its peak memory, CPU time, and what it left on the disk."""
+    """Slide in this process: its peak memory, CPU time, and the size of its files."""
     from deadwood_toolbox import cli
 
     inputs = {name: folder / f"{name}.{'tif' if name == 'dem' else 'gpkg'}" for name in ("dem", "releases", "lines")}
@@ -81,7 +81,7 @@ def measure(logs: int, keep: str) -> dict[str, Any]:
 
 
 def growth(rows: list[dict[str, Any]], what: str) -> float:
-    """Bytes a log, from the two largest runs."""
+    """Bytes per log, from the two largest runs."""
     (low, high) = sorted(rows, key=lambda row: row["logs"])[-2:]
     return (high[what] - low[what]) / (high["logs"] - low["logs"])
 

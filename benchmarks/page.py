@@ -1,6 +1,6 @@
 """Write the page (README.md here), its figures and the short table of the site, from the results file.
 
-Every number comes from ``results.json``; what judges them is in ``verdicts``.
+Every number comes from ``results.json``; the assessments are in ``verdicts``.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from .tables import number, span, table
 HERE = Path(__file__).parent
 PAGE, TEMPLATE = HERE / "README.md", HERE / "page_template.md"
 SHORT = HERE.parent / "docs" / "explanation" / "two-errors.md"  # the page with the short table
-TRADE = HERE.parent / "algorithms/deadwood_algorithms/simulate/fidelity_trade.py"  # what the tools know of it
+TRADE = HERE.parent / "algorithms/deadwood_algorithms/simulate/fidelity_trade.py"  # the part that the tools use
 MARKS = re.compile(r"(<!-- measured: benchmarks\b[^>]*-->\n).*?(<!-- end of measured: benchmarks -->)", re.S)
 TABLES = re.compile(r"((COSTS|REACH_ERRORS): [^\n]*\{\n).*?(\}\n)", re.S)
 Row = dict[str, Any]
 
 
 def _sources(results: Row, what: str) -> str:
-    """What the entries say of where they come from: usually all the same."""
+    """The provenance of the entries: usually the same for all."""
     return "; ".join(sorted({e["source"][what] for _, mine in tables.in_order(results) for e in mine.values()}))
 
 
 def provenance(results: Row) -> str:
-    """Where the numbers come from, as a list."""
+    """The provenance of the numbers, as a list."""
     entries = [e for _, mine in tables.in_order(results) for e in mine.values()]
     lines = [f"- {what}: {_sources(results, what)}" for what in ("machine", "versions")]
     engines: dict[tuple[str, str, str], set[str]] = {}
@@ -65,7 +65,7 @@ def provenance(results: Row) -> str:
 
 
 def stale(results: Row) -> str:
-    """The page's first line where another engine than today's was measured; empty where it is today's."""
+    """The page's first line if another engine than the present one was measured; otherwise empty."""
     now = study.engine_digest()
     certified = {each["engine"] for each in results.get("same_bits", []) if each["as"] in study.engines_of(results)}
     if now in study.engines_of(results) | certified:
@@ -81,7 +81,7 @@ def _sourced(found: Any) -> bool:
 
 
 def fidelity_table(results: Row) -> str:
-    """One row a fidelity: cost, difference, hit raster, penetration over the pooled scenes."""
+    """One row for each fidelity: cost, difference, hit raster, penetration over the pooled scenes."""
     rows = []
     for name in figures.FIDELITIES:
         entries = [mine[name] for scene, mine in tables.in_order(results) if scene in tables.POOLED and name in mine]
@@ -107,7 +107,7 @@ def fidelity_table(results: Row) -> str:
 
 
 def factor_table(results: Row) -> str:
-    """One row a setting, apart from the fidelities."""
+    """One row for each setting other than the fidelities."""
     rows = [
         [
             FACTORS[row["group"]][0],
@@ -182,7 +182,7 @@ def health_table(results: Row) -> str:
 
 
 def cell_table(results: Row) -> str:
-    """What other cells of the DEM do to reach."""
+    """The effect of other cell sizes of the DEM on reach."""
     rows = [
         [
             r["scene"],
@@ -206,7 +206,7 @@ def plane_table(results: Row) -> str:
 
 
 def switch_table(results: Row) -> str:
-    """The engine's savings where less is required."""
+    """The engine's savings if less is required."""
     rows = [
         [
             r["what"],
@@ -243,7 +243,7 @@ def _log_of(setting: Setting) -> str:
 
 
 def impact_table(results: Row) -> str:
-    """The fidelities where everything rebounds."""
+    """The fidelities if everything rebounds."""
     rows = [
         [
             scene,
@@ -287,7 +287,7 @@ def _depths(row: Row) -> list[str]:
 
 
 def sensitive_table(results: Row) -> str:
-    """All that was slid in the sensitive case."""
+    """All results of the sensitive case."""
     rows = [
         [
             f"`{name}`",
@@ -401,12 +401,12 @@ def with_trade(source: str, results: Row) -> str:
 
 
 def _in_points(record: Row) -> str:
-    """A difference and its interval as the source of a record, to the tenth of a point that the tables tell."""
+    """A difference and its interval as the source of a record, to a tenth of a point, as in the tables."""
     return f"Points({', '.join(str(float(tables.points(record[name]))) for name in ('delta', 'low', 'high'))})"
 
 
 def write() -> None:
-    """Write the page, the figures, the short table, and the costs and errors that the tools know."""
+    """Write the page, the figures, the short table, and the costs and errors that the tools use."""
     results = study.read_results()
     figures.draw(results)
     PAGE.write_text(page(results), encoding="utf-8")

@@ -1,8 +1,8 @@
-"""MuJoCo and PyBullet on two jobs of ours, where they can be imported: ``pip install mujoco pybullet``.
+"""MuJoCo and PyBullet on two test cases of ours, if they can be imported: ``pip install mujoco pybullet``.
 
 A log lying on a plane along the fall line, for which the answer is known, and the study's rough slope as a height
-field. Their logs are capsules (a height field takes no cone well), so only cost and bulk motion compare there. Both
-have a dozen settings that matter; these are the plain ones, with artificial damping off.
+field. Their logs are capsules (cones on a height field work poorly), so only cost and bulk motion are compared there.
+Both have a dozen settings that matter; these are the plain ones, with artificial damping off.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _pybullet(
             bullet.GEOM_HEIGHTFIELD, meshScale=[cell, cell, 1.0], heightfieldData=heights.ravel().tolist(),
             numHeightfieldRows=columns, numHeightfieldColumns=rows,
         )  # fmt: skip
-        middle = 0.5 * (float(heights.min()) + float(heights.max()))  # Bullet centres the field on its extremes
+        middle = 0.5 * (float(heights.min()) + float(heights.max()))  # Bullet centres the field between its extremes
         ground = bullet.createMultiBody(
             0, shape, basePosition=[0.5 * cell * (columns - 1), 0.5 * cell * (rows - 1), middle]
         )
@@ -110,7 +110,7 @@ def _row(
 
 
 def compare() -> dict[str, Any]:
-    """Cost and motion of every engine that is there, ours first."""
+    """Cost and motion of every available engine, ours first."""
     axis = np.arange(-40.0, 240.0, 4.0)
     tilt = np.tan(ANGLE) * axis[:, None] + 0.0 * axis[None, :]
     plane = Scene.prepare(tilt, 4.0, 0.0, 0.0, friction=FRICTION)

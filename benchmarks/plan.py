@@ -1,4 +1,4 @@
-"""What the page needs: which settings slide in which scenes with how many logs, what matters most first."""
+"""The plan of the page: which settings slide in which scenes with how many logs, the most important first."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ MAIN = ("draft", "standard", "reference")
 
 @dataclass(frozen=True)
 class Part:
-    """Settings that slide the same number of logs in the same scenes; a block of each in turn.
+    """Settings that slide the same number of logs in the same scenes; one block of each in turn.
 
-    ratio : cost of a log, mean of the settings, over that of ``standard`` in the same scene: for the estimate alone
+    ratio : cost of a log, mean of the settings, over that of ``standard`` in the same scene: only for the estimate
     """
 
     what: str
@@ -59,7 +59,7 @@ PLAN = (
     ),
     Part("the fidelities on open slopes, more logs", MAIN, OPEN, 9600, 3.3),
 )  # fmt: skip
-# CPU milliseconds a log at ``standard``, where nothing has been slid yet: pilots, good to a factor of two
+# CPU milliseconds per log at ``standard`` before anything has been slid: from pilots, accurate to a factor of two
 PILOT_MS = {"plane": 16, "rough": 6, "forest": 4, "barriers": 3.5, "cliff": 7, "gully": 7.5, "sensitive": 8}
 # Small studies, with the CPU seconds that they take
 SECTIONS: dict[str, tuple[Callable[..., dict[str, Any]], float]] = {
@@ -74,9 +74,10 @@ SECTIONS: dict[str, tuple[Callable[..., dict[str, Any]], float]] = {
 
 
 def outlook(parts: Sequence[Part] = PLAN) -> list[tuple[Part, int, float]]:
-    """Each part with the logs still to be slid, over all its scenes and settings, and the CPU seconds for them.
+    """Each part with the number of logs still to be slid, over all its scenes and settings, and the CPU seconds for
+    them.
 
-    From the first blocks of the same if there are any, else from the results file of an earlier engine, else
+    Estimated from the first blocks of the same if there are any, else from the results file of an earlier engine, else
     from the pilots.
     """
     found: list[tuple[Part, int, float]] = []
@@ -99,13 +100,13 @@ def outlook(parts: Sequence[Part] = PLAN) -> list[tuple[Part, int, float]]:
 
 
 def sections_due() -> list[str]:
-    """Small studies that are not there, or of another engine."""
+    """Small studies that are missing, or belong to another engine."""
     results, engine = study.read_results(), study.measured_as()
     return [name for name in SECTIONS if results.get(name, {}).get("source", {}).get("engine") != engine]
 
 
 def do_sections(names: list[str], *, threads: int) -> None:
-    """Do small studies; each is kept at once."""
+    """Run small studies; each result is stored immediately."""
     for name in names:
         print(f"small study: {name}")
         study.add_section(name, SECTIONS[name][0](threads=threads))
@@ -125,7 +126,7 @@ def chosen(names: Sequence[str]) -> tuple[list[Part], list[str]]:
 
 
 def whole(*, threads: int, until: float, only: Sequence[str] = (), dry: bool = False) -> None:
-    """What the page needs and is not there yet, or these parts of it: says how long it takes, slides and measures."""
+    """Slide and measure what the page still needs, or these parts of it; reports how long it takes."""
     parts, studies = chosen(only)
     due, left = [name for name in sections_due() if name in studies], outlook(parts)
     for part, logs, cpu in left:

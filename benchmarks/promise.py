@@ -28,7 +28,7 @@ from . import engines, scenes, study
 from .settings import SETTINGS
 
 JSON, PAGE = study.HERE / "promise.json", study.HERE / "promise.md"
-NAMES = ("draft", "standard", "reference")  # of fine nothing is assumed
+NAMES = ("draft", "standard", "reference")  # no assumption is made about fine
 RUNS, ERRORS, CAP, SEED = 200, (0.02, 0.03, 0.05, 0.07), 200_000, 20261124
 APART = "{difference:+.1f} ({low:+.1f} to {high:+.1f}) | {differ:.0f} %"
 SCENES = ["forest", "rough", "cliff", "gully"]
@@ -69,7 +69,7 @@ class Pool:
 def one_run(
     pool: Pool, error: float, assumed: dict[str, float], rng: np.random.Generator
 ) -> tuple[str, float, float, int]:
-    """Fidelity that was chosen, how far its share is off, CPU seconds in all, logs of the run."""
+    """The chosen fidelity, the error of its share, total CPU seconds, and logs of the run."""
     drawn = rng.integers(0, pool.logs, CAP)
     slid: dict[str, int] = {}
 
@@ -89,7 +89,7 @@ def measure(pool: Pool, error: float, up_to: str) -> dict[str, Any]:
     rng = np.random.default_rng((SEED, round(1e4 * error), ASSUMED.index(up_to)))
     runs = [one_run(pool, error, assumed, rng) for _ in range(RUNS)]
     chosen = [name for name, *_ in runs]
-    # The same promise by one who knows the share, and by one who does not
+    # The same promise planned with the known share, and without knowing it
     share = float(pool.reach["reference"].mean())
     trusted = [Option(name, [bound]) for name, bound in {**assumed, "reference": 0.0}.items()]
     known, blind = (

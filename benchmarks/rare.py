@@ -1,4 +1,4 @@
-"""What fixed-effort splitting would save where a line is reached rarely: measured, and written into docs/rare.md.
+"""The saving by fixed-effort splitting for a rarely reached line: measured, and written into docs/rare.md.
 
 python -m benchmarks.rare --minutes 20     more logs and repetitions into rare.json, then the page's figures again
 python -m benchmarks.rare --minutes 0      the figures again from rare.json
@@ -38,15 +38,15 @@ PAGE, MEASURED = HERE.parent / "docs" / "rare.md", HERE / "rare.json"
 STEMS_PER_HA, CASE, DRAFT = 800.0, scenes.CASES["forest"], FIDELITIES["draft"]
 LEVELS = (260.0, 235.0, 200.0, 170.0, 140.0, 120.0, 100.0, 90.0)  # [m] y of the lines; reached by 1 in 8 to 1 in 6000
 NEAR_PERCENT = LEVELS.index(200.0)  # reached by 1 in 85
-MANY_FAMILIES = (1, 2, 3)  # levels whose children have enough parents to tell how much siblings are alike
+MANY_FAMILIES = (1, 2, 3)  # levels whose children have enough parents to determine how similar siblings are
 LEAST_TOLD = 10  # repetitions from which their variance is reported
 THREADS = 2  # the same bits with any number
 MOMENT = 0.5  # [s] logs restart at whole multiples of it
-# logs per level, relative change of velocities, repetitions a round
+# logs per level, relative change of velocities, repetitions in a round
 KINDS = ((400, 1e-9, 3), (400, 1e-2, 1))
 PLAIN_BLOCK, PLAIN_FIRST, SPLIT_FIRST = 8000, 1000, 200_000  # blocks of ``scenes.logs_of_block``
-PLAIN_EACH = 1  # blocks of plain logs a round
-PROBABILITIES, WIDTHS = (1e-1, 1e-2, 1e-3, 1e-4), (0.1, 0.2, 0.5)  # of the table that says how many logs it takes
+PLAIN_EACH = 1  # blocks of plain logs in a round
+PROBABILITIES, WIDTHS = (1e-1, 1e-2, 1e-3, 1e-4), (0.1, 0.2, 0.5)  # of the table of the number of logs needed
 
 
 class Population(Protocol):
@@ -55,20 +55,20 @@ class Population(Protocol):
     def __len__(self) -> int: ...
 
     def take(self, rows: NDArray[np.int64]) -> Self:
-        """Those of these rows."""
+        """The members in these rows."""
         ...
 
     def advance(self, level: int) -> tuple[NDArray[np.int64], Self]:
-        """Rows of those that reach a level, and they themselves as they enter it."""
+        """Rows of the members that reach a level, and these members in their state at the entry."""
         ...
 
     def shaken(self, rng: np.random.Generator) -> Self:
-        """The same, changed as little as tells siblings apart."""
+        """The same, with the smallest change that distinguishes siblings."""
         ...
 
 
 def fixed_effort(population: Population, levels: int, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Shares that reach each level from the one before; (pairs of siblings, pairs that both reach) at each level.
+    """Shares that reach each level from the previous one; (pairs of siblings, pairs that both reach) at each level.
 
     The mean of the product of the shares is the probability, whatever the siblings have in common. Every parent has
     as many children as any other, or one more.
@@ -116,7 +116,7 @@ class Sliding:
     def advance(self, level: int) -> tuple[NDArray[np.int64], Sliding]:
         """Slide to the end, then those that reach the line once more, up to there.
 
-        ``needed`` counts what an engine would take that stops at the line by itself.
+        ``needed`` counts the steps of an engine that stops at the line by itself.
         """
         result = slide(self.scene, self.start, DRAFT, time_limit=study.TIME_LIMIT, threads=THREADS)
         reach = self.had | result.reach
@@ -137,7 +137,7 @@ class Sliding:
             there = slide(self.scene, part.start, DRAFT, time_limit=float(moment), threads=THREADS)
             state[these], had[these] = there.last_state, had[these] | there.reach
             moving = there.stop_reason == STOP_REASONS.index("time_limit")
-            # a state's velocities are those of the middle of the step behind; a start's, of the node
+            # a state's velocities are those of the middle of the previous step; those of a start belong to the node
             fall = 0.5 * GRAVITY * _last_step(self.scene, part.start.body, there.last_state)
             state[these, 9] -= np.where(moving, fall, 0.0)
             for name in ("steps", "needed"):
@@ -148,7 +148,7 @@ class Sliding:
 
 
 def _last_step(scene: Scene, body: Array, state: Array) -> Array:
-    """Length of the step behind [s] as the ends' speed has it; beside a tree it was shorter."""
+    """Length of the previous step [s], from the speed of the ends; beside a tree it was shorter."""
     turn = np.cross(state[:, 10:13], state[:, 13:16])
     ends = (-body[:, CENTRE], body[:, LENGTH] - body[:, CENTRE])
     fastest = np.max([np.linalg.norm(state[:, 7:10] + arm[:, None] * turn, axis=1) for arm in ends], axis=0)
@@ -188,7 +188,7 @@ def measure(known: dict[str, Any], *, until: float) -> None:
 
 
 def repetition(scene: Scene, number: int, change: float, which: int) -> dict[str, Any]:
-    """Shares, pairs of siblings and steps of one population of its own."""
+    """Shares, pairs of siblings and steps of one separate population."""
     cost = {"steps": 0.0, "needed": 0.0}
     start = place_logs(scene, scenes.logs_of_block(SPLIT_FIRST + which, number))
     begin = Sliding(scene, start, np.zeros((number, len(LEVELS)), bool), change, cost)
@@ -202,25 +202,26 @@ def bootstrap(values: Array, number: int, draws: int = 4000) -> Array:
 
 
 def products(kept: list[dict[str, Any]]) -> Array:
-    """Each repetition's probability of every line, (repetitions, levels)."""
+    """The probability of every line from each repetition, (repetitions, levels)."""
     return np.cumprod(np.array([one["shares"] for one in kept], float), axis=1).astype(float)
 
 
 def kinship(kept: list[dict[str, Any]], level: int) -> float:
-    """Correlation of reaching a level among children of one parent, of all repetitions together."""
+    """Correlation of reaching a level among children of one parent, over all repetitions."""
     share = np.array([one["shares"][level] for one in kept])
     pairs, both = np.array([one["pairs"][level] for one in kept]).T
     return float((both - pairs * share**2).sum() / (pairs * (share - share**2)).sum())
 
 
 def gain_of(known: dict[str, Any], kept: list[dict[str, Any]], level: int, cost: str) -> tuple[float, float, float]:
-    """What plain logs cost over what splitting does, for the same interval of a line; its 95 % bootstrap interval.
+    """Cost of plain logs divided by that of splitting, for the same interval of a line; with its 95 % bootstrap
+    interval.
 
     Splitting pays for all levels, also those beyond that line.
     """
     plain = known["plain"]
     share = plain["reach"][level] / plain["logs"]
-    logs = np.mean([one[cost] for one in kept]) / plain["steps"] * plain["logs"]  # that cost as much as a repetition
+    logs = np.mean([one[cost] for one in kept]) / plain["steps"] * plain["logs"]  # that cost as much as one repetition
     values = products(kept)[:, level]
     worth = share * (1.0 - share) / logs
     spread = bootstrap(values, len(values)).var(axis=1, ddof=1)
@@ -284,12 +285,12 @@ def figures(known: dict[str, Any]) -> str:
 
 
 def logs_needed(probability: float, width: float) -> float:
-    """Logs whose 95 % interval of so rare a share reaches to either side by this part of it."""
+    """Number of logs for which the 95 % interval of such a rare share has this relative half-width."""
     return 1.959964**2 * (1.0 - probability) / (probability * width**2)
 
 
 def write(known: dict[str, Any]) -> None:
-    """The figures into the page, between its marks."""
+    """Write the figures into the page, between its marks."""
     page, parts = PAGE.read_text(encoding="utf-8"), {"figures": figures(known), "needed": needed()}
     for name, text in parts.items():
         pattern = rf"(?s)(<!-- {name} -->\n).*?(<!-- end of {name} -->)"
@@ -298,7 +299,7 @@ def write(known: dict[str, Any]) -> None:
 
 
 def needed() -> str:
-    """How many plain logs a rare share takes."""
+    """The table of the number of plain logs for rare shares."""
     rows = ["| share | " + " | ".join(f"± {w:.0%} of it" for w in WIDTHS) + " |", "| --- |" + " --- |" * len(WIDTHS)]
     for p in PROBABILITIES:
         counts = [float(f"{logs_needed(p, w):.2g}") for w in WIDTHS]
@@ -314,7 +315,7 @@ def main() -> None:
     ask = parser.parse_args()
     known = json.loads(MEASURED.read_text()) if MEASURED.is_file() else {}
     if ask.minutes > 0.0 and known.get("from", {}).get("engine") != study.provenance()["engine"]:
-        known = {}  # the logs of two engines do not add up
+        known = {}  # logs of two engines must not be added
     measure(known, until=time.time() + 60.0 * ask.minutes)
     write(known)
 

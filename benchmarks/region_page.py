@@ -1,6 +1,6 @@
-"""Write docs/region.md: what it takes to slide the logs of a canton, and of all protection forest of Switzerland.
+"""Write docs/region.md: the cost of sliding the logs of a canton, and of all protection forest in Switzerland.
 
-python -m benchmarks.region_page --measure     what a run takes beside the sliding: measured on the sample, region.json
+python -m benchmarks.region_page --measure     the cost of a run besides sliding: measured on the sample, region.json
 python -m benchmarks.region_page               the page from results.json and region.json
 """
 
@@ -22,18 +22,18 @@ from . import engines, study
 HERE = Path(__file__).parent
 PAGE, MEASURED, SAMPLE = HERE.parent / "docs" / "region.md", HERE / "region.json", HERE.parent / "sample_data"
 LOGS_A_HECTARE = (10, 100, 1000)
-SHARE = 0.1  # of which the interval of one hectare is reported
+SHARE = 0.1  # share for which the interval of one hectare is reported
 CORES = (16, 256)
-# Dearest and cheapest ground of the study, as a log on it costs: bare and rough, and a forest that holds it soon.
+# Ground with the most expensive and the cheapest logs of the study: bare and rough, and a forest that stops logs early.
 SCENES = ("forest", "rough", "gully")
 FIDELITIES = ("draft", "standard")
 KM2_A_SITE, CELL_M = 1.0, 0.5
-FEW, MANY = 400, 4000  # logs of the two runs between which what each adds is measured
+FEW, MANY = 400, 4000  # logs of the two runs from which the cost of each further log is measured
 
 
 @dataclass(frozen=True)
 class Region:
-    """Ground to be looked at; ``source`` says where its area is from."""
+    """A region; ``source`` is the source of its area."""
 
     name: str
     hectares: float
@@ -60,12 +60,12 @@ REGIONS = (
 
 
 def measure() -> dict[str, Any]:
-    """What a run writes, holds and spends beside the sliding: by the log and by the run."""
+    """Disk, memory and time of a run besides sliding, per log and per run."""
     from deadwood_algorithms.results.forecast import most_held
 
     found: dict[int, tuple[float, float, float, float]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        for logs in (FEW, FEW, MANY):  # the first is not counted: it loads kernels and libraries
+        for logs in (FEW, FEW, MANY):  # the first is not counted, because it loads kernels and libraries
             releases, run = Path(folder) / f"{logs}.gpkg", Path(folder) / str(logs)
             areas, dem = f"{SAMPLE / 'sample.gpkg'}|layername=release_area", str(SAMPLE / "dem.tif")
             sample_releases.TOOL(areas=areas, dem=dem, count=logs, output=str(releases), overwrite=True)
@@ -111,7 +111,7 @@ def round_number(value: float) -> str:
 
 
 def span(low_h: float, high_h: float) -> str:
-    """A range of hours, in the unit of the longer."""
+    """A range of hours, in the unit of the larger."""
     unit, hours = "days", 24.0
     if high_h < 36.0:
         unit, hours = ("h", 1.0) if high_h >= 1.5 else ("min", 1.0 / 60.0)
@@ -127,7 +127,7 @@ def core_hours(
 
 
 def page(results: dict[str, Any], beside: dict[str, Any]) -> str:
-    """The page; every number of cost in it is from the two files."""
+    """The page; all its costs are from the two files."""
     entries = {(s, f): results["entries"][s][f] for s in SCENES for f in FIDELITIES}
     costs = table(
         ("CPU time of a log [ms]", *(results["scenes"][scene]["title"] for scene in SCENES)),

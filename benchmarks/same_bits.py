@@ -2,9 +2,9 @@
 
     python -m benchmarks same-bits --engine PATH      this engine and that of another checkout
 
-Where all are equal and the other engine is the one that was measured, the results file notes that this one is as good
-as measured: a change of names or of layout that keeps every bit voids no page. Few logs, but all of each: result,
-poses, hits, influences and rasters, in scenes that between them have every kind of obstacle and every law.
+If all are equal and the other engine was measured, the results file records that this one is as good
+as measured: a change of names or layout that keeps every bit does not invalidate a page. Few logs, but all of their
+results, poses, hits, influences and rasters, in scenes that together have every kind of obstacle and every law.
 
 The part that slides imports nothing but the scenes and the engine's public names, so that an older engine runs it, too.
 """
@@ -35,7 +35,9 @@ Combination = tuple[str, str, dict[str, float], int | None]  # scene, fidelity, 
 
 
 def combinations() -> Iterator[Combination]:
-    """What is slid: every scene at two fidelities, and some at the others; every law in a scene where it matters."""
+    """The combinations: every scene at two fidelities, and some at the others; every law in a scene where it
+    matters.
+    """
     every = (*scenes.CASES, "littered")
     yield from ((name, row, {}, None) for name in every for row in ("draft", "standard"))
     yield from ((name, row, {}, None) for name in ("rough", "barriers", "littered") for row in ("fine", "reference"))
@@ -55,14 +57,14 @@ def combinations() -> Iterator[Combination]:
 
 
 def name_of(each: Combination) -> str:
-    """What a combination is called."""
+    """The name of a combination."""
     scene, row, options, vertices = each
     laws = [f"{name} {value:g}" for name, value in options.items()] + ([f"{vertices} vertices"] if vertices else [])
     return ", ".join([scene, row, *laws])
 
 
 def _scene(name: str) -> Scene:
-    """One of the study's, or the forest with lying logs and boulders among its trees."""
+    """A scene of the study, or the forest with lying logs and boulders among its trees."""
     if name != "littered":
         return scenes.build(name).scene
     case, cell, rng = scenes.CASES["forest"], scenes.CELL, np.random.default_rng(scenes.SEED + 2)
@@ -117,7 +119,7 @@ def fingerprint(each: Combination) -> dict[str, str]:
 
 
 def ask(checkout: Path, most: int | None = None) -> dict[str, dict[str, str]]:
-    """The fingerprints of the engine of a checkout, by combination; slid in a process of its own.
+    """The fingerprints of the engine of a checkout, by combination; slid in a separate process.
 
     Scenes and logs are made by this checkout for both.
     """
@@ -134,7 +136,7 @@ def ask(checkout: Path, most: int | None = None) -> dict[str, dict[str, str]]:
 
 
 def tell(most: int | None = None) -> None:
-    """Slide all and print the fingerprints, in the process that was asked."""
+    """Slide all and print the fingerprints, in the requested process."""
     found = {name_of(each): fingerprint(each) for each in list(combinations())[:most]}
     print(json.dumps({"engine": str(Path(deadwood_engine.__file__).parent), "fingerprints": found}))
 
@@ -156,8 +158,8 @@ def only_one_has(ours: dict[str, dict[str, str]], theirs: dict[str, dict[str, st
 
 
 def compare(checkout: Path, *, most: int | None = None, say: Any = print) -> bool:
-    """Compare this engine with that of a checkout; where every bit is the same, and it was measured, note it."""
-    from . import study  # which an older engine cannot import
+    """Compare this engine with that of a checkout; if every bit is the same, and that one was measured, record it."""
+    from . import study  # not importable with an older engine
 
     began = time.time()
     ours, theirs = ask(HERE.parent, most), ask(checkout, most)

@@ -39,11 +39,11 @@ LINE_MARGIN = 1.0  # [m] between the ends of the lines and the sides of the DEM
 class Case:
     """A scene of the study.
 
-    name, title : how it is called and what it is; friction : Coulomb's coefficient
+    name, title : its name and description; friction : Coulomb's coefficient
     heights : function of (x, y, relief) giving the ground [m]
     cell : [m] of its DEM, unless a setting says otherwise
-    line : which of LINES_Y counts as "reach" in tables and figures, the others are kept too
-    stems : trees a hectare; fences : (height, x0, y0, x1, y1) of barriers [m]
+    line : which of LINES_Y counts as "reach" in tables and figures; the others are stored, too
+    stems : trees per hectare; fences : (height, x0, y0, x1, y1) of barriers [m]
     """
 
     name: str
@@ -81,7 +81,9 @@ def _cliff(x: Array, y: Array, relief: Array) -> Array:
 def _gully(x: Array, y: Array, relief: Array) -> Array:
     """A winding gully, 8 m deep with a bed narrower than a log is long, which catches what slides beside it."""
     bed = 120.0 + 14.0 * np.sin((y - RELEASE[1]) / 32.0)
-    bank = RISE * np.maximum(FAR_BANK - y, 0.0)  # stops what has come through the bed, which else leaves the DEM
+    bank = RISE * np.maximum(
+        FAR_BANK - y, 0.0
+    )  # stops logs that come through the bed, which would otherwise leave the DEM
     return _slope(x, y, 0.6 * relief) - 8.0 * np.exp(-(((x - bed) / 13.0) ** 2)) + bank
 
 
@@ -139,7 +141,7 @@ def forest(stems: float, *, seed: int = SEED + 1) -> Trees:
 
 @dataclass(frozen=True)
 class Built:
-    """A scene made ready, with a digest of everything in it."""
+    """A prepared scene, with a digest of everything in it."""
 
     case: Case
     scene: Scene
@@ -196,7 +198,7 @@ def logs_of_block(block: int, size: int) -> Logs:
 
 
 def alike(logs: Logs) -> Logs:
-    """The same releases, all of one size."""
+    """The same releases, all with the same size."""
     number = len(logs)
     return replace(logs, diameter=np.full(number, RING_LOG[0]), length=np.full(number, RING_LOG[1]))
 

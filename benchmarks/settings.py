@@ -15,14 +15,16 @@ UNBOUND = 1e6  # travel in cells that never shortens a step
 
 @dataclass(frozen=True)
 class Setting:
-    """One way to calculate a scene.
+    """A way to calculate a scene.
 
     name : unique; group : the factor that it belongs to, "fidelity" for the four rows; value : the factor's number
     fidelity : the engine's numbers; against : name of the setting that it is compared with, log by log
     cell, friction_change, smooth : changes of the scene (``scenes.build``)
-    options : further arguments of ``slide``; where there are none, those that the product has
-    vertices : None: the study's logs; 0: cones of one size, ``scenes.RING_LOG``; else rings of this number of vertices
-    posture : how all logs are released (``scenes.POSTURES``); None: a third of them each upright, lying and tilted
+    options : further arguments of ``slide``; if there are none, those of the product
+    vertices : None: the study's logs; 0: cones of one size, ``scenes.RING_LOG``; otherwise rings with this number of
+    vertices
+    posture : posture in which all logs are released (``scenes.POSTURES``); None: a third of them each upright, lying
+    and tilted
     """
 
     name: str
@@ -38,13 +40,13 @@ class Setting:
     posture: str | None = None
 
 
-IMPACTS = (0.05, 0.2)  # [-] restitutions that are looked at
-RINGS = (8, 16, 32)  # vertices a ring
-ROLLING = 0.1  # [-] friction of rolling that the product has
-NO_REBOUND = (("tree_restitution", 0.0), ("barrier_restitution", 0.0))  # by default they have the ground's
+IMPACTS = (0.05, 0.2)  # [-] restitutions that are examined
+RINGS = (8, 16, 32)  # vertices of a ring
+ROLLING = 0.1  # [-] rolling friction of the product
+NO_REBOUND = (("tree_restitution", 0.0), ("barrier_restitution", 0.0))  # by default these are those of the ground
 
 
-# What a factor is called in tables, and its unit
+# The name of a factor in tables, and its unit
 FACTORS: dict[str, tuple[str, str]] = {
     "fidelity": ("fidelity", ""),
     "coarse": ("several at once, between draft and standard", ""),
@@ -95,8 +97,8 @@ def _all() -> list[Setting]:
         )
         for share in (0.5, 0.25)
     ]  # fmt: skip
-    # with these, reach is not shown to differ; yet they are not standard's, because logs sink deeper at the extremes
-    # (tests/extremes: spikes between rings a metre apart, logs thicker than long)
+    # with these, no difference in reach is shown; yet standard does not use them, because logs sink deeper at the
+    # extremes (tests/extremes: spikes between rings a metre apart, logs thicker than long)
     longer = STANDARD._replace(time_step=0.033, travel_cells=0.5)
     found += [
         Setting(

@@ -1,8 +1,8 @@
 """Slide the same logs in every setting, block by block, and measure how far each setting is from its reference.
 
-What each log did is kept in ``.work`` (not committed) under a digest of all that it depends on: the engine's sources,
+The results of each log are stored in ``.work`` (not committed) under a digest of everything they depend on: the engine,
 the scene, the setting. So a study can be done in pieces, resumed and extended, and nothing stale is ever compared.
-The figures that come out, with where they come from, go to ``results.json``.
+The resulting figures, with their provenance, go to ``results.json``.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ from .settings import SETTINGS, Setting
 
 HERE = Path(__file__).parent
 RESULTS, WORK = HERE / "results.json", HERE / ".work"
-BLOCK = 200  # logs a block
+BLOCK = 200  # logs in a block
 FAILED = deadwood_engine.STOP_REASONS.index("failed")
 TIME_LIMIT = 120.0  # [s] of sliding: on all slopes but the plane no log reaches another line after that
-LEAST_RUNOUT = 5.0  # [m] nearer deposits have no direction worth counting
+LEAST_RUNOUT = 5.0  # [m] the direction of closer deposits is meaningless
 MOST_IN_ENERGY_DISTANCE = 4000  # logs; its work grows with their square
 KEPT = (
     "reach", "end_position", "speed_max", "jump_max", "penetration_max", "overlap_max", "energy_error", "unconverged",
@@ -51,7 +51,7 @@ KEPT = (
 
 @functools.cache
 def _digest(folder: Path, barriers: bool = True) -> str:
-    """Digest of what an engine's sources say to the machine: results of another engine are another study's.
+    """Digest of an engine's code: results of another engine belong to another study.
 
     Without fidelity.py: a setting's numbers are in the digest of its runs, so a new row does not void the others. On
     request without barriers.py, which scenes without barriers do not run.
@@ -70,7 +70,7 @@ def certificates() -> list[dict[str, Any]]:
 
 
 def measured_as(*, barriers: bool = True) -> str:
-    """Digest of the engine whose results are this one's: itself, or the measured one that gives the same bits."""
+    """Digest of the engine whose results count for this one: itself, or the measured one that gives the same bits."""
     now = engine_digest()
     found = next((each for each in certificates() if each["engine"] == now), None)
     if found:
@@ -79,12 +79,14 @@ def measured_as(*, barriers: bool = True) -> str:
 
 
 def engines_of(results: dict[str, Any]) -> set[str]:
-    """Digests of the engines that the entries were measured with."""
+    """Digests of the engines with which the entries were measured."""
     return {entry["source"]["engine"] for mine in results["entries"].values() for entry in mine.values()}
 
 
 def certify(folder: Path, *, combinations: int, logs: int) -> str:
-    """Note that this engine gives the same bits as the one in a folder, if that is as good as measured; says what."""
+    """Record that this engine gives the same bits as the one in a folder, if that counts as measured; returns a
+    message.
+    """
     results, now, other = read_results(), engine_digest(), _digest(folder)
     known = {each["engine"]: each for each in results.get("same_bits", [])}
     measured = engines_of(results)
@@ -102,12 +104,12 @@ def certify(folder: Path, *, combinations: int, logs: int) -> str:
 
 
 def build_for(name: str, setting: Setting) -> scenes.Built:
-    """The scene as the setting wants it."""
+    """The scene for a setting."""
     return scenes.build(name, cell=setting.cell, friction_change=setting.friction_change, smooth=setting.smooth)
 
 
 def folder_of(name: str, setting: Setting) -> Path:
-    """Where the blocks of a scene in a setting are kept."""
+    """The folder of the blocks of a scene in a setting."""
     built = build_for(name, setting)
     spacing = station_spacing(setting.fidelity, built.cell)
     engine = measured_as(barriers=bool(built.case.fences))
@@ -126,7 +128,7 @@ def folder_of(name: str, setting: Setting) -> Path:
 
 
 def blocks_done(name: str, setting: Setting) -> int:
-    """Blocks from the first on that are there."""
+    """Number of consecutive blocks, from the first, that exist."""
     folder, number = folder_of(name, setting), 0
     while (folder / f"{number}.npz").exists():
         number += 1
@@ -134,10 +136,10 @@ def blocks_done(name: str, setting: Setting) -> int:
 
 
 def fresh_rasters(scene: Scene, threads: int) -> Rasters:
-    """Rasters that have been written to.
+    """Rasters whose memory has been written to.
 
-    The system hands out memory when it is first written to (here 10 us a page, 0.2 ms per log of a block): what a run
-    pays once, and a block should not.
+    The system allocates memory at the first write (here 10 us per page, 0.2 ms per log of a block), a cost that a run
+    has once, and that should not be attributed to a block.
     """
     rasters = Rasters.allocate(scene, threads)
     for worker in rasters.workers:
@@ -147,7 +149,7 @@ def fresh_rasters(scene: Scene, threads: int) -> Rasters:
 
 
 def slide_logs(name: str, setting: Setting, logs: Logs, **more: Any) -> Result:
-    """Slide logs as the setting wants it."""
+    """Slide logs with a setting."""
     shape = scenes.rings(setting.vertices) if setting.vertices else None
     chosen = logs if setting.vertices is None else scenes.alike(logs)
     chosen = chosen if setting.posture is None else scenes.in_posture(chosen, setting.posture)
@@ -167,7 +169,7 @@ def slide_block(name: str, setting: Setting, block: int, threads: int) -> None:
     cost = [result.cost[key] for key in ("cpu_s", "contacts", "sweeps", "airborne_steps")]
     folder = folder_of(name, setting)
     folder.mkdir(parents=True, exist_ok=True)
-    temporary = folder / f".{block}.npz"  # whole or not at all
+    temporary = folder / f".{block}.npz"  # complete or not at all
     np.savez_compressed(
         temporary, cells=cells.astype(np.uint32), hits=hits[cells].astype(np.uint16),
         shape=built.scene.arrays.terrain.heights.shape, cost=np.array(cost), **kept,
@@ -176,7 +178,7 @@ def slide_block(name: str, setting: Setting, block: int, threads: int) -> None:
 
 
 def cost_of(name: str, setting: Setting) -> float | None:
-    """CPU seconds a log of what has been slid of this; None if nothing."""
+    """CPU seconds per log of the existing blocks; None if there are none."""
     if not blocks_done(name, setting):
         return None
     return float(np.load(folder_of(name, setting) / "0.npz")["cost"][0]) / BLOCK
@@ -185,7 +187,9 @@ def cost_of(name: str, setting: Setting) -> float | None:
 def run(
     names: Iterable[str], settings: Iterable[Setting], logs: int, *, threads: int, until: float, say: Any = print
 ) -> bool:
-    """Slide what is missing of ``logs`` logs, a block of each in turn; False if ``until`` (clock time) came before."""
+    """Slide the missing ones of ``logs`` logs, a block of each in turn; False if ``until`` (clock time) is reached
+    before.
+    """
     wanted = -(-logs // BLOCK)
     for block in range(wanted):
         for setting in settings:
@@ -215,13 +219,13 @@ class Sample:
         return len(self.fields["steps"])
 
     def head(self, blocks: int) -> Sample:
-        """The first blocks of it."""
+        """The first blocks of the sample."""
         rows = {field: values[: blocks * BLOCK] for field, values in self.fields.items()}
         return Sample(rows, self.block_hits[:blocks], self.cost[:blocks])
 
 
 def load(name: str, setting: Setting) -> Sample | None:
-    """What has been slid so far; None if nothing."""
+    """The results so far; None if there are none."""
     folder, number = folder_of(name, setting), blocks_done(name, setting)
     if number == 0:
         return None
@@ -244,7 +248,7 @@ def _top(values: NDArray) -> float:
 
 
 def describe(name: str, sample: Sample) -> dict[str, Any]:
-    """What a setting gives and costs, without comparing it to anything."""
+    """The results and cost of a setting, without a comparison."""
     f, n = sample.fields, len(sample)
     steps = float(f["steps"].sum())
     reached = int(f["reach"][:, scenes.CASES[name].line_row].sum())
@@ -275,7 +279,7 @@ def describe(name: str, sample: Sample) -> dict[str, Any]:
 
 
 def compare(name: str, ours: Sample, theirs: Sample) -> dict[str, Any]:
-    """How far a setting is from the one that it is compared with, on the logs that both have."""
+    """The difference of a setting from its reference, on the logs that both have."""
     blocks = min(len(ours.cost), len(theirs.cost))
     ours, theirs = ours.head(blocks), theirs.head(blocks)
     a, b = ours.fields, theirs.fields
@@ -300,7 +304,7 @@ def compare(name: str, ours: Sample, theirs: Sample) -> dict[str, Any]:
     found["deposit_energy_floor_m"] = measures.noise_floor(
         lambda i, j: measures.energy_distance(those[i], those[j]), len(those), power=1.0, splits=4
     )
-    if ours.block_hits.shape[1] == theirs.block_hits.shape[1]:  # rasters of one grid
+    if ours.block_hits.shape[1] == theirs.block_hits.shape[1]:  # rasters on the same grid
         mine, other = (s.block_hits.sum(axis=0, dtype=np.int64) for s in (ours, theirs))
         found["hits_jaccard"] = measures.jaccard_distance(mine, other)
         if blocks > 1:
@@ -315,7 +319,7 @@ def compare(name: str, ours: Sample, theirs: Sample) -> dict[str, Any]:
 
 
 def provenance() -> dict[str, str]:
-    """Where and with what figures were measured; the machine by its class only."""
+    """Machine and versions with which figures were measured; the machine by its class only."""
     commit = os.environ.get("DEADWOOD_BENCH_COMMIT") or subprocess.run(
         ["git", "rev-parse", "HEAD"], cwd=HERE, capture_output=True, text=True, check=False
     ).stdout.strip()  # fmt: skip
@@ -340,7 +344,7 @@ def _lines(path: str) -> list[str]:
 
 
 def read_results() -> dict[str, Any]:
-    """The results file, or an empty one."""
+    """The content of the results file; empty if it does not exist."""
     return json.loads(RESULTS.read_text()) if RESULTS.exists() else {"entries": {}}
 
 
@@ -354,7 +358,7 @@ def rounded(value: Any) -> Any:
 
 
 def write_results(results: dict[str, Any]) -> None:
-    """Write the results file, an entry a line and keys in order, so that two of them can be compared."""
+    """Write the results file, one entry on each line and keys in order, so that two of them can be compared."""
 
     def line(key: str, value: Any) -> str:
         return f"{json.dumps(key)}: {json.dumps(rounded(value), sort_keys=True, allow_nan=False)}"
@@ -369,17 +373,17 @@ def write_results(results: dict[str, Any]) -> None:
 
 
 def add_section(name: str, found: dict[str, Any]) -> None:
-    """Put a small study of its own into the results file."""
+    """Add a small study to the results file."""
     write_results(read_results() | {name: found | {"source": provenance()}})
 
 
-@functools.lru_cache(maxsize=2)  # what others of the scene are compared with
+@functools.lru_cache(maxsize=2)  # the reference of the others in the scene
 def _base(name: str, which: str) -> Sample | None:
     return load(name, SETTINGS[which])
 
 
 def entry_of(name: str, which: str) -> dict[str, Any] | None:
-    """All that is measured of a scene in a setting; None where nothing has been slid."""
+    """All measures of a scene in a setting; None if nothing has been slid."""
     setting, sample = SETTINGS[which], load(name, SETTINGS[which])
     if sample is None:
         return None
@@ -394,7 +398,9 @@ def entry_of(name: str, which: str) -> dict[str, Any] | None:
 
 
 def summarise(names: list[str], settings: list[Setting], *, threads: int = 1, say: Any = print) -> None:
-    """Measure all that has been slid and merge it into the results file, entry by entry; in a number of processes."""
+    """Measure everything that has been slid and merge it into the results file, entry by entry, in several
+    processes.
+    """
     results, source = read_results(), provenance()
     common = {
         "seed": scenes.SEED, "block": BLOCK, "time_limit_s": TIME_LIMIT,
@@ -411,7 +417,7 @@ def summarise(names: list[str], settings: list[Setting], *, threads: int = 1, sa
                 say(f"measured {name} {which}: {entry['logs']} logs")
     for name in names:
         mine = results["entries"].get(name, {})
-        # settings that the study no longer has, and what an engine before this one did
+        # drop settings that the study no longer has, and results of earlier engines
         for gone in [n for n in mine if n not in SETTINGS or mine[n]["source"]["engine"] != source["engine"]]:
             del mine[gone]
     if "same_bits" in results:  # of engines whose results are here

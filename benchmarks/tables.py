@@ -15,13 +15,13 @@ from .settings import SETTINGS
 
 Row = dict[str, Any]
 FIDELITIES = ("draft", "standard", "fine", "reference")
-# Scenes that count in means over scenes: those that users have. On a plane the number of rings decides, not the size of
+# Scenes that count in means over scenes: those of users. On a plane the number of rings decides, not the size of
 # a step; the sensitive case has a section of its own
 POOLED = ("rough", "forest", "barriers", "cliff", "gully")
 
 
 def group_of(setting: str) -> str:
-    """The factor that a setting varies; empty for one that the study no longer knows."""
+    """The factor that a setting varies; empty for one that the study no longer has."""
     return SETTINGS[setting].group if setting in SETTINGS else ""
 
 
@@ -31,13 +31,13 @@ def in_order(results: Row) -> list[tuple[str, Row]]:
 
 
 def fidelities_of(results: Row) -> list[tuple[str, str, Row]]:
-    """(scene, fidelity, entry) of all that has been measured at one of the four fidelities."""
+    """(scene, fidelity, entry) for everything measured at one of the four fidelities."""
     rows = [(scene, entries) for scene, entries in in_order(results)]
     return [(scene, name, entries[name]) for scene, entries in rows for name in FIDELITIES if name in entries]
 
 
 def penetration_falls(results: Row) -> dict[str, Row]:
-    """By what factor a halving of standard's step, travel and spacing divides the median penetration, by scene."""
+    """Factor by which halving standard's step, travel and spacing reduces the median penetration, by scene."""
     found = {scene: mine.get("refined 0.25", {}) for scene, mine in in_order(results) if scene in POOLED}
     return {scene: entry["penetration_fall"] for scene, entry in found.items() if "penetration_fall" in entry}
 
@@ -91,7 +91,7 @@ def pooled(results: Row, setting: str) -> Row | None:
 
 
 def pooled_rows(results: Row) -> list[Row]:
-    """One row a setting, in the order of the settings."""
+    """One row for each setting, in the order of the settings."""
     rows = []
     for name, setting in SETTINGS.items():
         found = pooled(results, name)
@@ -109,7 +109,7 @@ def pooled_rows(results: Row) -> list[Row]:
 
 
 def friction_slope(results: Row, scenes: tuple[str, ...] = POOLED) -> tuple[float, float] | None:
-    """Change of reach per unit of mu, mean over the scenes, with its standard error: the yardstick."""
+    """Change of reach per unit of mu, mean over the scenes, with its standard error, as a scale for comparison."""
     slopes = []
     for name in scenes:
         entries = results["entries"].get(name, {})
@@ -132,7 +132,9 @@ def friction_slope(results: Row, scenes: tuple[str, ...] = POOLED) -> tuple[floa
 
 
 def in_friction(results: Row, record: Row | None) -> str:
-    """A difference in reach as the change of mu that would make it in the same scenes: estimate and interval."""
+    """A difference in reach as the change of mu that would have the same effect in the same scenes: estimate and
+    interval.
+    """
     yard = friction_slope(results, record["scenes"]) if record else None
     if record is None or yard is None or abs(yard[0]) < 2.0 * yard[1]:
         return "-"
@@ -142,7 +144,7 @@ def in_friction(results: Row, record: Row | None) -> str:
 
 
 def of_group(results: Row, group: str) -> list[tuple[str, Row]]:
-    """(setting, what it does in the mean of its scenes) of a factor, as far as measured."""
+    """(setting, its mean effect over its scenes) of a factor, as far as measured."""
     return [(row["name"], row) for row in pooled_rows(results) if row["group"] == group]
 
 
@@ -159,7 +161,7 @@ def in_plan(results: Row, scene: str) -> list[tuple[str, Row]]:
 
 
 def cell_rows(results: Row) -> list[Row]:
-    """Reach on other cell sizes of the same ground, against 0.5 m, and the friction that would undo it."""
+    """Reach on other cell sizes of the same ground, compared with 0.5 m, and the friction that would compensate it."""
     rows = []
     for name in POOLED:
         entries = results["entries"].get(name, {})
@@ -193,7 +195,7 @@ def worst_of(row: Row | None) -> str:
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
-    """A Markdown table; says so where nothing has been measured."""
+    """A Markdown table, or a note if nothing has been measured."""
     if not rows:
         return "*Not measured yet.*"
     return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *rows])
@@ -205,5 +207,5 @@ def number(value: float) -> str:
 
 
 def span(values: list[float]) -> str:
-    """Least and largest of some values."""
+    """Smallest and largest of some values."""
     return f"{number(min(values))} to {number(max(values))}" if len(values) > 1 else number(values[0])

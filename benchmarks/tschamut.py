@@ -1,4 +1,5 @@
-"""Induced rockfalls that were measured (Tschamut 2014), against the same rocks slid with laws of friction for rocks.
+"""Induced rockfalls that were measured (Tschamut 2014), compared with the same rocks, simulated with friction laws for
+rocks.
 
 python -m benchmarks.tschamut FOLDER     slides, then the page docs/tschamut.md
 
@@ -26,10 +27,10 @@ from deadwood_algorithms.tools import slide_logs
 from . import study
 
 PAGE = Path(__file__).parents[1] / "docs" / "tschamut.md"
-EAST, NORTH, UP, CRS = 2_694_000.0, 1_168_000.0, 1600.0, "EPSG:2056"  # where the local frame is put; any place serves
+EAST, NORTH, UP, CRS = 2_694_000.0, 1_168_000.0, 1600.0, "EPSG:2056"  # position of the local frame; any place will do
 BLOCKS = {1: ("St. Leonard", (0.37, 0.32, 0.37), 69.0), 2: ("heaviest", (0.50, 0.30, 0.39), 79.0),
           4: ("plate", (0.46, 0.30, 0.20), 40.0)}  # fmt: skip
-TURNS = 10  # of each release, each turned at random, for its orientation is not in the data
+TURNS = 10  # runs of each release, each turned at random, because its orientation is not in the data
 SLIP = ("friction", "friction_max", "friction_kappa", "friction_beta")
 LAWS: dict[str, dict[str, float]] = {
     "one coefficient, 0.5": {"friction": 0.5},

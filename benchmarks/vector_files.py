@@ -1,9 +1,10 @@
-"""Which library writes and reads vector layers: pyogrio, which the toolbox uses, beside fiona.
+"""Which library writes and reads vector layers: pyogrio, which the toolbox uses, compared with fiona.
 
-python -m benchmarks.vector_files    measures, in turn, and writes vector_files.md (needs fiona, no dependency)
+python -m benchmarks.vector_files    measures alternately and writes vector_files.md (needs fiona, which is not a
+dependency)
 
-A job runs in a process of its own, so that its peak memory is its own. Deposits are points with 24 columns, as
-`slide-logs` writes them; trajectories are lines of 300 points with heights.
+Each job runs in a separate process, so that its peak memory is measured separately. Deposits are points with 24
+columns, as `slide-logs` writes them; trajectories are lines of 300 points with heights.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def trajectories() -> Any:
 
 
 def records(frame: Any) -> Any:
-    """The rows as fiona takes them, one at a time."""
+    """The rows in fiona's form, one at a time."""
     import shapely
 
     names = [name for name in frame.columns if name != "geometry"]
@@ -117,7 +118,7 @@ def read_fiona(_: Any, path: Path) -> int:
     return len(geopandas.read_file(path, engine="fiona"))
 
 
-# name: what it does, the layer, whether it reads, pyogrio's way, fiona's
+# name: what it does, the layer, whether it reads, with pyogrio, with fiona
 JOBS: dict[str, tuple[str, Callable[[], Any], bool, Callable[..., Any], Callable[..., Any]]] = {
     "whole": (f"{DEPOSITS} deposits written at once", deposits, False, whole_pyogrio, whole_fiona),
     "lines": (f"{TRAJECTORIES} trajectories of {VERTICES} points", trajectories, False, whole_pyogrio, whole_fiona),
@@ -128,7 +129,9 @@ JOBS: dict[str, tuple[str, Callable[[], Any], bool, Callable[..., Any], Callable
 
 
 def one(job: str, library: str) -> dict[str, float]:
-    """Seconds and the growth of peak memory [MB] of one job in this process, imports and the made layer apart."""
+    """Seconds and the growth of peak memory [MB] of one job in this process, without imports and the creation of the
+    layer.
+    """
     _, make, reads, *ways = JOBS[job]
     __import__(library)
     frame = make()
@@ -143,7 +146,7 @@ def one(job: str, library: str) -> dict[str, float]:
 
 
 def measured() -> str:
-    """The table: each job in turn with both libraries, medians of the rounds."""
+    """The table: each job alternately with both libraries, medians of the rounds."""
     lines = [
         "| job | pyogrio [s] | fiona [s] | fiona / pyogrio | more memory, pyogrio and fiona [MB] |",
         "| --- | --- | --- | --- | --- |",

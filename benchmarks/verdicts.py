@@ -1,6 +1,6 @@
-"""Sentences that judge: what was promised of the fidelities, and what the measurements say of it.
+"""Assessments in words: what is promised for the fidelities, and what the measurements show.
 
-Which of them is written is chosen by the numbers, not by a hand.
+The numbers, not the author, select the sentences.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from .settings import ROLLING, SETTINGS
 from .tables import table
 
 Row = dict[str, Any]
-STANDARD_POINTS, DRAFT_POINTS = 0.005, 0.025  # [-] difference in reach that is promised
+STANDARD_POINTS, DRAFT_POINTS = 0.005, 0.025  # [-] promised difference in reach
 DEEPEST = 0.15  # [m] of the logs at standard
-KNOWN = 0.02  # [-] what friction is known to at best
-HALVES = 1.8  # what passes for halving: 0.85 of the first order in the step
+KNOWN = 0.02  # [-] accuracy to which friction is known at best
+HALVES = 1.8  # factor that counts as halving: 0.85 of the first order in the step
 
 
 FINER = ("standard", "fine", "reference")
 
 
 def yardstick(results: Row) -> str:
-    """What a hundredth of friction does."""
+    """The effect of a hundredth of friction."""
     yard = tables.friction_slope(results)
     if not yard:
         return "*Not measured yet.*"
@@ -37,7 +37,7 @@ def yardstick(results: Row) -> str:
 
 
 def restarts(results: Row) -> str:
-    """What the short restarts show."""
+    """The result of the short restarts."""
     if "restarts" not in results:
         return "*Not measured yet.*"
     scenes = results["restarts"]["scenes"]
@@ -51,7 +51,7 @@ def restarts(results: Row) -> str:
 
 
 def crawls(results: Row) -> str:
-    """What the distance of the rings does to slow logs."""
+    """The effect of the spacing of the rings on slow logs."""
     if "crawls" not in results:
         return "*Not measured yet.*"
     found = results["crawls"]
@@ -81,7 +81,7 @@ def _within(record: Row) -> float:
 
 
 def _below(records: list[Row], bound: float) -> str:
-    """Whether all differences are below a bound, as far as their intervals say."""
+    """Whether all differences are below a bound, as far as their intervals show."""
     least = [0.0 if r["low"] <= 0.0 <= r["high"] else min(abs(r["low"]), abs(r["high"])) for r in records]
     return _kept(max(map(_within, records)) < bound, undecided=max(least) <= bound)
 
@@ -105,7 +105,7 @@ def _of_factor(results: Row, group: str) -> str:
 
 
 def choice(results: Row) -> str:
-    """What a user should choose and why, as far as it has been measured; a list."""
+    """Advice on the choice of a fidelity, with reasons, as far as measured; a list."""
     found, yard = [], tables.friction_slope(results)
     standard, draft = tables.pooled(results, "standard"), tables.pooled(results, "draft")
     if standard:
@@ -169,7 +169,7 @@ def choice(results: Row) -> str:
 
 
 def sensitive(results: Row) -> str:
-    """What the sensitive case shows."""
+    """The result of the sensitive case."""
     name, yard = "sensitive", tables.friction_slope(results, ("sensitive",))
     mine = results["entries"].get(name, {})
     if not yard or "error" not in mine.get("standard", {}):
@@ -187,7 +187,7 @@ def sensitive(results: Row) -> str:
 
 
 def _rebounds(results: Row, fidelity: str) -> Row:
-    """Differences from the reference where everything rebounds, by scene and restitution."""
+    """Differences from the reference if everything rebounds, by scene and restitution."""
     return {
         f"{scene}, e {SETTINGS[name].value:g}": entry["error"]["reach"]
         for scene, name, entry in tables.entries_of(results, "impacts")
@@ -196,7 +196,7 @@ def _rebounds(results: Row, fidelity: str) -> Row:
 
 
 def impacts(results: Row) -> str:
-    """Whether the promises hold where things rebound."""
+    """Whether the promises hold if everything rebounds."""
     found = []
     for fidelity, bound in (("standard", STANDARD_POINTS), ("draft", DRAFT_POINTS)):
         if records := _rebounds(results, fidelity):
@@ -209,7 +209,7 @@ def impacts(results: Row) -> str:
 
 
 def posture(results: Row) -> str:
-    """What the posture of the released logs does to reach, beside friction."""
+    """The effect of the posture of the released logs on reach, compared with friction."""
     rows = [
         f"{name} logs {tables.with_interval(row)} points, as much as mu {tables.in_friction(results, row)} (most in "
         f"{row['worst_scene']}: {tables.with_interval(row['worst'])})"
@@ -221,7 +221,7 @@ def posture(results: Row) -> str:
 
 
 def rebounds(results: Row) -> str:
-    """Whether what is rigid holds at any restitution."""
+    """Whether rigid objects hold at any restitution."""
     found = results.get("rebounds")
     if not found:
         return "*Not measured yet.*"
@@ -241,7 +241,7 @@ def rebounds(results: Row) -> str:
 
 
 def noise(results: Row) -> str:
-    """How deep logs get on ground of white noise."""
+    """How deep logs sink into ground of white noise."""
     found = results.get("noise")
     if not found:
         return "*Not measured yet.*"
@@ -259,7 +259,7 @@ def noise(results: Row) -> str:
 
 
 def verdicts(results: Row) -> str:
-    """What was promised of the fidelities, and what the measurements say of it, as a list."""
+    """What is promised for the fidelities, and what the measurements show, as a list."""
     found = []
     if row := tables.pooled(results, "standard"):
         found.append(

@@ -1,6 +1,6 @@
 """Build the site: ``python -m docs`` writes ``docs/_build/html``, which opens in a browser without a server.
 
-Needs the extra ``docs``. No network is used. Every warning is an error: a broken link, a page that no menu has.
+Needs the extra ``docs``. No network is used. Every warning is an error: a broken link, or a page that is in no menu.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from docs.staging import HERE, ROOT, stage
 
 
 def build(folder: Path, *, notebooks: bool = True) -> int:
-    """Stage the sources under ``folder / "source"`` and build ``folder / "html"``; the status of Sphinx."""
+    """Stage the sources under ``folder / "source"`` and build ``folder / "html"``; returns the status of Sphinx."""
     from sphinx.cmd.build import main as sphinx
 
-    # The packages of this checkout, here and in the notebook's own process, whatever is installed.
+    # Use the packages of this checkout, here and in the notebook's process, whatever is installed.
     packages = [str(ROOT / each) for each in ("", "engine", "algorithms")]
     sys.path[:0] = packages
     os.environ["PYTHONPATH"] = os.pathsep.join([*packages, os.environ.get("PYTHONPATH", "")])

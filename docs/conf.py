@@ -1,4 +1,4 @@
-"""Sphinx's settings. ``python -m docs`` builds; it stages the sources first, so Sphinx alone does not do."""
+"""Sphinx's settings. ``python -m docs`` builds; it stages the sources first, so Sphinx alone is not enough."""
 
 import os
 import sys
@@ -21,11 +21,11 @@ nb_execution_timeout = 900
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_merge_streams = True
-# No formulas are set, and MathJax would come from the network.
+# There are no formulas, and MathJax would need the network.
 myst_update_mathjax = False
 highlight_language = "none"
 nitpicky = True
-# Pages that were written for the repository begin some parts at the third level.
+# Pages that were written for the repository begin some sections at the third level.
 suppress_warnings = ["myst.header"]
 copybutton_exclude = ".linenos, .gp"
 

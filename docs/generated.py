@@ -19,8 +19,8 @@ from deadwood_toolbox.shelf import TOOLS
 GLOSSARY = Path(__file__).with_name("glossary.csv")
 LANGUAGES = {"de": "German", "fr": "French", "it": "Italian"}
 CODE = re.compile(r"(^ {4}.*$|``[^`]+``|`[^`]+`)", re.MULTILINE)
-FLAG = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*\b(?: (?:auto\b|\d[\w.]*\w|\d\b))?")  # with a value that is a word
-# What descriptions name by its place in the repository.
+FLAG = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*\b(?: (?:auto\b|\d[\w.]*\w|\d\b))?")  # with a value if it is a word
+# Files that descriptions name by their place in the repository.
 LINKS = {
     "engine/README.md": "[the physics](../../explanation/physics.md)",
     "docs/indices.md": "[the indices](../../explanation/indices.md)",
@@ -28,7 +28,7 @@ LINKS = {
 
 
 def pages() -> dict[str, str]:
-    """Text by place on the site."""
+    """The generated pages: text by place on the site."""
     made = {"reference/tools/index.md": _tools_index(), "reference/layers/index.md": _layers_index()}
     made |= {f"reference/tools/{tool.name}.md": _tool(tool) for tool in (*TOOLS, QGIS_PLUGIN)}
     made |= {f"reference/layers/{slug(title)}.md": _layer(title, what) for title, what in _layers().items()}
@@ -37,7 +37,7 @@ def pages() -> dict[str, str]:
 
 
 def slug(title: str) -> str:
-    """The name of a page: as GitHub makes the anchor of a heading, and not too long for a file's name."""
+    """The name of a page: made like the anchor of a heading on GitHub, and not too long for a file's name."""
     return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")[:60].rstrip("-")
 
 
@@ -83,7 +83,7 @@ def marked(text: str) -> str:
 
 
 def _elsewhere(tool: Tool) -> list[str]:
-    """How the tool is called from QGIS and from Python."""
+    """How to call the tool from QGIS and from Python."""
     function = tool.name.replace("-", "_")
     ways = [f"QGIS: `{tool.qgis_id}` in the Processing toolbox."] if tool.qgis_id else []
     if hasattr(deadwood_toolbox, function):
@@ -104,7 +104,7 @@ def _linked(what: Any) -> str:
 
 
 def _layers() -> dict[str, Any]:
-    """What has a page of its own, by title: all that has columns, bands or keys."""
+    """Everything with its own page, by title: all that has columns, bands or keys."""
     every = [*BROUGHT, *dict.fromkeys(each.what for each in WRITTEN if each.what not in BROUGHT)]
     return {layers_page.title_of(each): each for each in every if layers_page.section(each).count("\n|") > 1}
 
@@ -160,5 +160,5 @@ def _glossary_lines() -> Iterator[str]:
 
 
 def toctree(names: Iterable[str]) -> str:
-    """The menu of a page, which its text replaces."""
+    """The hidden menu of a page, whose text replaces it."""
     return "\n".join(["```{toctree}", ":hidden:", ":maxdepth: 1", "", *names, "```"])

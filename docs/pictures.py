@@ -1,6 +1,6 @@
 """The pictures of the site and of the README: ``python -m docs.pictures`` makes them with the toolbox's commands.
 
-Needs Chromium, for what a reader sees of a report. Their files are kept: the site builds without sliding a log.
+Needs Chromium for pictures of reports. The files are committed, so the site builds without sliding a log.
 Those of the plugin's page are made by ``python tests/qgis/window.py``.
 """
 
@@ -29,7 +29,7 @@ sys.path.append(str(ROOT / "tests" / "algorithms"))
 
 
 def walk(page: str, folder: Path) -> None:
-    """The commands of a tutorial, in a folder with the sample data."""
+    """Run the commands of a tutorial in a folder with the sample data."""
     (folder / "sample_data").symlink_to(ROOT / "sample_data")
     text = (HERE / page).read_text(encoding="utf-8")
     for block in re.findall(r"^```sh\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
@@ -38,7 +38,7 @@ def walk(page: str, folder: Path) -> None:
 
 
 def tool(line: str, folder: Path) -> None:
-    """One command line, typed in that folder."""
+    """Run a command line in that folder."""
     import contextlib
 
     print(f"$ {line}")
@@ -48,7 +48,7 @@ def tool(line: str, folder: Path) -> None:
 
 
 def keep(picture: Image.Image | Path, name: str) -> None:
-    """As WebP, not wider than the page."""
+    """Save a picture as WebP, not wider than the page."""
     image = (Image.open(picture) if isinstance(picture, Path) else picture).convert("RGB")
     image.thumbnail((WIDEST, 4 * WIDEST), Image.Resampling.LANCZOS)
     FOLDER.mkdir(exist_ok=True)
@@ -57,7 +57,7 @@ def keep(picture: Image.Image | Path, name: str) -> None:
 
 
 class Page:
-    """A report in a browser, of which parts are taken."""
+    """A report in a browser, of which parts are captured."""
 
     def __init__(self, path: Path) -> None:
         from browser import Browser  # pyright: ignore[reportMissingImports]
@@ -68,7 +68,7 @@ class Page:
         time.sleep(2.0)
 
     def part(self, element: str, until: str = "null") -> Image.Image:
-        """The element named by a JavaScript expression, as on the screen, or from it to the next named one."""
+        """The element named by a JavaScript expression, as on the screen, or up to the next named one."""
         box = self.browser.ask(
             f"(() => {{ const e = {element}; const after = {until}; e.scrollIntoView({{block: 'start'}});"
             " return new Promise((done) => requestAnimationFrame(() => setTimeout(() => {"
@@ -79,7 +79,7 @@ class Page:
         return whole.crop((max(0, int(box[0])), max(0, int(box[1])), round(box[2]), round(min(box[3], whole.height))))
 
     def moving(self, share: float) -> Image.Image:
-        """The 3-D view, that share of the time after the start."""
+        """The 3-D view at this share of the duration."""
         self.browser.wait("window.deadwoodView && deadwoodView.scene().last > 0")
         self.browser.ask(
             "(() => { const s = document.querySelector('[data-part=\"time\"]');"
@@ -152,7 +152,7 @@ def of_explore(folder: Path) -> None:
         def settled(what: str) -> Image.Image:
             browser.wait(f"deadwoodExplore.state.{what}?.final && !document.body.classList.contains('busy')")
             time.sleep(1.0)
-            # How long it took says more of the load of the machine that made the picture than of the tool.
+            # The time taken depends more on the load of the machine that made the picture than on the tool.
             browser.ask("(() => { const e = counted; e.textContent = e.textContent.replace(/, [0-9.]+ s$/, ''); })()")
             return Image.open(io.BytesIO(browser.picture()))
 

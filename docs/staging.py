@@ -1,7 +1,7 @@
 """The sources of the site, assembled: pages of this folder, pages kept beside the code, generated pages.
 
-A page stays where those who work on the code look for it, and links to others as files of the repository, so that it
-can be read there too. Here every page gets its place on the site, and the links are adapted.
+A page stays where developers look for it, and links to others as files of the repository, so that it
+can also be read there. Here every page gets its place on the site, and the links are adapted.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 ROOT = HERE.parent
 
-# Pages that are not where the site has them, by their place in the repository.
+# Pages whose place on the site differs from that in the repository, by the latter.
 PLACES = {
     "CONTRIBUTING.md": "contribute/index.md",
     "CHANGELOG.md": "changes.md",
@@ -41,23 +41,23 @@ PLACES = {
     "engine/README.md": "explanation/physics.md",
     "sample_data/README.md": "reference/sample-data.md",
 }
-# Where a link to these leads: the site has pages of its own in their place.
+# Targets of links to these files, which the site replaces by its own pages.
 INSTEAD = {
     "README.md": "index.md",
     "algorithms/README.md": "reference/tools/index.md",
     "docs/glossary.csv": "reference/glossary.md",
     "docs/layers.md": "reference/layers/index.md",
 }
-# Menus of pages that have none where they live.
+# Menus of pages that have none in the repository.
 MENUS = {"contribute/index.md": ("architecture", "add-a-tool", "change-the-physics", "tests")}
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
 FENCE = re.compile(r"^(```|~~~|:::).*?^\1[ \t]*$", re.MULTILINE | re.DOTALL)
-# What only Bash and its like understand in a block of commands.
+# Parts of a block of commands that only Bash and similar shells understand.
 ONLY_BASH = re.compile(r"<<|\$\(|^(?:export|source|cat|cp|for|rio) ", re.MULTILINE)
 
 
 def pages() -> dict[str, str]:
-    """Place on the site by place in the repository, of every page that somebody has written."""
+    """Place on the site of every written page, by its place in the repository."""
     own = (path for ending in ("md", "ipynb") for path in HERE.rglob(f"*.{ending}"))
     names = (path.relative_to(HERE) for path in own)
     found = {f"docs/{name.as_posix()}": name.as_posix() for name in names if name.parts[0] != "_build"}
@@ -65,7 +65,7 @@ def pages() -> dict[str, str]:
 
 
 def stage(folder: Path) -> None:
-    """Write all sources of the site into an emptied folder."""
+    """Write all sources of the site into a folder, which is emptied first."""
     from docs import generated
 
     shutil.rmtree(folder, ignore_errors=True)
@@ -85,14 +85,14 @@ def stage(folder: Path) -> None:
 
 
 def staged_page(text: str, source: str, place: str, places: dict[str, str], folder: Path) -> str:
-    """A page of the repository as the site has it: links follow, pictures come along, commands for two shells."""
+    """A page of the repository prepared for the site: adapted links, copied pictures, commands for two shells."""
     text = outside_code(text, lambda part: LINK.sub(lambda m: _link(m, source, place, places, folder), part))
     text = text.replace("```mermaid", "```text")
     return FENCE.sub(lambda found: two_shells(found[0]), text)
 
 
 def staged_notebook(text: str, source: str, place: str, places: dict[str, str], folder: Path) -> str:
-    """A notebook with the links of its text changed as a page's."""
+    """A notebook with the links in its text changed like those of a page."""
     notebook = json.loads(text)
     for cell in notebook["cells"]:
         if cell["cell_type"] == "markdown":
@@ -101,7 +101,7 @@ def staged_notebook(text: str, source: str, place: str, places: dict[str, str], 
 
 
 def outside_code(text: str, change: Callable[[str], str]) -> str:
-    """The text with its parts between fenced blocks changed."""
+    """The text with the parts outside fenced blocks changed."""
     parts, last = [], 0
     for found in FENCE.finditer(text):
         if found[1] == ":::":
@@ -112,7 +112,7 @@ def outside_code(text: str, change: Callable[[str], str]) -> str:
 
 
 def two_shells(block: str) -> str:
-    """A block of ``sh`` as tabs, for Bash and for PowerShell, where its lines differ there."""
+    """A block of ``sh`` as tabs for Bash and PowerShell, if its lines differ there."""
     if not block.startswith("```sh\n") or "\\\n" not in block or ONLY_BASH.search(block):
         return block
     power = block.replace("```sh\n", "```powershell\n").replace(" \\\n", " `\n")
@@ -139,7 +139,7 @@ def _link(found: re.Match[str], source: str, place: str, places: dict[str, str],
         return f"[{text}]({_relative(target_place, place)}{'#' + anchor if anchor else ''})"
     if not (ROOT / meant).exists():
         raise SystemExit(f"{source}: a link to {target}, which does not exist")
-    return text  # a file of the repository that is no page: its name is enough
+    return text  # a file of the repository that is not a page: its name is enough
 
 
 def _relative(target: str, place: str) -> str:

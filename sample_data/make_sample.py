@@ -1,6 +1,6 @@
 """Make the committed sample again: ``python sample_data/make_sample.py`` with the toolbox installed.
 
-The same script gives the same terrain (to the centimetre, which is what the file holds) and the same layers.
+The same script gives the same terrain (to the centimetre, the resolution of the file) and the same layers.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def write_terrain(path: Path, grid: Grid) -> None:
 
 
 def write_rock(path: Path, *sides: float) -> None:
-    """Corners of a box around its centre [m], as a custom shape: x y z a line."""
+    """Corners of a box around its centre [m], as a custom shape: x y z on each line."""
     corners = [
         [0.5 * sign * side for sign, side in zip(signs, sides, strict=True)] for signs in product((-1, 1), repeat=3)
     ]

@@ -304,7 +304,7 @@ def range_of(friction: Array, scores: Scores) -> Range | None:
     first, last = int(inside[0]), int(inside[-1])
 
     def crossing(within: int, beyond: int) -> float:
-        p, q = scores.p_range[within], scores.p_range[beyond]
+        p, q = np.where(np.isfinite(scores.log_likelihood), scores.p_range, 0.0)[[within, beyond]]
         return float(friction[within] + (p - LEVEL) / (p - q) * (friction[beyond] - friction[within]))
 
     return Range(
