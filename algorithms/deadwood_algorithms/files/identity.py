@@ -141,9 +141,8 @@ def content_of(path: Path, layer: str = "") -> str | None:
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     """Open a GeoPackage for reading without changing anything in it."""
     with settled(path) as place:
-        mode = (
-            "mode=ro" if unmerged(place) else "mode=ro&immutable=1"
-        )  # open in another program, with changes that are not merged yet
+        # not immutable while another program has it open with changes that are not merged yet
+        mode = "mode=ro" if unmerged(place) else "mode=ro&immutable=1"
         with closing(sqlite3.connect(f"file:{quote(str(place.absolute()))}?{mode}", uri=True)) as db:
             db.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")  # accept any bytes
             yield db
