@@ -34,9 +34,8 @@ CRS_OF_TABLE = (
 )
 SAME, CHANGED, GONE = "same", "changed", "gone"
 
-_known: dict[
-    tuple[int, ...], str
-] = {}  # SHA-256 by (device, inode, size, times): an unchanged file is hashed once per process
+# SHA-256 by (device, inode, size, times): an unchanged file is hashed once per process
+_known: dict[tuple[int, ...], str] = {}
 
 
 def stamp_of(path: Path) -> tuple[int, ...] | None:
