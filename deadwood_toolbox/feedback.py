@@ -18,6 +18,7 @@ PROGRESS = ("auto", "bar", "plain", "json", "none")
 SECONDS_BETWEEN = {"json": 0.25, "plain": 10.0}
 FIRST_AFTER_S = 2.0  # the first plain line of a stage: even short runs show that something is happening
 YELLOW, RED = "33", "31"
+BAR = "{desc}: {percentage:3.0f} %|{bar}| {n:,.0f} of {total:,.0f}"  # in tqdm's names
 
 
 class Speaker:
@@ -107,11 +108,12 @@ class Speaker:
         if self._bar is None:
             from tqdm import tqdm
 
-            pace = "{desc}: {percentage:3.0f} %|{bar}| {n:,.0f} of {total:,.0f}, {rate_fmt}, {remaining} left"
             self._bar = tqdm(
-                total=total, initial=done, desc=what, file=self.stream, unit="", bar_format=pace, dynamic_ncols=True
+                total=total, initial=done, desc=what, file=self.stream, unit="", bar_format=BAR, dynamic_ncols=True
             )
         self._bar.total = total
+        if done > self._bar.initial:  # before, nothing is known of the pace
+            self._bar.bar_format = f"{BAR}, {{rate_fmt}}, {{remaining}} left"
         self._bar.update(done - self._bar.n)
 
     def _line(self, text: str, mark: tuple[str, str] | None = None) -> None:

@@ -1807,10 +1807,10 @@ def reach_lines(
     arrivals at the places where their logs were released. `map-origins` maps the share of logs that reach a
     line by release cell.
 
-    Logs that left the terrain model, or passed near its edge, would have moved on differently on a larger one.
-    The tool warns of them; `p_low_if_lost` and `p_high_if_lost` are the bounds if none or all of those that
-    left before reaching the line had reached it. The shares are those of logs that have started: how likely a
-    start is, is not included.
+    Logs that left the terrain model would have moved on. The tool warns of them, and of logs that passed near
+    its edge, where heights are least certain; `p_low_if_lost` and `p_high_if_lost` are the bounds if none or
+    all of those that left before reaching the line had reached it. The shares are those of logs that have
+    started: how likely a start is, is not included.
 
     Parameters
     ----------
@@ -2434,6 +2434,7 @@ def lateral_spread(
     dem: TerrainInput | None = None,
     edge_m: float = 20.0,
     seed: int = 0,
+    crs: str | int | None = None,
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     progress: bool = False,
@@ -2449,8 +2450,8 @@ def lateral_spread(
     interval. To compare runs of different size, use the range from the 5 % to the 95 % quantile, which has a 95
     % interval by bootstrap over the logs.
 
-    Logs that left the terrain model, or ended near its edge, would have moved on differently on a larger one:
-    the tool warns of them. For a layer of deposits that belongs to no run it needs dem.
+    Logs that left the terrain model would have moved on: the tool warns of them, and of logs that ended near
+    its edge, where heights are least certain. For a layer of deposits that belongs to no run it needs dem.
 
     Parameters
     ----------
@@ -2466,6 +2467,9 @@ def lateral_spread(
         its nodata; more than half a log's length is recommended.
     seed : >= 0, default 0
         Seed of the random draws.
+    crs : optional
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres on a local grid.
     output : output, optional
         Spread of each release, and the azimuth of each deposit. Without it, in a temporary folder that lasts as
         long as the result.

@@ -78,6 +78,16 @@ def test_a_bar_shows_what_is_done_the_rate_and_the_time_left():
     assert "/s, 00:00 left" in last
 
 
+def test_a_bar_says_nothing_of_a_pace_that_is_not_known():
+    """Of a stage that was over before it was first shown: it ended in "?/s, ? left"."""
+    stream = io.StringIO()
+    speaker = Speaker("bar", stream=stream)
+    speaker.progress(1000, 1000, "reading the DEM")
+    speaker.close()
+    assert stream.getvalue().rstrip().endswith("| 1,000 of 1,000")
+    assert "?" not in stream.getvalue()
+
+
 def test_a_terminal_gets_a_bar_and_a_file_gets_lines():
     class Terminal(io.StringIO):
         def isatty(self) -> bool:

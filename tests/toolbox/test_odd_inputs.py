@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import time
 from pathlib import Path
 
@@ -162,3 +163,19 @@ def test_odd_inputs_end_in_one_line(tool, odd_files, tmp_path, monkeypatch, capf
             told,
         )
         assert status == 0 or len(told.strip().splitlines()) == 1, (SEED, line, told)
+        assert not options_of_others(told, tool), (SEED, line, told)
+
+
+def options_of_others(told: str, tool: Tool) -> set[str]:
+    """Options named in a message that neither the tool has nor another tool that is named there."""
+    named_there = [tool, *(each for each in TOOLS if each.name in told)]
+    own = {flag for each in named_there for one in each.parameters() for flag in (one.flag, *one.old_flags)}
+    foreign = re.findall(r"rio [^;]*", told)  # a printed command of another program
+    return set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", told)) - own - set(re.findall(r"--[a-z-]+", " ".join(foreign)))
+
+
+def test_an_option_of_another_tool_is_found():
+    tool = shelf.find("lateral-spread")
+    assert tool is not None
+    assert options_of_others("--min-runout-m is -1; --dbh-cm is not", tool) == {"--dbh-cm"}
+    assert not options_of_others("run slide-logs with --trajectories all", tool)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.grid import Part
@@ -40,7 +43,7 @@ def part_to_explore(simulation: Simulation, feedback: Feedback) -> Part | None:
     return part
 
 
-def boxes_of(simulation: Simulation) -> dict[str, tuple[float, float, float, float]]:
+def boxes_of(simulation: Simulation) -> dict[str, NDArray[np.float64]]:
     """West, south, east and north of each layer, in the terrain model's CRS."""
     inputs, crs = simulation.inputs, simulation.dem.crs
     asked: dict[str, tuple[str | None, tuple[Any, ...]]] = {
@@ -56,12 +59,12 @@ def boxes_of(simulation: Simulation) -> dict[str, tuple[float, float, float, flo
     }
     if simulation.lines is not None:
         layers["lines"] = simulation.lines
-    return {name: tuple(frame.total_bounds.tolist()) for name, frame in layers.items() if len(frame)}
+    return {name: frame.total_bounds for name, frame in layers.items() if len(frame)}
 
 
-def around(box: tuple[float, float, float, float], dem: DemWindows) -> Part:
+def around(box: NDArray[np.float64], dem: DemWindows) -> Part:
     """The cells of a box and of `AROUND_M` beyond it, as far as the terrain model has them."""
-    west, south, east, north = box
+    west, south, east, north = box.tolist()
     column, row = (math.floor((low - AROUND_M - at) / dem.cell) for low, at in ((west, dem.x0), (south, dem.y0)))
     columns, rows = (math.ceil((size + 2.0 * AROUND_M) / dem.cell) + 1 for size in (east - west, north - south))
     return Part(column, row, columns, rows).cut_to(dem.shape)

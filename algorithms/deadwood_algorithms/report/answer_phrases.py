@@ -77,6 +77,10 @@ ANSWER_PHRASES = {
         " the low end has a 95 % interval. Inputs that were not varied are not assessed. As it is: these logs at"
         " {fidelity}; all logs of the run, or another fidelity, may differ by chance or by the calculation."
     ),
+    "varied_apart": (
+        "What was varied is not this run: other {names}. “As it is” is therefore another case than the rest of this"
+        " part."
+    ),
     "most_influential": "{outcome} depends most on {factors}.",
     "influence_undecided": "{outcome}: the number of logs is too small to decide which of {factors} matters most.",
     "no_influence": "{outcome}: with this number of logs, no factor changes it beyond chance.",

@@ -236,6 +236,9 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
     items = [element("li", influence_words(answers[name], words)) for name in outcomes_of(facts) if name in answers]
     note = words.say("varied_note", n=facts["logs"], runs=facts["runs"], fidelity=facts.get("fidelity", "?"))
     parts: Parts = [element("ul", *items), element("p", note, class_="quiet")]
+    if apart := source.answers.varied_apart:
+        names = ", ".join(words.say_or(f"input_{each}", each) for each in apart)
+        parts.insert(0, element("p", words.say("varied_apart", names=names), class_="warning"))
     totals = {
         (row["outcome"], row["factor"]): row for row in facts["indices"] if np.isfinite(number(row["total"]))
     }  # if any variance remains after subtracting the logs' noise

@@ -26,6 +26,7 @@ FACTS = {
 }
 TAKEN = "a layer of value-trees, or a folder of site-barriers, map-intensity, map-origins or vary"
 WORTH_LAYERS = ("values", "planted")
+SCENE = ("dem", "releases", "trees", "barriers", "lying_logs", "blocks", "friction")  # of which vary knows no run
 
 
 def read_answers(named: str, sources: Sequence[ReportedRun]) -> None:
@@ -104,9 +105,25 @@ def _take_folder(place: Path, sources: Sequence[ReportedRun]) -> None:
         facts = json.loads((place / FACTS[made_by]).read_text(encoding="utf-8"))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(f"--results: {place} is not {TAKEN}, or is damaged") from error
-    source = sources[0] if made_by == "vary" else _run_of(place, manifest, sources)
+    if made_by == "vary":
+        apart = [other_inputs(manifest, each.run.manifest) for each in sources]
+        nearest = min(range(len(sources)), key=lambda k: len(apart[k]))
+        source = sources[nearest]
+        source.answers.varied_apart = apart[nearest]
+    else:
+        source = _run_of(place, manifest, sources)
     _refuse_twice(made_by in source.answers.folders, made_by, source)
     source.answers.folders[made_by] = (place, facts, manifest["parameters"])
+
+
+def other_inputs(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
+    """Of two records the inputs of the scene that differ: layers by their content, numbers by their value."""
+
+    def given(record: Mapping[str, Any], name: str) -> Any:
+        rows = [each for each in record.get("inputs", []) if each.get("parameter") == name]
+        return sorted(each.get("content") or each["sha256"] for each in rows) or record["parameters"].get(name)
+
+    return [name for name in SCENE if given(one, name) != given(other, name)]
 
 
 def _run_of(place: Path, manifest: dict[str, Any], sources: Sequence[ReportedRun]) -> ReportedRun:

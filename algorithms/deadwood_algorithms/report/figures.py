@@ -278,7 +278,7 @@ def rose_figure(source: ReportedRun, words: Words) -> Figure:
         axes.bar(
             edges[:-1], radius, width=np.radians(10.0), align="edge", color=source.colour, edgecolor=INK, linewidth=0.3
         )
-        rings = [share for share in (0.05, 0.1, 0.2, 0.4) if share <= 1.05 * count.max() / azimuths.size]
+        rings = [share for share in (0.05, 0.1, 0.2, 0.4) if share <= 0.8 * count.max() / azimuths.size]
         axes.set_yticks(
             [np.sqrt(share * azimuths.size / count.max()) for share in rings], [f"{100 * share:g} %" for share in rings]
         )

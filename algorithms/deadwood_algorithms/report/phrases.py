@@ -132,6 +132,7 @@ PHRASES = {
     "input_lying_logs": "lying logs",
     "input_blocks": "boulders",
     "input_releases": "releases",
+    "input_friction": "friction",
     "map": "Map",
     "map_caption": ("Share of the logs that pass each cell, over the relief. Coordinates: {crs}, metres."),
     "map_moves": "Drag to move, wheel or buttons to zoom.",

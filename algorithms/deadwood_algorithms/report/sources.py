@@ -54,10 +54,12 @@ class Answers:
 
     tree_effect : the rows of value-trees, by layer (values, planted)
     folders : by tool: the folder, its facts, and the tool's parameters
+    varied_apart : inputs of vary that are not those of the run
     """
 
     tree_effect: dict[str, pandas.DataFrame] = field(default_factory=dict)
     folders: dict[str, tuple[Path, dict[str, Any], dict[str, Any]]] = field(default_factory=dict)
+    varied_apart: list[str] = field(default_factory=list)
 
 
 @dataclass

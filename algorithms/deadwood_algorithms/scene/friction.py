@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pyproj
 import shapely
 from numpy.typing import NDArray
 
@@ -54,7 +53,7 @@ def read_friction(
             raise UserError(f"--friction-column belongs to polygons, but {path} is a raster, whose band 1 is read")
         mu, where = as_written(read_raster_on(path, grid, what="friction", feedback=feedback)), path
     else:
-        shapes, values, where = _polygons(path, grid.frame.bounds, grid.crs, column, feedback)
+        shapes, values, where = _polygons(path, grid.frame, column, "--friction-column names another", feedback)
         mu = _burnt(shapes, values, grid)
         double = int((_burnt(shapes, np.ones(len(shapes)), grid, added=True) > 1).sum())
         if double:
@@ -84,7 +83,7 @@ def open_friction(
                 feedback.note(f"{path}: the friction raster has no CRS, it is taken to be in the DEM's")
             yield lambda grid: _checked(as_written(read_part_on(source, grid)), grid, path)
     else:
-        shapes, values, where = _polygons(path, dem.bounds, dem.crs, None, feedback)
+        shapes, values, where = _polygons(path, dem, None, "rename the one that holds it", feedback)
         tree = shapely.STRtree(shapes)
 
         def on(grid: Grid) -> Array:
@@ -138,17 +137,17 @@ def warn_of_large(middle: float, where: str, feedback: Feedback) -> None:
 
 
 def _polygons(
-    path: str, bounds: tuple[float, float, float, float], crs: pyproj.CRS, column: str | None, feedback: Feedback
+    path: str, dem: Grid | DemWindows, column: str | None, fix: str, feedback: Feedback
 ) -> tuple[NDArray, Array, str]:
-    """The polygons on the DEM, their values, and how messages name the layer."""
-    frame = read_vector(path, geometry=("polygon",), target_crs=crs, what="friction", feedback=feedback)
+    """The polygons on the DEM, their values, and how messages name the layer; ``fix`` of a field not found."""
+    frame = read_vector(path, geometry=("polygon",), target_crs=dem.crs, what="friction", feedback=feedback)
     names = {str(name).strip().lower(): str(name) for name in frame.columns if name != "geometry"}
     name = next((names[each.lower()] for each in ([column] if column else COLUMNS) if each.lower() in names), None)
     if name is None:
-        asked = f"'{column}' (--friction-column)" if column else "'friction' or 'mu'; --friction-column names another"
+        asked = f"'{column}' (--friction-column)" if column else f"'friction' or 'mu'; {fix}"
         raise UserError(f"{where_of(frame)}: the friction polygons need a field {asked}; it has {field_names(frame)}")
     shapes, values = np.asarray(frame.geometry.array), number_column(frame, name, minimum=0.0)
-    there = shapely.intersects(shapes, shapely.box(*bounds))
+    there = shapely.intersects(shapes, shapely.box(*dem.bounds))
     if not there.any():
         raise UserError(f"{where_of(frame)}: none of the friction polygons lies on the DEM; check the CRS of both")
     say_left_out(frame, ~there, "friction polygons", feedback.note)

@@ -128,10 +128,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         warn_implausible(dbh, column, f"{path}, computed DBH", feedback, fix="check the law (--dbh-law)")
         warn_of_another_region(law, np.array([shapely.Point(*map(float, middle))]), canopy.plan_crs, feedback)
         write_vector(temporary, {"trees": Stream("Point", lambda: trees_in_pieces(found, dbh, canopy))})
-        hectares = canopy.shape[0] * canopy.shape[1] * canopy.cell**2 / 1e4
+        hectares = tops.cells * canopy.cell**2 / 1e4
     dropped = int((~fit).sum())
     lines = [
-        f"{counted(dbh.size, 'tree')} found on {significant(hectares, 4)} ha, window {window}, heights "
+        f"{counted(dbh.size, 'tree')} of {ask.min_height_m:g} m or more found on {significant(hectares, 4)} ha, window "
+        f"{window}, heights "
         f"{height.min():.1f} to {height.max():.1f} m, median {np.median(height):.1f} m",
         f"DBH computed from the height: {law}; median {np.median(dbh):.1f} cm",
     ]

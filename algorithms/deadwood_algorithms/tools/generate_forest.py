@@ -165,6 +165,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             f"{counted(redrawn, 'draw was', 'draws were')} not a tree (DBH < {LEAST_DBH_CM:g} cm or height < "
             f"{LEAST_HEIGHT_M:g} m), redrawn"
         )
+    least = f"at least {ask.min_spacing_m:g} m apart" if ask.min_spacing_m else "at any distance"
+    lines.append(f"assumed: places at random, {least}, seed {ask.seed}; no clusters, gaps or species")
     facts: dict[str, Any] = {"trees": count, "area_ha": area / 1e4, "stems_per_ha": density, "redrawn": redrawn}
     facts |= {"basal_area_m2_per_ha": planted}
     facts |= {"preset": taken.record} if taken else {}

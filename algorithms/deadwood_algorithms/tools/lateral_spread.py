@@ -12,8 +12,8 @@ the range from the 5 % to the 95 % quantile, which has a 95 % interval by bootst
         --friction 0.25 --output run
     deadwood-tool lateral-spread --deposits run --output spread.gpkg
 
-Logs that left the terrain model, or ended near its edge, would have moved on differently on a larger one: the tool
-warns of them. For a layer of deposits that belongs to no run it needs --dem.
+Logs that left the terrain model would have moved on: the tool warns of them, and of logs that ended near its edge,
+where heights are least certain. For a layer of deposits that belongs to no run it needs --dem.
 """
 
 from __future__ import annotations
@@ -48,6 +48,7 @@ class Ask:
         help="Edges are its border and its nodata; more than half a log's length is recommended.",
     )
     seed: int = tool.seed()
+    crs: str | None = tool.crs()
     output: str = tool.output_vector(
         "Spread of each release, and the azimuth of each deposit", parts=("|layername=spread", "|layername=azimuths")
     )
@@ -71,7 +72,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     with writing(TOOL, ask, feedback) as outputs:
         path = outputs.file("output", ".gpkg")
         source = layer_of(ask.deposits)
-        deposits = read_vector(source, geometry=("point",), target_crs=None, what="deposits", feedback=feedback)
+        deposits = read_vector(
+            source, geometry=("point",), target_crs=None, crs=ask.crs, what="deposits", feedback=feedback
+        )
         release_x, release_y = (number_column(deposits, name) for name in NEEDED)
         if ask.min_runout_m is None and "length_m" not in deposits:
             raise UserError(f"{where_of(deposits)}: the deposits have no field 'length_m'; give --min-runout-m")

@@ -16,9 +16,10 @@ were released. `map-origins` maps the share of logs that reach a line by release
         --output run
     deadwood-tool reach-lines --run run --lines 'sample_data/sample.gpkg|layername=lines' --output reached.gpkg
 
-Logs that left the terrain model, or passed near its edge, would have moved on differently on a larger one. The tool
-warns of them; `p_low_if_lost` and `p_high_if_lost` are the bounds if none or all of those that left before reaching the
-line had reached it. The shares are those of logs that have started: how likely a start is, is not included.
+Logs that left the terrain model would have moved on. The tool warns of them, and of logs that passed near its edge,
+where heights are least certain; `p_low_if_lost` and `p_high_if_lost` are the bounds if none or all of those that left
+before reaching the line had reached it. The shares are those of logs that have started: how likely a start is, is not
+included.
 """
 
 from __future__ import annotations

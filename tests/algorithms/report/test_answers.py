@@ -226,6 +226,19 @@ def test_a_placed_barrier_is_named_by_its_place_and_any_other_by_its_name():
     assert place_of({"barrier_id": "net, 2", "above_m": None}, Words("de")) == "net, 2"
 
 
+def test_what_was_varied_stands_with_the_run_of_the_same_scene(case, run, results, tmp_path):
+    """Before: with the first run of the page, so that 23 % "as it is" stood below a reach of 88 %."""
+    values = {name: value for name, value in case.values(output="").items() if name not in ("trajectories", "output")}
+    bare = case.run(output=str(tmp_path / "bare"), **values, lines=case.lines)
+    page = page_of(f"{run},{bare}", [results["varied"]], tmp_path / "both.html")
+    assert 'id="r1-varied"' in page
+    assert 'id="r0-varied"' not in page
+    assert "What was varied is not this run" not in page
+    alone = Shown(part(page_of(run, [results["varied"]], tmp_path / "alone.html"), "varied"))
+    (told,) = [each for each in alone.said if each.startswith("What was varied is not this run: other ")]
+    assert "trees, lying logs, boulders" in told
+
+
 def test_an_outcome_that_nothing_changes_has_its_table_and_no_empty_figure(case, run, results, tmp_path):
     still = shutil.copytree(results["varied"], tmp_path / "still")
     facts = json.loads((still / "summary.json").read_text(encoding="utf-8"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +85,14 @@ def test_nothing_is_reported_where_all_lie_on_the_dem(kind, tmp_path, grid, said
     path, read = of(kind, tmp_path, [0, 1])
     assert read(path, grid, said) == ["a", "b"]
     assert not [each for each in [*said.warnings, *said.notes] if "left out" in each]
+
+
+def test_a_candidate_on_nodata_is_named(tmp_path, grid, said):
+    values = grid.values.copy()
+    values[40:50, 45:] = np.nan
+    path, read = of("candidates", tmp_path, [0, 1])
+    read(path, replace(grid, values=values), said)
+    assert [each for each in said.warnings if "no height under b: no log meets it" in each]
 
 
 def test_columns_stay_with_their_rows(tmp_path, grid, said):

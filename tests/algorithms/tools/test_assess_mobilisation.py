@@ -479,7 +479,7 @@ BAD = {
     ),
     "friction without field": (
         lambda f: {"friction": write_layer(f / "mu.gpkg", [box(0, 0, 90, 90)], m=[0.3])},
-        "the friction polygons need a field 'friction' or 'mu'",
+        "need a field 'friction' or 'mu'; rename the one that holds it",
     ),
     "a window too large": (lambda _: {"window_m": 70.0}, "no cell has a whole window of 70 m around it"),
     "a threshold": (lambda _: {"threshold": 0.0}, "--threshold is 0, but must be greater than 0"),

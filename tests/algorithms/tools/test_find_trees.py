@@ -179,6 +179,7 @@ def test_what_is_too_high_for_a_tree_is_counted_and_reported(tmp_path, said):
     done = find_trees.TOOL(feedback=said, chm=chm, output=str(tmp_path / "t.gpkg"))
     assert found_in(tmp_path / "t.gpkg") == expected()
     assert done.facts["cells_too_high"] == 6
+    assert done.lines[0].startswith("5 trees of 2 m or more found on 0.3594 ha, window ")  # 60 x 60 cells of 1 m less 6
     assert [each for each in said.warnings if "6 cells stand more than 150 m above the ground" in each]
 
 

@@ -161,7 +161,7 @@ def test_redrawn_trees_are_reported(forest, outcome):
     forest(stems_per_ha=2000.0, dbh_mean_cm=44.0, dbh_sd_cm=22.0)
     redrawn = outcome["last"].facts["redrawn"]
     assert redrawn > 0
-    assert f"{redrawn} draws were not a tree" in outcome["last"].lines[-1]
+    assert f"{redrawn} draws were not a tree" in outcome["last"].lines[-2]
 
 
 def test_heights_follow_from_the_dbh_unless_given(forest):

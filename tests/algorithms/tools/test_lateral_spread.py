@@ -40,6 +40,17 @@ def test_350_to_10_degrees_is_20(tmp_path):
     assert each["distance_m"].tolist() == pytest.approx([100.0] * 3)
 
 
+def test_a_table_names_no_crs_so_an_option_does(tmp_path):
+    place = tmp_path / "d.csv"
+    rows = [f"{EAST + x},{NORTH + y},{EAST},{NORTH},10" for x, y in ((0.0, 50.0), (50.0, 0.0))]
+    place.write_text("\n".join(["x,y,release_x,release_y,length_m", *rows]))
+    with pytest.raises(UserError, match="has no CRS; name it, for example --crs"):
+        spread(str(place), tmp_path / "s.gpkg")
+    fan, _ = spread(str(place), tmp_path / "s.gpkg", crs="EPSG:2056")
+    assert fan["spread_deg"].tolist() == pytest.approx([90.0])
+    assert fan.crs.to_epsg() == 2056
+
+
 def test_deposits_nearer_than_a_log_length_do_not_count(tmp_path):
     layer = deposits(tmp_path / "d.gpkg", [170.0, 190.0, 45.0, 300.0], [50.0, 50.0, 9.9, 10.1], length_m=[10.0] * 4)
     fan, each = spread(layer, tmp_path / "s.gpkg")

@@ -130,8 +130,8 @@ def score(
     observed = np.stack([log_densities(each, each.place, error) for each in outcomes])
     total = observed.sum(axis=0)
     low, high = sampling_interval(outcomes, log_id, error, seed)
-    ranges, fits = np.ones(total.size), np.ones(total.size)
-    for k in range(total.size):
+    ranges, fits = np.zeros(total.size), np.zeros(total.size)
+    for k in np.flatnonzero(np.isfinite(total)).tolist():  # with the others the event is not possible at all
         report(k / total.size)
         parts = [made_densities(each, k, number, log_id, error, seed) for number, each in enumerate(outcomes)]
         made = np.sum(parts, axis=0)
@@ -304,7 +304,7 @@ def range_of(friction: Array, scores: Scores) -> Range | None:
     first, last = int(inside[0]), int(inside[-1])
 
     def crossing(within: int, beyond: int) -> float:
-        p, q = scores.p_range[within], scores.p_range[beyond]
+        p, q = np.where(np.isfinite(scores.log_likelihood), scores.p_range, 0.0)[[within, beyond]]
         return float(friction[within] + (p - LEVEL) / (p - q) * (friction[beyond] - friction[within]))
 
     return Range(

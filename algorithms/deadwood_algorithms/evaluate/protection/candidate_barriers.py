@@ -23,6 +23,7 @@ from deadwood_engine import Barriers
 
 Array = NDArray[np.float64]
 Terrain = Callable[[Array, Array], Array]  # heights [m] of places x, y [m], NaN off the terrain
+NAMED = 5  # a warning names so many candidates, then counts the rest
 CELLS_LOOKED_AT = 250_000  # cells of the terrain at which heights above the lines are computed for contours
 ROAD_STEP = 5.0  # [m] between the places of a line at which its height is taken
 STEPS_A_LENGTH = 4  # places along a contour are tried in steps of the shortest length divided by this
@@ -66,10 +67,15 @@ def read_given(path: str, heights: Sequence[float], layers: SceneLayers, feedbac
         found = [
             Candidate(f"{name} {height:g} m", shape, height, np.nan) for name, shape in named for height in heights
         ]
-    bare = [not np.isfinite(contour_angle(shape, layers.scene.terrain_height)) for _, shape in named]
-    account(
-        "candidates", count_of(len(frame), bare.count(False), {OFF_DEM: len(frame) - on.size, NO_TERRAIN: sum(bare)})
-    )
+    angles = [contour_angle(shape, layers.scene.terrain_height) for _, shape in named]
+    bare = [name for (name, _), angle in zip(named, angles, strict=True) if not np.isfinite(angle)]
+    if bare:
+        more = f" and {len(bare) - NAMED} more" if len(bare) > NAMED else ""
+        feedback.warn(
+            f"{where_of(frame)}: the DEM has no height under {', '.join(bare[:NAMED])}{more}: no log meets it"
+        )
+    why = {OFF_DEM: len(frame) - on.size, NO_TERRAIN: len(bare)}
+    account("candidates", count_of(len(frame), np.isfinite(angles).sum(), why))
     taken = {str(each) for each in layers.barriers.ids} & {each.id for each in found}
     if taken:
         raise UserError(

@@ -32,6 +32,7 @@ from deadwood_algorithms.results.relief import CELLS_DRAWN, Extent, coordinates_
 from deadwood_algorithms.schemas.looks import LESS_MORE, RELEASE, ROAD, RUNS
 
 LINES_SHOWN = 6
+SHORT_NAME = 14  # letters, of which three names stand abreast in a key
 MARGIN = 0.04
 # Inches: a map's width and greatest height, the charts, margins.
 MAP_IN, MOST_MAP_IN, CHARTS_IN = 4.6, 9.0, 4.2
@@ -119,9 +120,12 @@ def _shares_panel(axes: Axes, rows: Sequence[ScenarioRow], names: Sequence[str])
         )
     axes.set_xticks(np.arange(len(items[:LINES_SHOWN])), [each.replace("_", " ") for each in items[:LINES_SHOWN]])
     axes.yaxis.set_major_formatter(FuncFormatter(_percent))
-    axes.set_ylim(0.0, 1.05 * max([*(row.ci_high for row in of.values()), 0.01]))
+    columns = 1 if max(map(len, names)) > SHORT_NAME else 3
+    above = 1.06 + 0.09 * -(-len(names) // columns)  # room for the key above the bars
+    axes.set_ylim(0.0, above * max([*(row.ci_high for row in of.values()), 0.01]))
+    axes.set_yticks([each for each in axes.get_yticks() if each <= 1.0])
     axes.set_title("logs that reach" if quantity == "reach" else "how logs ended", fontsize=10, loc="left")
-    axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none")
+    axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none", loc="upper center", ncols=columns)
     axes.grid(axis="y", color="#E5E5E5", linewidth=0.6)
     axes.set_axisbelow(True)
 

@@ -45,11 +45,14 @@ WINDOWS = {"mixed": Window(2.51503, 0.00901), "deciduous": Window(3.09632, 0.008
 
 @dataclass(frozen=True)
 class Tops:
-    """Row, column and height [m] of each top, by row and column, and how many cells were too high for a tree."""
+    """Row, column and height [m] of each top, by row and column; how many cells have a height, and how many others
+    were too high for a tree.
+    """
 
     row: NDArray[np.int32]
     column: NDArray[np.int32]
     height: NDArray[np.float64]
+    cells: int
     too_high: int
 
 
@@ -71,7 +74,7 @@ def find_tops(
     """
     ny, nx = shape
     block = block_rows or max(1, BLOCK_CELLS // nx)
-    found, too_high = [], 0
+    found, cells, too_high = [], 0, 0
     for start in range(0, ny, block):
         stop = min(ny, start + block)
         heights = read(slice(start, stop))
@@ -79,6 +82,7 @@ def find_tops(
             wrong = heights > highest
             heights[wrong] = np.nan
             tallest = float(np.max(heights, where=heights >= least, initial=-np.inf))
+        cells += int(np.isfinite(heights).sum())
         too_high += int(wrong.sum())
         if tallest >= least:
             margin = int(np.sqrt(window.reach(np.array([tallest]), cell)[0])) + 1
@@ -89,9 +93,9 @@ def find_tops(
         if after_block:
             after_block(stop)
     if not found:
-        return Tops(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0), too_high)
+        return Tops(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0), cells, too_high)
     row, column, height = (np.concatenate([each[k] for each in found]) for k in range(3))
-    return Tops(row, column, height, too_high)
+    return Tops(row, column, height, cells, too_high)
 
 
 def _canopy(read: Callable[[slice], NDArray[np.float64]], rows: slice, highest: float) -> NDArray[np.float64]:

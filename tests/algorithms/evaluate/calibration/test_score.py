@@ -218,7 +218,33 @@ def test_the_ends_of_a_range():
     assert (ends.low, ends.high, ends.open_low, ends.open_high, ends.gaps) == (0.1, 0.4, True, True, True)
     assert "below and above: the sweep ends there" in ends.words()
     assert range_of(friction, scores_of([0.01, 0.02, 0.01, 0.0])) is None
+
+
+@pytest.mark.parametrize("p", [1.0, 0.04, 0.0])  # of a coefficient with which no log did what the event did
+def test_a_range_ends_before_a_coefficient_that_cannot_have_made_the_event(p):
+    """Its p-value says nothing then, and counts as 0: the end lies where 1 falls to 0.05, and is never infinite."""
+    likely = np.array([-np.inf, 0.0, -1.0, -np.inf])
+    found = range_of(np.array([0.1, 0.2, 0.3, 0.4]), Scores(likely, likely, likely, np.array([p, 1.0, 1.0, p]), likely))
+    assert found is not None
+    assert (found.low, found.high) == pytest.approx((0.2 - 0.95 * 0.1, 0.3 + 0.95 * 0.1))
     assert scores_of([0.049, 0.05, 1.0]).within.tolist() == [False, True, True], "the level itself is within"
+
+
+def test_a_coefficient_with_which_the_event_is_not_possible_has_no_share_of_events_like_it():
+    """No log comes to rest in sight with the first: the range began at "-inf", of a share of 1 there."""
+    x, y = deposits(np.random.default_rng(4), 40)
+    found = np.ones(x.shape, bool)
+    found[0] = False
+    outcome = Observation(np.arange(40), (0.0, 20.0 / FRICTION[4]), x, y, found=found)
+    scores = score([outcome], np.arange(40), ERROR, 1, quiet)
+    assert (scores.p_range[0], scores.p_fit[0], scores.within[0]) == (0.0, 0.0, False)
+    two = Scores(
+        *(each[[0, 4]] for each in (scores.log_likelihood, scores.low, scores.high, scores.p_range, scores.p_fit))
+    )
+    ends = range_of(FRICTION[[0, 4]], two)
+    assert ends is not None
+    assert FRICTION[0] < ends.low < FRICTION[4]
+    assert not ends.open_low
 
 
 def with_losses(rng: np.random.Generator, lost_share: float) -> tuple[np.ndarray, np.ndarray]:

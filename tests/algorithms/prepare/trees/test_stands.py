@@ -51,6 +51,7 @@ def test_each_stand_has_its_own_density_and_sizes(forest, outcome):
     assert outcome["last"].facts["area_ha"] == pytest.approx(1.5)
     said = outcome["last"].lines
     assert said[0] == "3000 trees on 1.50 ha (2000 stems/ha)"
+    assert said[-1] == "assumed: places at random, at any distance, seed 0; no clusters, gaps or species"
     assert said[1].startswith("stand of row 1: 2000 trees on 0.50 ha (4000 stems/ha), DBH 20.0 +- 3.0 cm, height 15.0")
 
 
