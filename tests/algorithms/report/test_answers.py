@@ -233,9 +233,9 @@ def test_what_was_varied_stands_with_the_run_of_the_same_scene(case, run, result
     page = page_of(f"{run},{bare}", [results["varied"]], tmp_path / "both.html")
     assert 'id="r1-varied"' in page
     assert 'id="r0-varied"' not in page
-    assert "What was varied is not this run" not in page
+    assert "The run that was varied differs" not in page
     alone = Shown(part(page_of(run, [results["varied"]], tmp_path / "alone.html"), "varied"))
-    (told,) = [each for each in alone.said if each.startswith("What was varied is not this run: other ")]
+    (told,) = [each for each in alone.said if each.startswith("The run that was varied differs from this one in its ")]
     assert "trees, lying logs, boulders" in told
 
 
