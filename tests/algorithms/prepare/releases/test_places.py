@@ -1,4 +1,4 @@
-"""Places by weights: in proportion to them, inside the areas, independent of other logs; and the number of logs per area."""
+"""Places by weights: in proportion to them, inside the areas, independent of other logs; number of logs per area."""
 
 from __future__ import annotations
 
