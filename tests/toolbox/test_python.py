@@ -162,7 +162,7 @@ def test_a_run_tells_what_it_found(run):
     assert run.hits.extent == (WEST, WEST + 40.0, NORTH - 140.0, NORTH)
     assert run.jump_max.array.shape == (2, 140, 40)
     assert run.jump_max.names == ("jump_max", "height_max")
-    assert run.hits.meanings[0].startswith("How many logs overlapped the cell")
+    assert run.hits.meanings[0].startswith("Number of logs whose plan outline overlapped the cell")
     assert run.poses["log_id"].nunique() == 5
     assert run.summary["logs"]["released"] == 5
     assert "5 logs: " in run.text
