@@ -109,13 +109,13 @@ def test_a_log_that_came_with_less_energy_and_then_left_is_not_unknown(run, n_lo
 
 
 def test_run_sites_looks_before_each_site(cut, tmp_path, monkeypatch, said):
-    """Before: a site is begun so that it can be resumed, and what is resumed was not looked at."""
+    """Before: a site is begun such that it can be resumed, and a resumed run had no pilot."""
     monkeypatch.setattr(look, "LOGS", 6)
     run_sites.TOOL(
         dem=cut.dem, releases=cut.releases, by="release_id", lines=cut.lines, friction="0.2",
         output=str(tmp_path / "sites"), feedback=said,
     )  # fmt: skip
-    told = [each for each in said.warnings if "a look before the run" in each]
+    told = [each for each in said.warnings if "a pilot before the run" in each]
     assert len(told) == 2
 
 
