@@ -1,4 +1,4 @@
-"""Of a large terrain model explore reads what is around the layers; what it answers there is what it answers on all."""
+"""Of a large terrain model, explore reads the surroundings of the layers; its answers there are those on the whole."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def answers(session: Session) -> list[Frame]:
 
 
 def test_the_answer_there_is_that_on_the_whole(layers, said):
-    """Of logs that stay there: with trees, some of them outside, felled and a barrier drawn."""
+    """For logs that stay there: with trees, some of them outside, felled and a barrier drawn."""
     ask = explore.TOOL.ask_from({**layers, "friction": 0.6, "time_limit_s": 60.0})
     with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], Where(2), said) as simulation:
         part = part_to_explore(simulation, said)

@@ -1,4 +1,4 @@
-"""Hits above what trees and logs can take: counted by brute force from the engine's hits, and nothing else changes."""
+"""Hits above the capacity of trees and logs: counted by brute force from the engine's hits; nothing else changes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def case(tmp_path_factory) -> Case:
 
 
 def test_a_runs_hits_above_are_those_of_the_engine(case, tmp_path, monkeypatch):
-    """Every hit of the run is looked at by itself; the motion is that of a run without a capacity."""
+    """Every hit of the run is checked separately; the motion is that of a run without a capacity."""
     seen = []
     original = Overloads.hits_above
 
