@@ -18,13 +18,16 @@ from deadwood_toolbox.shelf import OLD_NAMES, TOOLS, find
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("algorithms/deadwood_algorithms", "deadwood_toolbox")
-OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9](?![\w-])")
+# but no property of a style sheet, --name:value
+OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9](?![\w-]|:(?:\S|$))")
 FOREIGN = {
     "rio": (
         "--bounds", "--dst-crs", "--dst-nodata", "--dtype", "--not-masked", "--res", "--resampling", "--src-nodata",
         "--transform",
     ),
-    "pip": ("--disable-pip-version-check", "--no-deps", "--no-input", "--progress-bar"),
+    "pip": (
+        "--disable-pip-version-check", "--no-compile", "--no-deps", "--no-input", "--prefer-binary", "--progress-bar",
+    ),
 }  # fmt: skip
 
 
@@ -67,6 +70,7 @@ def test_every_option_in_a_text_is_one_of_a_command(ours):
         ("write --resampling bilinear", ["--resampling"]),  # of which program?
         ("rio warp --resampling bilinear", []),
         ("a dash -- and --{name}", []),
+        ("a style of --own:3pt", []),
     ],
 )
 def test_a_wrong_option_is_found(ours, text, found):
