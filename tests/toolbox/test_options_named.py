@@ -24,7 +24,10 @@ FOREIGN = {
         "--bounds", "--dst-crs", "--dst-nodata", "--dtype", "--not-masked", "--res", "--resampling", "--src-nodata",
         "--transform",
     ),
-    "pip": ("--disable-pip-version-check", "--no-deps", "--no-input", "--progress-bar"),
+    "pip": (
+        "--disable-pip-version-check", "--no-compile", "--no-deps", "--no-input", "--prefer-binary", "--progress-bar",
+    ),
+    "style": ("--own",),  # a custom property of CSS
 }  # fmt: skip
 
 
