@@ -23,7 +23,8 @@ from deadwood_algorithms.tools import explore
 from deadwood_engine import FIDELITIES
 
 AROUND = 60.0
-NEAR_BARRIER = Part(0, 30, 131, 123)  # of (40..70, 90..92) m: 60 m to its sides, as far as there are cells
+# of (40..70, 90..92) m: 60 m to its sides, as far as there are cells, from the node before y = 30 m, at 29.5 m
+NEAR_BARRIER = Part(0, 29, 131, 123)
 
 
 @pytest.fixture
@@ -58,7 +59,7 @@ def test_layers_that_fit_together_are_all_in_it(layers, said, monkeypatch):
     monkeypatch.setattr(surroundings, "AROUND_M", 5.0)
     found = part_of({name: layers[name] for name in ("dem", "barriers", "lying_logs", "blocks")}, said)
     assert found is not None
-    assert (found.column, found.row) == (35, 85)  # the barrier's west and south
+    assert (found.column, found.row) == (34, 84)  # the nodes before the barrier's west and south, 35 and 85 m
     assert abs(found.column + found.columns - 125) <= 2  # a block's east and north
     assert abs(found.row + found.rows - 155) <= 2
     assert "farther apart" not in said.notes[-1]

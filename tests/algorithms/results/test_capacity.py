@@ -95,7 +95,7 @@ def test_a_runs_hits_above_are_those_of_the_engine(case, tmp_path, monkeypatch):
         assert (record["ci_low"], record["ci_high"]) == pytest.approx(wilson_interval(count, len(group)))
     assert any(line.startswith("logs with a hit above the capacity of a tree:") for line in overload_lines(told))
     page = " ".join(map(str, sections.above_capacity(told, Words("de"))))
-    assert "über der Tragkraft" in page
+    assert "über der Tragfähigkeit" in page
     assert sections.above_capacity(None, Words("en")) == []
 
 
