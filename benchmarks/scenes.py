@@ -81,9 +81,8 @@ def _cliff(x: Array, y: Array, relief: Array) -> Array:
 def _gully(x: Array, y: Array, relief: Array) -> Array:
     """A winding gully, 8 m deep with a bed narrower than a log is long, which catches what slides beside it."""
     bed = 120.0 + 14.0 * np.sin((y - RELEASE[1]) / 32.0)
-    bank = RISE * np.maximum(
-        FAR_BANK - y, 0.0
-    )  # stops logs that come through the bed, which would otherwise leave the DEM
+    # stops logs that come through the bed, which would otherwise leave the DEM
+    bank = RISE * np.maximum(FAR_BANK - y, 0.0)
     return _slope(x, y, 0.6 * relief) - 8.0 * np.exp(-(((x - bed) / 13.0) ** 2)) + bank
 
 

@@ -68,7 +68,7 @@ def ours(canopy: Path, options: dict[str, str | float], work: Path) -> Array:
 
 
 def compared(one: Array, other: Array, cell: float) -> dict[str, float]:
-    """How many tops of each have one of the other in the same cell, and within a cell; and how heights differ there.
+    """Numbers of tops with and without one of the other nearby, and the largest difference in height.
 
     one, other : x, y and height, shape (n, 3)
     """

@@ -13,7 +13,6 @@ import itertools
 import json
 import logging
 import os
-import shlex
 import signal
 import sys
 import tempfile
@@ -26,6 +25,7 @@ from typing import Any
 
 import click
 
+from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
 from deadwood_toolbox import collector, parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
@@ -152,8 +152,8 @@ def _following(tool: Tool, ask: Any, outcome: Outcome) -> str:
     if outcome.then or not tool.then or not outcome.outputs:
         return outcome.then
     given = {each.name: getattr(ask, each.name) for each in tool.parameters()}
-    known = {name: shlex.quote(str(value)) if value else name.upper() for name, value in given.items()}
-    return tool.then.format(**known | {name: shlex.quote(str(path)) for name, path in outcome.outputs.items()})
+    known = {name: quoted(value) if value else name.upper() for name, value in given.items()}
+    return tool.then.format(**known | {name: quoted(path) for name, path in outcome.outputs.items()})
 
 
 def _report(outcome: Outcome, then: str, speaker: Speaker, seconds: float) -> None:

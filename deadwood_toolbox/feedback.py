@@ -112,7 +112,7 @@ class Speaker:
                 total=total, initial=done, desc=what, file=self.stream, unit="", bar_format=BAR, dynamic_ncols=True
             )
         self._bar.total = total
-        if done > self._bar.initial:  # before, nothing is known of the pace
+        if done > self._bar.initial:  # until then the rate is unknown
             self._bar.bar_format = f"{BAR}, {{rate_fmt}}, {{remaining}} left"
         self._bar.update(done - self._bar.n)
 

@@ -122,9 +122,8 @@ def pack(path: Path, manifest: dict[str, Any], known: Mapping[str, str], *, whee
 
     And, if one is given, the toolbox's wheel.
     """
-    from deadwood_algorithms.report.words import (
-        read_catalogue,
-    )  # imported here, because it loads what only the reading of results needs
+    # imported here, because it loads what only the reading of results needs
+    from deadwood_algorithms.report.words import read_catalogue
 
     files: dict[str, str | bytes] = {}
     files |= {each.relative_to(SOURCE).as_posix(): each.read_text(encoding="utf-8") for each in _sources()}

@@ -46,11 +46,8 @@ class Panel(QDockWidget):
         self.overlay = Overlay(self.canvas, manifest["explore"])
         self.engine: Engine | None = None
         self.scene: Scene | None = None
-        self.number, self.asked, self.edited = (
-            0,
-            0,
-            0,
-        )  # numbers of the last message, the last release and the last edit
+        # numbers of the last message, the last release and the last edit
+        self.number, self.asked, self.edited = 0, 0, 0
         self.deaths = 0
         self.question: dict[str, Any] = {}  # the latest request, and the one whose answer is on the map
         self.answered: dict[str, Any] = {}

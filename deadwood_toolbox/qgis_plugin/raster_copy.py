@@ -27,12 +27,8 @@ from qgis.core import (
 from .language import _
 
 NOTHING = -3.4028234663852886e38  # value of a cell without data: the lowest 4-byte float, which is not a height
-SHORT = (
-    Qgis.DataType.Byte,
-    Qgis.DataType.Int16,
-    Qgis.DataType.UInt16,
-    Qgis.DataType.Float32,
-)  # types that four bytes can hold
+# types that four bytes can hold
+SHORT = (Qgis.DataType.Byte, Qgis.DataType.Int16, Qgis.DataType.UInt16, Qgis.DataType.Float32)
 
 
 def held_by_the_map(layer: QgsRasterLayer, path: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""A real QGIS for the tests: the packed plugin in a profile of its own, and the toolbox's command beside it.
+"""A real QGIS for the tests: the packed plugin in a separate profile, with the toolbox's command.
 
 Tests that need it are skipped where it is not installed (Debian: apt-get install qgis python3-qgis qgis-providers); set
 DEADWOOD_QGIS=required to have its absence fail instead, as CI does.
@@ -27,7 +27,7 @@ from deadwood_toolbox import cli
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "sample_data"
-# Debian 12 wraps qgis_process in a shell script that 3.22 chokes on; the program itself is beside it.
+# Debian 12 wraps qgis_process in a shell script that 3.22 chokes on; the program itself is in the same folder.
 PROGRAM = shutil.which("qgis_process.bin") or shutil.which("qgis_process")
 LIMIT_S = 240
 
@@ -115,7 +115,7 @@ class Qgis:
 
 
 def command_of_checkout(folder: Path) -> Path:
-    """A ``deadwood-tool`` that runs this checkout, as the script of an installed one would."""
+    """A ``deadwood-tool`` that runs this checkout, like the script of an installed one."""
     script = folder / "deadwood-tool"
     paths = os.pathsep.join(str(ROOT / each) for each in ("", "engine", "algorithms"))
     words = ["env", f"PYTHONPATH={paths}", sys.executable, "-m", "deadwood_toolbox"]

@@ -41,7 +41,7 @@ PLACE = QgsPointXY(2_786_172.0, 1_196_320.0)  # in the forest, above the road
 LOGS = 150
 seen: dict[str, Any] = {}
 canvas, project = iface.mapCanvas(), QgsProject.instance()
-dialogs: list[str] = []  # what the next file dialogs give
+dialogs: list[str] = []  # what the next file dialogs return
 
 
 def answered_dialog(*_: Any) -> tuple[str, str]:
@@ -120,7 +120,7 @@ def children() -> list[int]:
 
 
 def misplaced(hits: Any) -> dict[str, Any]:
-    """Of the cells in the view: those whose middle is drawn although nothing hit it, or vice versa."""
+    """Cells in the view whose middle is drawn although nothing hit them, or vice versa."""
     overlay = panel().overlay
     overlay.put(replace(hits, ends={}), max(hits.counts))
     overlay.circle([], hits.crs)
@@ -189,7 +189,7 @@ def steps() -> Iterator[int]:
     yield from until(lambda: panel().scene is not None, "the scene was not loaded")
     seen["children_at_work"] = len(children())
 
-    # A click: a picture and a reach.
+    # A click gives a picture and a reach.
     drawn: list[float] = []
     panel().overlay.shown = lambda: drawn.append(time.monotonic())
     click()
@@ -214,17 +214,17 @@ def steps() -> Iterator[int]:
         "sum": sum(hits.counts),
     }
 
-    # The latest click wins: many of them, one answer.
+    # Only the latest of many clicks is answered.
     for k in range(12):
         click(QgsPointXY(PLACE.x() + 3.0 * k, PLACE.y()))
     yield from until(final, "the last click was not answered")
     seen["latest"] = {"id": panel().base.facts["id"], "asked": panel().asked, "messages": panel().number}
 
-    # Felling what is selected.
+    # Felling the selected trees.
     click()
     yield from until(final, "the click was not answered")
     yield 300
-    state = panel().form.state  # how long it took tells of the machine
+    state = panel().form.state  # the time taken depends on the machine
     state.setText(re.sub(r", [\d.]+ s$", "", state.text()))
     picture("explore")
     x, y = PLACE.x(), PLACE.y()
@@ -279,7 +279,7 @@ def steps() -> Iterator[int]:
         if each.name() not in ("Terrain", "Road", "Trees"):
             project.removeMapLayer(each.id())
 
-    # The engine dies while it answers.
+    # The engine is killed while it answers.
     press(panel().form.felled)
     yield from until(lambda: not panel().fell, "the trees do not stand again")
     press(panel().form.felled)
@@ -326,7 +326,7 @@ def steps() -> Iterator[int]:
     zoom()
     yield 800
 
-    # A layer goes, then the terrain model.
+    # A layer is removed, then the terrain model.
     old = children()
     project.removeMapLayer(trees.id())
     yield from until(lambda: not set(old) & set(children()), "the engine went on with the layer")
@@ -353,7 +353,7 @@ def steps() -> Iterator[int]:
     yield from until(lambda: not children(), "the engine lives on without the panel")
     seen["closed"] = {"shown": panel().overlay.hits is not None, "tool": canvas.mapTool() is panel().tool}
 
-    # A question that no terrain holds, and a terrain that the tool does not take.
+    # A place outside the terrain, and a terrain that the tool refuses.
     open_panel(None)
     press(panel().form.release)
     yield from until(lambda: panel().scene is not None, "not loaded again")
@@ -368,7 +368,7 @@ def steps() -> Iterator[int]:
     yield from until(lambda: not children(), "the engine lives on without the project")
     seen["project_closed"] = {"shown": panel().overlay.hits is not None, "base": panel().base is not None}
 
-    # The plugin goes while the engine is at work, and comes again.
+    # The plugin is unloaded while the engine is at work, and loaded again.
     trees = fill_project()
     open_panel(trees)
     zoom()
@@ -384,7 +384,7 @@ def steps() -> Iterator[int]:
     open_panel(trees)
     press(panel().form.release)
     yield from until(lambda: panel().scene is not None, "not loaded again")
-    seen["left_behind"] = children()  # QGIS dies now, and they have to
+    seen["left_behind"] = children()  # QGIS is killed now, and they must end, too
 
 
 def go(run: Iterator[int]) -> None:

@@ -1,4 +1,4 @@
-"""Run by QGIS with its window (``qgis --code``): the first run of a newcomer, looked at and photographed on the way.
+"""Run by QGIS with its window (``qgis --code``): the first run of a newcomer, with checks and screenshots on the way.
 
 Environment: SAMPLE, WORK (folders), SHOTS (folder of the pictures; without it none is taken), FULL (1: also the slow
 3-D view). Leaves WORK/seen.json: what was in the toolbox, the dialog, the log and the map.
@@ -40,7 +40,7 @@ def picture(name: str, window: Any) -> None:
 
 
 def without_times(dialog: Any) -> None:
-    """Take out of the log what tells of the load of the machine that makes the picture, not of the tool."""
+    """Remove from the log what depends on the load of the machine that makes the picture, not on the tool."""
     log = next(each for each in dialog.findChildren(QTextEdit) if "Results:" in each.toPlainText())
     html = re.sub(r"Execution completed in [\d.]+ seconds?( \([^)]*\))?", "Execution completed", log.toHtml())
     log.setHtml(re.sub(r"[^<>]*\d/s, [^<>]* left(<br ?/>)?", "", html))
@@ -230,7 +230,7 @@ def steps() -> Iterator[int]:
         yield from drawn()
         picture("animation", iface.mainWindow())
         for each in views if os.environ.get("FULL") else []:
-            each.setFloating(True)  # or it is no wider than beside the map
+            each.setFloating(True)  # otherwise it is no wider than when docked
             each.show()
             each.resize(1160, 780)
             each.move(20, 40)

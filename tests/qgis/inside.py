@@ -1,6 +1,6 @@
-"""Run by QGIS's own Python: layers of the map that no file holds, handed to the tools through the plugin.
+"""Run by QGIS's own Python: layers of the map that are not in any file, passed to the tools through the plugin.
 
-Prints one JSON object: what each case gave, or the message with which it was refused.
+Prints one JSON object: the result of each case, or the message with which it was refused.
 """
 
 from __future__ import annotations
@@ -219,4 +219,4 @@ outcomes["in_a_thread"] = run_as_a_dialog_does(
     "samplereleases", AREAS=f"{SAMPLE}/sample.gpkg|layername=release_area", DEM=dem, COUNT=2, OUTPUT=opened
 )
 print("JSON" + json.dumps(outcomes, default=str), flush=True)
-os._exit(0)  # QGIS's own tidying up at the end is not what is tested
+os._exit(0)  # QGIS's own cleanup at exit is not tested

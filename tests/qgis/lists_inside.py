@@ -51,7 +51,7 @@ cells = [panel.tblParameters.cellWidget(row + 1, column) for row in range(2)]
 
 
 def fill_list() -> None:
-    """What a user does in the list that the button opens: takes two folders, turns them round, confirms."""
+    """What a user does in the list that the button opens: selects two folders, reverses their order, confirms."""
     asked = QApplication.activeModalWidget()
     rows = asked.findChild(QListWidget, "deadwoodFolders").parent()
     told["begins_with"] = rows.values()

@@ -1,4 +1,4 @@
-"""Run by QGIS's own Python: writes a model of three tools, each on what the one before has made."""
+"""Run by QGIS's own Python: writes a model of three tools, each using the result of the previous one."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Run by QGIS's own Python: the toolbox's own environment made, broken, repaired, cancelled and removed by the plugin.
 
-The wheel is a small one of the same name, with a command that answers as the toolbox's does; pip and venv are real.
-Prints one JSON object: what each case gave.
+The wheel is a small one of the same name, with a command that answers like the toolbox's; pip and venv are real.
+Prints one JSON object: the result of each case.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def case(name: str, do: Any, *, cancel_at: str = "") -> None:
 
 
 def refused(name: str, source: str, *, python: str = "", **variables: str) -> None:
-    """A start in an environment in which it cannot end well."""
+    """A start in an environment in which it must fail."""
     before = dict(os.environ)
     os.environ.update(variables)
     try:

@@ -63,7 +63,7 @@ for row, each in enumerate(PARAMETERS):
     component = QgsProcessingModelParameter(each.name())
     component.setPosition(QPointF(140.0 + 240.0 * (row % 4), 60.0 + 90.0 * (row // 4)))
     model.addModelParameter(each, component)
-model.setParameterOrder([each.name() for each in PARAMETERS])  # or the dialog has them by the alphabet
+model.setParameterOrder([each.name() for each in PARAMETERS])  # otherwise the dialog sorts them alphabetically
 
 
 def child(

@@ -1,4 +1,4 @@
-"""The panel Explore in QGIS's window: a real mouse, and an engine that dies, or whose layers or panel go."""
+"""The panel Explore in QGIS's window: a real mouse, an engine that is killed, layers and a panel that are removed."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def test_a_click_gives_a_picture_and_a_reach(seen):
 
 @pytest.mark.parametrize("crs", ["EPSG:2056", "EPSG:4326", "EPSG:3035"])
 def test_cells_are_drawn_where_they_lie_in_a_project_of_any_crs(seen, crs):
-    """That of the terrain model, degrees, and one with another north in a map turned by 25 degrees.
+    """The CRS of the terrain model, degrees, and one with a different north in a map rotated by 25 degrees.
 
-    Looked at are the middles of cells of at least three pixels: a quarter of a cell, to which they are exact, and half
+    Checked are the middles of cells of at least three pixels: a quarter of a cell, to which they are exact, and half
     a pixel of rounding do not reach from a cell's middle to its side.
     """
     cells = seen[crs]
@@ -80,7 +80,7 @@ def counts(path: Path) -> tuple[np.ndarray, Any]:
 
 
 def test_what_is_kept_and_the_run_that_is_saved_are_what_was_shown(seen, work):
-    """The run is that of `Slide logs`, from its dialog as the panel filled it in, with the trees felled."""
+    """The run is made by `Slide logs`, with its dialog as filled in by the panel, without the felled trees."""
     assert seen["kept"] == {
         "name": f"Hits of {LOGS} logs, draft, {len(seen['felled']['found'])} trees felled",
         "valid": True,

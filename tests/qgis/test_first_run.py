@@ -85,7 +85,7 @@ def test_the_project_of_the_run_opens_with_everything_in_place(seen):
     assert not [each for each in seen["complaints"] if "version" in each]  # of a project of another version of QGIS
     assert seen["frames"] > 20
     assert seen["views"] <= 1  # from 3.24 on the 3-D view waits in the menu
-    assert not any(seen["covered"])  # it stands beside the map
+    assert not any(seen["covered"])  # it is beside the map
 
 
 @pytest.mark.parametrize("name", ["toolbox", "dialog", "log", "results", "animation"])

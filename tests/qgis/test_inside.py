@@ -29,7 +29,7 @@ def write_dem(path: Path, crs: str | None, west: float, north: float, cell: floa
 
 
 def write_heights(folder: Path) -> None:
-    """The sample's heights: whole, with two layers of cells that are nodata, with pits in their place, and in feet."""
+    """The sample's heights: unchanged, with two layers of nodata cells, with pits in their place, and in feet."""
     with rasterio.open(SAMPLE / "dem.tif") as sample:
         heights = (sample.read(1, masked=True) * sample.scales[0] + sample.offsets[0]).filled(1000.0)
         facts = {"driver": "GTiff", "dtype": "float32", "count": 1, "crs": sample.crs, "transform": sample.transform}
@@ -51,7 +51,7 @@ def write_heights(folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def told(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict:
-    """What came of the cases of ``inside.py``."""
+    """The results of the cases of ``inside.py``."""
     work = tmp_path_factory.mktemp("inside")
     write_dem(work / "degrees.tif", "EPSG:4326", 9.43, 46.91, 1e-5)
     write_dem(work / "unnamed.tif", None, 2_786_000.0, 1_196_400.0, 1.0)
@@ -123,7 +123,7 @@ def test_a_crs_that_only_the_map_knows_is_passed_on(told):
     ],
 )
 def test_nodata_of_the_layers_properties_is_what_the_tool_gets(told, case, like, why):
-    """The same raster, to the bit, as from a file that says so itself, and another one than without."""
+    """The same raster, to the bit, as from a file with that nodata value, and a different one than without."""
     assert told[case]["worked"], told[case]["said"]
     assert any(why in line for line in told[case]["said"])
     made, of_file, other = (read(told["work"] / f"{name}.tif") for name in (case, f"{like}_in_the_file", OTHER[like]))
@@ -204,7 +204,7 @@ def test_a_model_of_three_tools_runs(qgis, tmp_path):
 
 @pytest.fixture
 def started(qgis, tool, tmp_path, request) -> Iterator[tuple[subprocess.Popen, Path]]:
-    """QGIS with a long run of slide-logs in it, which has begun to slide; ``param``: more of its words."""
+    """QGIS with a long run of slide-logs in it, which has begun to slide; ``param``: additional arguments."""
     releases = tmp_path / "releases.gpkg"
     made = qgis.run(
         "deadwood:samplereleases",
@@ -266,7 +266,7 @@ LINES = f"LINES={SAMPLE / 'sample.gpkg'}|layername=lines"
 
 @pytest.mark.parametrize("started", [(), ("FIDELITY=auto", "ERROR=0.02", LINES)], ids=["once", "auto"], indirect=True)
 def test_a_cancelled_run_leaves_nothing_behind(started):
-    """With a fidelity that is chosen the work of each has a folder of its own."""
+    """If the fidelity is chosen automatically, the work of each has a separate folder."""
     process, out = started
     tools = children(process.pid)
     assert tools

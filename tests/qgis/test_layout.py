@@ -1,4 +1,4 @@
-"""The project of a run in a real QGIS: a print layout ready to be passed on, and logs at rest only once they rest."""
+"""The project of a run in a real QGIS: a print layout ready for use, and logs shown at rest only once they are."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ IN_QGIS = [tool for tool in TOOLS if tool.in_qgis]
 
 
 def numbered(group: str) -> str:
-    """As QGIS sorts the groups by name: by the order in which the command lists them, after what one begins with."""
+    """QGIS sorts the groups by name: in the order in which the command lists them, after the entries to begin with."""
     order = list(dict.fromkeys(tool.group for tool in TOOLS))
     return f"{order.index(group) + 2} · {group}"
 

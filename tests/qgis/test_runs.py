@@ -99,9 +99,9 @@ ENDINGS = {
     "output_folder": "",
     "output_file": ".html",
 }
-# What a run cost and where it went, and files that hold it or a picture of it.
+# The cost and place of a run, and files that contain these or a picture of them.
 COSTS = {"made_utc", "modified_utc", "seal", "files", "cost", "output", "folder", "seconds"}
-# Of results of other results in the same folder: these inputs are known by their bytes, which hold times.
+# Results of other results in the same folder: these inputs are identified by their bytes, which contain times.
 OF_RESULTS = {"inputs", "run_id"}
 NOT_COMPARED = {"comparison.csv", "comparison.json", "comparison.png", "overview.csv", "overview.gpkg"}
 
@@ -112,7 +112,7 @@ def test_every_tool_has_its_case():
 
 @pytest.fixture(scope="module")
 def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the command line makes of all cases."""
+    """The results of the command line for all cases."""
     folder = tmp_path_factory.mktemp("command")
     for name, values in CASES.items():
         case = filled(name, values, folder)
@@ -157,8 +157,8 @@ def test_a_tool_run_by_qgis_leaves_what_the_command_line_leaves(qgis, work, tmp_
 
 
 def assert_same(one: Path, other: Path, roots: tuple[Path, Path]) -> None:
-    """The same bytes; of a JSON file the same facts, less what the run cost and in which of the roots it lies; of a
-    GeoPackage the same rows, for its record may name inputs in the root, and the SHA-256 of a run with its times."""
+    """The same bytes; of a JSON file the same facts, except the cost of the run and its root folder; of a
+    GeoPackage the same rows, as its record may name inputs in the root, and the SHA-256 of a run with its times."""
     if one.name in NOT_COMPARED:
         return
     if one.suffix == ".gpkg" and one.read_bytes() != other.read_bytes():
@@ -171,7 +171,7 @@ def assert_same(one: Path, other: Path, roots: tuple[Path, Path]) -> None:
 
 
 def rows(path: Path) -> list[str]:
-    """Everything in a GeoPackage, as SQL, but its record."""
+    """Everything in a GeoPackage, as SQL, except its record."""
     with closing(sqlite3.connect(path)) as database:
         return [line for line in database.iterdump() if not line.startswith('INSERT INTO "gpkg_metadata"')]
 
@@ -252,7 +252,7 @@ def test_friction_may_be_a_layer_but_not_both(qgis, work, tmp_path):
     layer = f"{LAYERS}|layername=forest"
     alone = [word for word in words if not word.startswith("FRICTION=")]
     one = qgis("run", "deadwood:slidelogs", "--", *alone, f"FRICTION_LAYER={layer}")
-    assert one.status == 1  # the forest has no field of friction: the tool has read it and says so
+    assert one.status == 1  # the forest has no field of friction: the tool has read it and reports this
     assert "friction" in one.err
     assert "forest" in one.err
 

@@ -16,7 +16,7 @@ from deadwood_toolbox import cli
 HERE = Path(__file__).parent
 SYSTEM_PYTHON = "/usr/bin/python3"
 NAME = f"deadwood_toolbox-{VERSION}"
-# What the wheel's command answers, as the toolbox's does.
+# Answers of the wheel's command, like the toolbox's.
 ANSWERS = """
 import sys, time
 def main():
@@ -116,7 +116,7 @@ def test_it_is_removed_whole(told):
 
 
 def test_qgis_continues_meanwhile(told):
-    """Between two looks at its events; starting a process and renaming a folder take a few hundredths of a second."""
+    """Between two rounds of its events; starting a process and renaming a folder take a few hundredths of a second."""
     assert max(each["blocked_s"] for each in told.values()) < 1.0
 
 

@@ -1,4 +1,4 @@
-"""What one begins with: "Slope to report" gives what its tools give one by one; the demo slope is laid on the map."""
+"""First entries: "Slope to report" gives the same as its tools one by one; the demo slope is loaded into the map."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXPECTED = {"Reach", "Deposits", "Release area", "Road", "Trees", "Hit count", "
 
 @pytest.fixture(scope="module")
 def made(qgis, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with what the model makes (``run``) and what the tools make one by one (``alone``)."""
+    """A folder with results of the model (``run``) and of the tools one by one (``alone``)."""
     work = tmp_path_factory.mktemp("model")
     trees, releases = str(work / "trees.gpkg"), str(work / "releases.gpkg")
     assert (
@@ -81,7 +81,7 @@ def test_it_asks_in_the_order_of_the_work(told):
 
 
 def test_a_dialog_begins_with_what_is_asked_of_and_ends_with_how_it_is_run(told):
-    """What can stand in the place of an input follows it."""
+    """An alternative to an input follows it."""
     for asked in told["dialogs"].values():
         assert asked[-5:] == ["PLAN", "RESUME", "OVERWRITE", "OUTPUT", "OPEN_RESULTS"]
     assert told["dialogs"]["sitebarriers"][:3] == ["RUN", "LINES", "CANDIDATES"]

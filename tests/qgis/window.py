@@ -1,6 +1,6 @@
 """QGIS with its window on an invisible screen (Xvfb), for the test of a first run and for the page's pictures.
 
-``python tests/qgis/window.py`` makes the pictures of the plugin's page again, from a real first run.
+``python tests/qgis/window.py`` renews the pictures of the plugin's page, from a real first run.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LARGEST_BYTES = 150_000
 
 @contextlib.contextmanager
 def screen() -> Iterator[str]:
-    """A screen of its own; gives the value of DISPLAY."""
+    """A separate screen; yields the value of DISPLAY."""
     read, write = os.pipe()
     words = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1400x900x24", "-nolisten", "tcp"]
     server = subprocess.Popen(words, pass_fds=(write,), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -35,7 +35,7 @@ def screen() -> Iterator[str]:
     try:
         with os.fdopen(read) as told:
             display = f":{told.readline().strip()}"
-        if shutil.which("openbox"):  # without one windows have no frame and dialogs no place
+        if shutil.which("openbox"):  # without one, windows have no frame and dialogs no position
             quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
             manager = subprocess.Popen(["openbox"], env={**os.environ, "DISPLAY": display}, **quiet)  # type: ignore[call-overload]
         yield display
@@ -65,7 +65,7 @@ def explored(environment: dict[str, str], sample: Path, work: Path, shots: Path 
 
 
 def driven(script: str, environment: dict[str, str], work: Path) -> dict[str, Any]:
-    """What a script that QGIS runs with its window has seen."""
+    """The observations of a script that QGIS runs with its window."""
     assert QGIS is not None
     with screen() as display:
         environment = {name: value for name, value in environment.items() if name != "QT_QPA_PLATFORM"}

@@ -1,4 +1,4 @@
-"""The toy tool at the command line: in this process, and as a program of its own."""
+"""The toy tool at the command line: in this process, and as a separate program."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-sys.path.insert(0, str(HERE))  # importlib mode leaves siblings to us
+sys.path.insert(0, str(HERE))  # importlib mode does not find siblings
 
 import toy_tool  # noqa: E402
 
@@ -30,7 +30,7 @@ class Ran:
 
     @property
     def line(self) -> str:
-        """The one line on standard error; more or fewer fail."""
+        """The only line on standard error; fails unless there is exactly one."""
         lines = self.err.splitlines()
         assert len(lines) == 1, self.err
         assert "Traceback" not in self.err
@@ -43,7 +43,7 @@ class Ran:
 
 @pytest.fixture
 def toy(capsys: pytest.CaptureFixture[str]) -> Callable[..., Ran]:
-    """Run a command line with the toy tool on the shelf."""
+    """Run a command line with the toy tool installed."""
 
     def run(*arguments: object) -> Ran:
         capsys.readouterr()
@@ -56,14 +56,14 @@ def toy(capsys: pytest.CaptureFixture[str]) -> Callable[..., Ran]:
 
 @pytest.fixture(scope="session")
 def checkout() -> dict[str, str]:
-    """The environment of a program that shall find the packages of this checkout."""
+    """The environment of a program that is to find the packages of this checkout."""
     paths = os.pathsep.join(str(ROOT / each) for each in ("", "engine", "algorithms"))
     return {**os.environ, "PYTHONPATH": paths}
 
 
 @pytest.fixture
 def start_toy(checkout: dict[str, str]) -> Callable[..., subprocess.Popen[str]]:
-    """Start a command line with the toy tool on the shelf, as a program of its own."""
+    """Start a command line with the toy tool installed, as a separate program."""
 
     def start(*arguments: object, stdout: Any = subprocess.PIPE, **more: str) -> subprocess.Popen[str]:
         return subprocess.Popen(

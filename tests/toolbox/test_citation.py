@@ -1,6 +1,6 @@
-"""CITATION.cff keeps the rules of the Citation File Format 1.2.0, and names what the package names.
+"""CITATION.cff follows the Citation File Format 1.2.0 and agrees with the package's metadata.
 
-The file is in the plain part of YAML that every reader of it understands: ``key: value``, and lists of one level.
+The file uses only the simple part of YAML that every reader understands: ``key: value``, and lists of one level.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The command line: what it prints, with which status it ends, and that a user's error is exactly one line."""
+"""The command line: what it prints, its exit status, and that a user's error is exactly one line."""
 
 from __future__ import annotations
 
@@ -222,7 +222,7 @@ def test_a_manifest_repeats_its_run_and_flags_override_it(toy, tmp_path):
 
 
 def test_a_manifest_works_from_any_folder(toy, tmp_path, monkeypatch):
-    """Its paths are absolute; of what has been moved together with it, the inputs are found again, with a note."""
+    """Its paths are absolute; inputs that were moved together with it are found, with a note."""
     here = tmp_path / "here"
     (here / "maps").mkdir(parents=True)
     (here / "maps" / "trees.gpkg").write_text("")
@@ -332,7 +332,7 @@ def test_a_python_caller_gets_the_same_manifest(tmp_path):
     assert manifest(toy_tool.TOOL, ask)["parameters"]["output"] == str(tmp_path / "o")
 
 
-# --- what is said while it runs ---------------------------------------------------------------------------------------
+# --- messages during a run ------------------------------------------------------------------------------------------
 
 
 def test_no_next_command_is_shown_where_nothing_was_written():
@@ -377,7 +377,7 @@ def test_with_progress_as_json_the_error_is_json_too(toy, out, arguments):
     assert (last["event"], last["exit_status"], ran.status) == ("error", 2, 2)
 
 
-# --- as a program -----------------------------------------------------------------------------------------------------
+# --- as a separate program ------------------------------------------------------------------------------------------
 
 
 def test_foreign_gdal_paths_are_dropped_unless_ours_says_not(start_toy, tmp_path):
@@ -391,7 +391,7 @@ def test_foreign_gdal_paths_are_dropped_unless_ours_says_not(start_toy, tmp_path
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a limit that Linux keeps to")
 def test_an_address_space_that_is_too_small_is_refused_at_the_start(start_toy, tmp_path):
-    """One of 1 GB let the compiler abort, or never end and hear no signal."""
+    """With 1 GB the compiler aborted, or never ended and ignored signals."""
     import resource
 
     both = resource.getrlimit(resource.RLIMIT_AS)

@@ -50,7 +50,7 @@ def test_the_code_of_the_python_page_runs_in_its_order(tmp_path: Path, monkeypat
 
 
 def test_the_tool_of_the_page_is_a_tool_and_its_tests_pass(tmp_path: Path, checkout: dict[str, str]):
-    """As the page says, but beside the checkout: packages without ``__init__`` may lie in several folders."""
+    """As described on the page, but beside the checkout: packages without ``__init__`` may be split over folders."""
     files = {
         path: code
         for how, path, code in re.findall(

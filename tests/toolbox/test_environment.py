@@ -1,4 +1,4 @@
-"""What of its surroundings the command refuses in words before anything starts."""
+"""Environments that the command refuses with a message before anything starts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from deadwood_toolbox.environment import CACHE_MB, keep_cache_small, refuse_no_t
 
 @pytest.mark.parametrize("given", ["0", "-2", " 0 "])
 def test_no_thread_at_all_is_refused(given):
-    """Before: a fault of ours, from the compiler's import."""
+    """Before: an internal error, from the compiler's import."""
     with pytest.raises(UserError, match="NUMBA_NUM_THREADS is .*must be at least 1"):
         refuse_no_threads({"NUMBA_NUM_THREADS": given})
 
@@ -27,7 +27,7 @@ def test_other_numbers_and_what_the_compiler_ignores_are_not(given):
 
 @pytest.mark.parametrize(("given", "megabytes"), [({}, CACHE_MB), ({"GDAL_CACHEMAX": "64"}, 64)])
 def test_gdal_keeps_no_more_of_rasters_than_its_limit(given, megabytes, tmp_path):
-    """Asked of GDAL itself: 400 MB are read, and what the process has grown by is the cache and 150 MB at most."""
+    """By GDAL itself: 400 MB are read, and the process grows at most by the cache and 150 MB."""
     environ = {name: value for name, value in os.environ.items() if name != "GDAL_CACHEMAX"} | given
     keep_cache_small(environ)
     code = """

@@ -21,7 +21,7 @@ def commands(description: str) -> list[list[str]]:
     return [shlex.split(line)[1:] for line in lines]
 
 
-# Examples that need no file but the sample data; those of the others are like commands of the guides.
+# Examples that need only the sample data; the others are like commands of the guides.
 FIRST = {tool.name: " ".join(commands(tool.description)[0]) for tool in TOOLS if commands(tool.description)}
 WHOLE = [
     tool for tool in TOOLS if tool.name in FIRST and (tool.group == "Prepare" or "sample_data" in FIRST[tool.name])
@@ -52,7 +52,7 @@ def test_the_help_keeps_examples_and_lists_within_80_columns(tool: Tool, capsys)
 
 
 def test_the_examples_use_flags_that_exist():
-    """Also those with names of one's own files."""
+    """Including examples with names of the user's own files."""
     by_name = {tool.name: list(tool.parameters()) for tool in TOOLS}
     examples = {tool.name: commands(tool.description) for tool in TOOLS if commands(tool.description)}
     wrong: dict[str, object] = {

@@ -1,4 +1,4 @@
-"""Progress as a reader and as a program sees it; the clock is the test's."""
+"""Progress as seen by a reader and by a program; the test sets the clock."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_plain_lines_are_sparse_and_say_rate_and_time_left(at):
         at(1000.0 + second)
         speaker.progress(50 * second, 2000, "sliding logs")
     assert stream.getvalue().splitlines() == [
-        "sliding logs: 100 of 2,000 (5 %), 50/s, 38 s left",  # soon, so that a short run is not silent
+        "sliding logs: 100 of 2,000 (5 %), 50/s, 38 s left",  # early, so that a short run is not silent
         "sliding logs: 600 of 2,000 (30 %), 50/s, 28 s left",
         "sliding logs: 1,100 of 2,000 (55 %), 50/s, 18 s left",
         "sliding logs: 1,600 of 2,000 (80 %), 50/s, 8 s left",
@@ -79,7 +79,7 @@ def test_a_bar_shows_what_is_done_the_rate_and_the_time_left():
 
 
 def test_a_bar_says_nothing_of_a_pace_that_is_not_known():
-    """Of a stage that was over before it was first shown: it ended in "?/s, ? left"."""
+    """Of a stage that ended before it was first shown: the line ended in "?/s, ? left"."""
     stream = io.StringIO()
     speaker = Speaker("bar", stream=stream)
     speaker.progress(1000, 1000, "reading the DEM")
@@ -117,14 +117,14 @@ def test_only_a_terminal_that_wants_them_gets_colours(monkeypatch):
 
 
 def test_the_work_continues_without_a_reader_of_the_progress():
-    """As with ``2>&1 | head``: a message that reaches no reader ends no run."""
+    """As with ``2>&1 | head``: a run does not end because nobody reads its messages."""
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w") as closed:
         speaker = Speaker("json", stream=closed)
         speaker.progress(1, 2, "sliding logs")
         speaker.warn("steep")
-        with contextlib.suppress(BrokenPipeError):  # of what the closed file itself still holds
+        with contextlib.suppress(BrokenPipeError):  # from what the closed file still has in its buffer
             closed.close()
 
 

@@ -15,10 +15,10 @@ ALGORITHMS = ROOT / "algorithms" / "deadwood_algorithms"
 TOOLBOX = ROOT / "deadwood_toolbox"
 HEAVY = {"geopandas", "pandas", "rasterio", "pyogrio", "pyproj", "pyarrow", "matplotlib", "numba", "deadwood_engine"}
 PUBLIC = {"run", "Ask", "TOOL"}  # of a tool, for another tool
-# A tool computes on arrays and hands tables on; files are opened by layers.py and its siblings.
+# A tool computes on arrays and passes tables on; files are opened by layers.py and its siblings.
 TOOL_LIBRARIES = {"numpy", "shapely", "geopandas", "pandas", "deadwood_algorithms", "deadwood_engine"}
-# The rooms, from the ground up: each may use those before it. The subjects of a room (its folders) never use one
-# another, but what lies in the room itself.
+# The packages, from the bottom up: each may use those before it. The subjects of a package (its folders) never use one
+# another, only the modules of the package itself.
 ROOMS = (
     "params", "schemas", "files", "stats", "scene", "simulate", "results", "ensemble",
     "prepare", "evaluate", "report", "explore", "paper", "tools",
@@ -38,7 +38,7 @@ def imported(source: str, package: str) -> Iterator[tuple[str, tuple[str, ...]]]
 
 
 def foreign(source: str, package: str, allowed: set[str]) -> set[str]:
-    """The imported top-level names that are neither allowed nor of the standard library."""
+    """The imported top-level names that are neither allowed nor in the standard library."""
     roots = {module.split(".")[0] for module, _ in imported(source, package)}
     return roots - allowed - sys.stdlib_module_names - {"__future__"}
 
@@ -70,7 +70,7 @@ def place_of(module: str) -> tuple[str, str]:
 
 
 def room_breaches(source: str, place: tuple[str, str]) -> list[str]:
-    """What a file in a room, and of a subject, imports from rooms above its own or from other subjects."""
+    """What a file of a package and subject imports from packages above its own or from other subjects."""
     room, subject = place
     below = ROOMS[: ROOMS.index(room)]
     modules = set()
@@ -116,7 +116,7 @@ def is_tool(path: Path) -> bool:
     return any(line.startswith("TOOL = ") for line in path.read_text(encoding="utf-8").splitlines())
 
 
-LONGEST_TOOL = 200  # lines; what is longer belongs in a room below
+LONGEST_TOOL = 200  # lines; longer code belongs in a package below
 TOOL_FILES = sorted(path for path in (ALGORITHMS / "tools").glob("*.py") if is_tool(path))
 
 
@@ -179,7 +179,7 @@ def test_a_tool_is_read_on_a_few_screens():
 
 def test_the_front_door_never_reaches_past_the_tools():
     allowed = {"click", "tqdm", "deadwood_algorithms", "deadwood_toolbox"}
-    # Of translations.py, which no command imports; and the types of what Python callers hand over and get.
+    # For translations.py, which no command imports; and the types of what Python callers pass and get.
     types = {"geopandas", "pandas", "matplotlib"}
     more = {"translations.py": {"babel"}, "calls.py": types, "result.py": types}
     paths = [path for path in files_of(TOOLBOX) if TOOLBOX / "qgis_plugin" not in path.parents]

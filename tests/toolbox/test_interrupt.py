@@ -37,7 +37,7 @@ def test_a_signal_ends_a_run_in_two_seconds(start_toy, tmp_path, number, how, wi
     assert program.returncode == 130
     assert said == "deadwood-tool: interrupted; nothing was left under a final name\n"
     assert not out.exists()
-    if how != "--stuck":  # native code that hears nothing cannot tidy up; what it leaves has no final name
+    if how != "--stuck":  # native code that ignores signals cannot clean up; what it leaves has no final name
         assert list(tmp_path.iterdir()) == []
 
 
@@ -53,7 +53,7 @@ with interruptible(threading.Event()), output_folder(sys.argv[1]) as folder:
 
 
 def test_native_code_that_hears_nothing_leaves_no_temporary_files(checkout, tmp_path):
-    """The watchdog removes them in its place; a lock, which its owner's end frees, may stay."""
+    """The watchdog removes them instead; a lock may stay, because it is freed when its owner ends."""
     program = subprocess.Popen(
         [sys.executable, "-c", STUCK, str(tmp_path / "result")], env=checkout, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -84,7 +84,7 @@ def test_the_end_of_standard_input_ends_a_run_whose_starter_asks_for_that(checko
             words, env={**checkout, "DEADWOOD_STOP_WITH_STDIN": asked}, stdin=subprocess.PIPE, stderr=subprocess.PIPE
         )
         wait_for((tmp_path / "result.part" / "proj.txt").exists)
-        assert program.poll() is None  # an open input ends nothing
+        assert program.poll() is None  # an input that stays open does not end the program
         assert program.stdin is not None
         program.stdin.close()
         if status is None:
@@ -106,7 +106,7 @@ def test_a_signal_while_python_ends_changes_nothing(start_toy, tmp_path, number)
 
 
 def test_an_interrupt_when_the_results_stand_reports_it(toy, tmp_path, monkeypatch):
-    """Nothing was left under a final name: that would be untrue of results that have just got theirs."""
+    """Not "nothing was left under a final name", which would be untrue of results that have just been renamed."""
 
     def interrupted(*_):
         raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""``describe --json-schema``: a schema by its own rules, that takes and refuses what ``--config`` takes and refuses."""
+"""``describe --json-schema``: a valid schema, which accepts and refuses the same as ``--config``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ VALUES = (
 
 
 def is_taken(parameter: Parameter, value: Any) -> bool:
-    """By ``--config``: null is as if it were not there, and then a parameter that is required is missing."""
+    """By ``--config``: null counts as absent, so a required parameter is then missing."""
     if value is None:
         return parameter.default is not None or parameter.optional
     try:
@@ -34,8 +34,8 @@ def is_taken(parameter: Parameter, value: Any) -> bool:
 
 
 def is_a_matter_of_text(parameter: Parameter, value: Any) -> bool:
-    """What a schema cannot say: numbers written as text or with a point, the order of numbers, names that no output
-    may have."""
+    """What a schema cannot express: numbers written as text or with a point, the order of numbers, invalid names of
+    outputs."""
     if parameter.kind == "integer":
         return isinstance(value, float) and value.is_integer()  # 3.0, which JSON Schema calls an integer
     if parameter.kind == "numbers":

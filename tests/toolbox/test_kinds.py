@@ -1,4 +1,4 @@
-"""A new kind of parameter is one entry of one table; everything that is rendered from a declaration knows it then."""
+"""A new kind of parameter is one entry of one table; everything rendered from declarations then supports it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def from_text(parameter: kinds.Parameter, text: str) -> float:
 
 @pytest.fixture
 def compass(monkeypatch: pytest.MonkeyPatch) -> Tool:
-    """A tool with a parameter of a kind that the toolbox has not."""
+    """A tool with a parameter of a kind that the toolbox does not have."""
     monkeypatch.setitem(KINDS, "compass", Kind(metavar="WIND", from_text=from_text, json_as_it_is=True, widget="text"))
 
     @dataclass(frozen=True, kw_only=True)
@@ -67,7 +67,7 @@ def test_a_kind_that_is_invalid_is_refused_where_it_is_declared():
 
 
 def test_the_kinds_stand_in_their_table_alone():
-    """But for QGIS's widgets, which bear the names of the kinds that they are made for, no file names a kind."""
+    """Except for QGIS's widgets, which are named after the kinds that they are made for, no file names a kind."""
     functions = set(
         re.findall(r'ask\(\s*"(\w+)"', (ROOT / "algorithms/deadwood_algorithms/params/tool.py").read_text())
     )

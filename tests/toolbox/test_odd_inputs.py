@@ -1,4 +1,4 @@
-"""Odd inputs to every tool, drawn from the declarations: one line and exit 2, never a fault of ours, never no end."""
+"""Odd inputs to every tool, drawn from the declarations: one line and exit 2, no internal error, no endless run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from deadwood_algorithms.params.tool import Tool, UserError, check_value
 from deadwood_toolbox import cli, shelf
 
 SEED = int(os.environ.get("DEADWOOD_ODD_SEED", "20261125"))
-SECONDS = 40.0  # all draws together; each tool gets its share
+SECONDS = 40.0  # for all draws; each tool gets its share
 LEFT_OUT = ("warm-up", "view", "explore", "list-presets")  # which read and write nothing, or start a browser
 TOOLS = [tool for each in shelf.TOOLS if (tool := shelf.find(each.name)) and each.name not in LEFT_OUT]
 NUMBERS = [(tool, each) for tool in TOOLS for each in tool.parameters() if each.kind == "number"]
@@ -66,7 +66,7 @@ def test_names_that_no_output_can_have_are_refused(tool):
 
 @pytest.fixture(scope="module")
 def odd_files(tmp_path_factory) -> list[str]:
-    """Files that are not what they are called, and what is no file."""
+    """Files that are not what their names suggest, and things that are not files."""
     folder = tmp_path_factory.mktemp("odd")
     noise = random.Random(SEED).randbytes(500)
     heads = {"tif": b"II*\0", "gpkg": b"SQLite format 3\0", "csv": b"x,y\n", "shp": b"\0\0\x27\x0a", "json": b"{"}
@@ -111,7 +111,7 @@ def odd_value(parameter: Parameter, files: list[str], draw: random.Random, place
 
 
 def right_value(parameter: Parameter, place: Path) -> str | None:
-    """A value that the tool takes, or None of what no sample holds (a run)."""
+    """A value that the tool accepts, or None if the sample has none (a run)."""
     if parameter.kind == "output_folder":
         return str(place / parameter.name)
     if parameter.is_output:
@@ -128,7 +128,7 @@ def right_value(parameter: Parameter, place: Path) -> str | None:
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
 @pytest.mark.parametrize("tool", TOOLS, ids=named)
 def test_odd_inputs_end_in_one_line(tool, odd_files, tmp_path, monkeypatch, capfd):
-    """Of each tool one thing is odd, mostly what it must have; in every third draw all that it must have is."""
+    """One input of each tool is odd, mostly a required one; in every third draw all required ones are."""
     monkeypatch.chdir(tmp_path)
     draw, begun = random.Random(f"{SEED} {tool.name}"), time.monotonic()
     parameters = [each for each in tool.parameters() if not each.is_switch]
@@ -152,7 +152,7 @@ def test_odd_inputs_end_in_one_line(tool, odd_files, tmp_path, monkeypatch, capf
             value = odd_value(each, odd_files, draw, tmp_path) if value is None else value
             line += [each.flag, draw.choice(NAMES) if slides and each.is_output else value]
         if all(each not in needed and each.kind in ("text", "choice", "crs", "field") for each in odd):
-            continue  # a name of these may happen to be right
+            continue  # a name among these may happen to be valid
         capfd.readouterr()
         status = cli.run(line)
         told = capfd.readouterr().err

@@ -1,6 +1,6 @@
-"""Every option that a text of the code names is one that a command has, or a foreign one of a program named there.
+"""Every option named in a text of the code belongs to a command, or to another program that is named there.
 
-A message that sends its reader to an option that is called otherwise by now is worse than none.
+A message that names an option under an outdated name is worse than none.
 """
 
 from __future__ import annotations
@@ -18,19 +18,22 @@ from deadwood_toolbox.shelf import OLD_NAMES, TOOLS, find
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("algorithms/deadwood_algorithms", "deadwood_toolbox")
-OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9](?![\w-])")
+# but no property of a style sheet, --name:value
+OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9](?![\w-]|:(?:\S|$))")
 FOREIGN = {
     "rio": (
         "--bounds", "--dst-crs", "--dst-nodata", "--dtype", "--not-masked", "--res", "--resampling", "--src-nodata",
         "--transform",
     ),
-    "pip": ("--disable-pip-version-check", "--no-deps", "--no-input", "--progress-bar"),
+    "pip": (
+        "--disable-pip-version-check", "--no-compile", "--no-deps", "--no-input", "--prefer-binary", "--progress-bar",
+    ),
 }  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def ours() -> set[str]:
-    """The options of all commands, with those that switch off and the old names that still work."""
+    """The options of all commands, including negated ones and old names that still work."""
     old = [tool for name in OLD_NAMES if (tool := find(name))]
     shelf = build([*TOOLS, *old], TOOLS)
     options = [each for command in (shelf, *shelf.commands.values()) for each in command.params]
@@ -39,7 +42,7 @@ def ours() -> set[str]:
 
 
 def unknown_options(source: str, ours: set[str]) -> Iterator[tuple[int, str]]:
-    """Line and name of each option in a source's texts, comments apart, that no command has."""
+    """Line and name of each option in a source's texts, except comments, that no command has."""
     foreign = {name for program, names in FOREIGN.items() if re.search(rf"\b{program}\b", source) for name in names}
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
@@ -67,6 +70,7 @@ def test_every_option_in_a_text_is_one_of_a_command(ours):
         ("write --resampling bilinear", ["--resampling"]),  # of which program?
         ("rio warp --resampling bilinear", []),
         ("a dash -- and --{name}", []),
+        ("a style of --own:3pt", []),
     ],
 )
 def test_a_wrong_option_is_found(ours, text, found):

@@ -37,7 +37,7 @@ def bounds(lines: list[Any]) -> dict[str, str]:
 
 
 def test_every_dependency_has_a_lower_bound_and_a_tested_version():
-    """The bounds were the versions of a run of the suite once; constraints.txt has those of the last."""
+    """The suite has been run with the lower bounds; constraints.txt has the versions of the last run."""
     tested = dict(
         line.split("==") for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines() if "==" in line
     )

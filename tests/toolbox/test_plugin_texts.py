@@ -41,7 +41,7 @@ def today() -> set[str]:
 
 @pytest.mark.parametrize("language", OTHERS)
 def test_the_catalogue_is_up_to_date(language, today):
-    """With every text of today and no other, as Babel reads it; if not: python -m deadwood_toolbox.translations."""
+    """With exactly the present texts, as Babel reads it; if not: python -m deadwood_toolbox.translations."""
     with translations.PLUGIN_TEXTS.file_of(language).open("rb") as file:
         found = read_po(file, locale=language, abort_invalid=True)
     assert {str(each.id) for each in found if each.id} == today
@@ -69,7 +69,7 @@ def test_texts_of_the_plugin_and_of_the_declarations_are_found(today):
 
 @pytest.mark.parametrize("tool", [each for each in TOOLS if each.in_qgis], ids=lambda each: each.name)
 def test_what_qgis_shows_has_the_dialogs_words_and_no_flags(tool):
-    """But for a command that is named whole, of this tool or of another one: `slide-logs --trajectories`."""
+    """Except in a command that is given in full, of this tool or of another one: `slide-logs --trajectories`."""
     declared = parameters.describe(tool)
     names = {each.name for each in TOOLS} | {"list"}
     texts = [each["label"] for each in declared["parameters"]]
@@ -85,7 +85,7 @@ def test_what_qgis_shows_has_the_dialogs_words_and_no_flags(tool):
 
 
 def test_roads_railways_houses_have_one_name():
-    """In dialogs and help, the report, explore, the QGIS project, the model, the layers' page and every picture."""
+    """In dialogs and help, the report, explore, the QGIS project, the model, the page of layers and every picture."""
     name = "Roads, railways, houses"
     labels = {p.label for tool in TOOLS for p in tool.parameters() if p.name in ("lines", "reaching")}
     assert {label for label in labels if not label.startswith(name)} == set()

@@ -91,7 +91,7 @@ def test_versions_name_the_libraries_that_the_tools_load(capsys):
 
 
 def test_what_plugins_qgis_org_asks_for_comes_from_the_package(tmp_path, monkeypatch, capsys):
-    """Addresses stand in pyproject.toml or nowhere."""
+    """Addresses are in pyproject.toml or nowhere."""
     told = Message()
     told["Author-email"] = "The Deadwood Toolbox authors <post@example.org>"
     told["Project-URL"] = "Repository, https://example.org/code"

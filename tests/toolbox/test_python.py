@@ -1,4 +1,4 @@
-"""The toolbox from Python: functions written from the declarations, data in, results out, no temporary path in them."""
+"""The toolbox from Python: functions generated from the declarations; data in, results out, no temporary paths."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def test_type_checkers_know_parameters_and_results(tmp_path: Path):
 
 
 def test_data_in_are_files_in(tmp_path: Path, dem, releases, line, run):
-    """The same deposits, bit for bit, from GeoDataFrames and an array as from files that others have written."""
+    """The same deposits, bit for bit, from GeoDataFrames and an array as from files of other programs."""
     releases.to_file(tmp_path / "releases.gpkg", driver="GPKG")
     line.to_file(tmp_path / "line.shp")
     profile = {"driver": "GTiff", "height": 140, "width": 40, "count": 1, "dtype": "float32", "crs": CRS}
@@ -182,7 +182,7 @@ def test_the_same_data_give_the_same_identity(dem, releases, line, run):
 
 
 def test_rows_from_the_south_are_the_same_raster(dem, releases, run):
-    """A transform that rises with the rows, as many grids have it."""
+    """A transform whose northings increase with the rows, as in many grids."""
     upward = rasterio.Affine(1.0, 0.0, WEST, 0.0, 1.0, NORTH - 140.0)
     turned = dw.Raster(dem.array[::-1], upward, CRS)
     assert turned.extent == (WEST, WEST + 40.0, NORTH, NORTH - 140.0)
@@ -191,7 +191,7 @@ def test_rows_from_the_south_are_the_same_raster(dem, releases, run):
 
 
 def test_an_xarray_brings_its_place_with_it(dem, releases, run):
-    """By the accessor of rioxarray, which need not be installed for that: only its three facts are asked."""
+    """Through the accessor of rioxarray, which need not be installed: only three of its attributes are used."""
 
     class Place:
         crs, nodata = CRS, None
@@ -210,7 +210,7 @@ def test_an_xarray_brings_its_place_with_it(dem, releases, run):
 
 
 def test_friction_as_polygons_and_as_an_array(dem, releases, run):
-    """A raster and a layer that hold 0.3 everywhere are the number 0.3."""
+    """A raster and a layer with 0.3 everywhere give the same as the number 0.3."""
     area = shapely.box(WEST - 5.0, NORTH - 145.0, WEST + 45.0, NORTH + 5.0)
     polygons = geopandas.GeoDataFrame({"friction": [0.3]}, geometry=[area], crs=CRS)
     raster = dw.Raster(np.full((140, 40), 0.3), dem.transform, CRS)
@@ -220,7 +220,7 @@ def test_friction_as_polygons_and_as_an_array(dem, releases, run):
 
 
 def test_results_are_inputs(run, line, tmp_path: Path):
-    """One run, several, a layer of a result; and what they are made from outlives its own name."""
+    """One run, several, a layer of a result; and their files exist as long as something made from them."""
     hits = dw.count_hits(run=run)
     assert (hits.hits.array == run.hits.array).all()
     spread = dw.lateral_spread(deposits=run)
@@ -247,7 +247,7 @@ def test_a_temporary_result_lasts_as_long_as_what_needs_it(dem, releases):
 
 
 def test_what_is_kept_keeps_its_inputs(dem, releases, tmp_path: Path):
-    """The manifest names data as files, so they stay beside the run, once, and the run can be slid again."""
+    """The manifest names data as files, so they are kept beside the run, once, and the run can be repeated."""
     asked = {"dem": dem, "releases": releases, "friction": 0.3, "fidelity": "draft", "output": tmp_path / "run"}
     first = dw.slide_logs(**asked)
     inputs = sorted((tmp_path / "run_inputs").iterdir())
@@ -302,7 +302,7 @@ def test_wrong_inputs_are_one_clear_line(dem, releases, wrong, message):
 
 
 def test_the_surroundings_are_put_back(dem, releases, monkeypatch):
-    """PROJ_DATA of another program hides every CRS from rasterio, so the command drops it; here only while it works."""
+    """PROJ_DATA of another program hides every CRS from rasterio, so the command drops it; here only during a call."""
     monkeypatch.setenv("PROJ_DATA", "/nowhere")
     before = dict(os.environ)
     dw.slide_logs(dem=dem, releases=releases, friction=0.3, fidelity="draft")
@@ -310,7 +310,7 @@ def test_the_surroundings_are_put_back(dem, releases, monkeypatch):
 
 
 def test_warnings_are_python_warnings_where_nobody_hears_them(dem, releases):
-    """At the line of the caller; with a feedback of one's own, there."""
+    """At the line of the caller; with the caller's own feedback, there."""
     doubtful = releases.assign(dbh_cm=releases["dbh_cm"] * 20.0)
     with pytest.warns(UserWarning, match="dbh_cm") as caught:
         found = dw.slide_logs(dem=dem, releases=doubtful, friction=0.3, fidelity="draft")

@@ -61,7 +61,7 @@ def test_ci_takes_the_test_command_from_the_readme():
 
 
 def wrong_with(command: str) -> set[str]:
-    """What of a command line is no flag, or is missing."""
+    """Words of a command line that are not flags of the tool, and flags that are missing."""
     name, *words = shlex.split(command)[1:]
     given = {word for word in words if word.startswith("--")}
     if name == "list":

@@ -1,4 +1,4 @@
-"""docs/real-slope.md, word by word, where the terrain that it names is present."""
+"""The commands of docs/real-slope.md, if the terrain that it names is present."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_the_page_runs_from_the_terrain_to_the_report(tmp_path: Path, checkout: 
 
 
 def test_the_tiles_of_switzerland_are_requested_and_joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """The catalogue's answer as public programs know it: two years of a tile, its neighbour, other cells, formats."""
+    """An answer of the catalogue in its public format: two years of a tile, its neighbour, other cells, formats."""
     asked: list[str] = []
     names = {"swissalti3d_2019_2785-1195": 1.0, "swissalti3d_2024_2785-1195": 2.0, "swissalti3d_2019_2786-1195": 3.0}
     base = "https://data.geo.admin.ch/ch.swisstopo.swissalti3d"

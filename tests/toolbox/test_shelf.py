@@ -1,4 +1,4 @@
-"""Every tool on the shelf: its declaration is complete, and the command line made of it works."""
+"""Every installed tool: its declaration is complete, and the command line generated from it works."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ def sample(parameter: Parameter) -> object:
 
 
 def test_what_a_log_is_like_by_default_is_one_group_of_the_tools_that_slide():
-    """Declared once: the same in each, one after the other, under a heading of its own in the help."""
+    """Declared once: the same in each, one after the other, under a separate heading in the help."""
     groups = {}
     for tool in TOOLS:
         declared = list(tool.parameters())
@@ -219,14 +219,14 @@ def test_the_flaws_above_are_found():
         assert flaws(Parameter(**{**vars(good), **change})) != []
 
 
-# These write the command from the layers and answers of the run (their own tests run it)
+# These compose the command from the layers and results of the run (run by their own tests)
 BY_THE_RUN = {
     "assess-mobilisation", "calibrate-friction", "compare-fidelity", "lateral-spread", "run-sites", "vary", "windthrow",
 }  # fmt: skip
 
 
 def test_the_command_that_follows_has_flags_that_exist_and_paths_that_the_tool_leaves():
-    """What a tool says last can be copied: flags of that tool, all that it requires, outputs by their names."""
+    """The command that a tool prints last can be copied: its flags exist, all required ones, outputs by their names."""
     for tool in TOOLS:
         makes = any(each.is_output for each in tool.parameters()) and tool.name != "explore"  # its page tells
         known = makes and tool.name not in BY_THE_RUN

@@ -18,7 +18,7 @@ from docs import generated
 from docs.staging import HERE, ROOT, pages, two_shells
 
 GUIDES = sorted(path for path in (HERE / "how-to").glob("*.md") if path.name != "index.md")
-# Pages whose commands make all that they use, in their order, from the sample data alone.
+# Pages whose commands, in their order, make everything they use from the sample data alone.
 OTHERS = sorted(path for part in ("start", "tutorials") for path in (HERE / part).glob("*.md"))
 WALKS = [path for path in OTHERS if "```sh" in path.read_text(encoding="utf-8")]
 
@@ -30,7 +30,7 @@ def blocks(page: Path, language: str) -> list[str]:
 
 
 def commands(page: Path) -> list[list[str]]:
-    """What the page has one type, continued lines joined, without the name of the program."""
+    """The commands to be typed on the page, continued lines joined, without the name of the program."""
     lines = [line for text in blocks(page, "sh") for line in text.replace("\\\n", " ").splitlines() if line.strip()]
     return [shlex.split(line)[1:] for line in lines if shlex.split(line)[0] == "deadwood-tool"]
 
@@ -42,7 +42,7 @@ def run(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.fixture(scope="module")
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder that the first page of the how-to guides has one make."""
+    """The folder that is made on the first page of the how-to guides."""
     folder = tmp_path_factory.mktemp("guides")
     (folder / "sample_data").symlink_to(ROOT / "sample_data")
     page = HERE / "how-to" / "index.md"
@@ -98,7 +98,7 @@ WITH_ITS_OWN_TEST = {"docs/real-slope.md": "tests/toolbox/test_real_slope.py"}
 
 
 def typed(page: Path) -> set[str]:
-    """The first words of each command line in a page's blocks of code, but for those that the tests above run."""
+    """The first words of each command line in a page's blocks of code, except those that the tests above run."""
     text = page.read_text(encoding="utf-8").replace("\\\n", " ")
     if page in [*GUIDES, *WALKS, HERE / "how-to" / "index.md"]:
         text = re.sub(r"^ *```sh\n.*?^ *```", "", text, flags=re.DOTALL | re.MULTILINE)
@@ -114,7 +114,7 @@ def typed(page: Path) -> set[str]:
 
 
 def test_every_command_of_the_pages_is_run_somewhere():
-    """By the tests of this file, or by what `ELSEWHERE` names, which names nothing that no page has."""
+    """By the tests of this file, or by those in `ELSEWHERE`, which names only commands of the pages."""
     found: dict[str, str] = {}
     for source in ["README.md", *pages()]:
         if source.endswith(".md") and source not in WITH_ITS_OWN_TEST and source != "CHANGELOG.md":
@@ -140,7 +140,7 @@ def test_every_page_is_in_one_place():
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The built site. The notebook is shown as it is: it has a test of its own."""
+    """The built site. The notebook is not run here: it has its own test."""
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "docs", "--output", str(folder), "--no-notebooks"]
     ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
@@ -149,7 +149,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Found(HTMLParser):
-    """The ids of a page, and what it links to or loads."""
+    """The ids of a page, and its links and loaded files."""
 
     def __init__(self, page: Path) -> None:
         super().__init__()

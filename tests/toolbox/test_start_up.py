@@ -1,4 +1,4 @@
-"""A command that slides one log takes little more than the libraries that it needs; help takes next to nothing.
+"""A command that slides one log takes little longer than the import of its libraries; help takes next to nothing.
 
 CPU time, which other work on the machine hardly changes, as a ratio to a yardstick of the same machine; the better of
 two.
@@ -20,7 +20,7 @@ LIBRARIES = "import geopandas, numba, pyarrow.parquet, rasterio, scipy.linalg"
 
 
 def cpu_seconds(arguments: list[str]) -> float:
-    """Of a process, itself and in the kernel; the better of two, so that a first one may fill caches."""
+    """Of a process, itself and in the kernel; the better of two, because the first may fill caches."""
     if not hasattr(os, "wait4"):
         pytest.skip("no CPU time of single processes here")
     found = []
@@ -38,7 +38,7 @@ def libraries() -> float:
 
 
 def test_one_log_takes_little_more_than_its_libraries(tmp_path, libraries):
-    """Measured 2.1 times (our own files not compiled beforehand); 2.6 before the search for cycles was put off."""
+    """Measured 2.1 times (our own files not compiled beforehand); 2.6 before garbage collection was postponed."""
     layer = gpd.read_file(SAMPLE / "sample.gpkg", layer="release_area")
     place = shapely.centroid(layer.geometry.iloc[0])
     gpd.GeoDataFrame({"log_id": [1]}, geometry=[place], crs=layer.crs).to_file(tmp_path / "one.gpkg", driver="GPKG")

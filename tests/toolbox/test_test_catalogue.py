@@ -1,4 +1,4 @@
-"""``docs/tests.md``: every number names tests that exist or says why it has none, and tests name numbers of it."""
+"""``docs/tests.md``: every number names existing tests or the reason for having none, and tests name its numbers."""
 
 from __future__ import annotations
 

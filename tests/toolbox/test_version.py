@@ -1,4 +1,4 @@
-"""One version, in one place: what is packed, cited and told to users says the same."""
+"""One version, in one place: packages, citation and messages agree."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_the_changelog_begins_with_this_version():
 
 def test_the_plugin_is_packed_with_this_version():
     text = (ROOT / "deadwood_toolbox" / "qgis_plugin" / "metadata.txt").read_text(encoding="utf-8")
-    assert "\nversion=VERSION\n" in text  # plugin_zip puts it in, and its test looks
+    assert "\nversion=VERSION\n" in text  # plugin_zip fills it in, which its own test checks
 
 
 @pytest.mark.skipif(not (ROOT / "CITATION.cff").exists(), reason="nothing is cited yet")

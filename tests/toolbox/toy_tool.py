@@ -1,4 +1,4 @@
-"""A tool for the tests of the user interfaces: it waits, fails in every way that is asked for, writes one folder."""
+"""A tool for the tests of the user interfaces: it waits, fails in every requested way, writes one folder."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ if __name__ == "__main__":
     END_S = float(os.environ.get("TOY_END_S", "0"))
 
     class SlowEnd:
-        """What takes its time while Python ends, as large libraries do."""
+        """Takes time when Python exits, as large libraries do."""
 
         def __del__(self, sleep=time.sleep, seconds=END_S) -> None:
             sleep(seconds)

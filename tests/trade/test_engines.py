@@ -1,4 +1,4 @@
-"""Every measured page is of today's engine or of the one before, and says so where it is not today's."""
+"""Every measured page is of the present engine or of the previous one, and states it in the latter case."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_a_page_of_another_engine_reports_it_in_its_first_line_and_one_of_todays
 
 
 def test_an_engine_of_the_same_bits_is_none_that_a_page_was_measured_with() -> None:
-    """benchmarks/README.md names it beside the measured one; an edit that keeps every bit makes no page late."""
+    """benchmarks/README.md names it beside the measured one; an edit that keeps every bit does not outdate a page."""
     alike = (
         page_of(TODAY) + f"- **the engine of sources {'d' * 16} gives the same bits** as the measured one ({TODAY})\n"
     )
@@ -41,7 +41,7 @@ def test_an_engine_of_the_same_bits_is_none_that_a_page_was_measured_with() -> N
 
 
 def test_engines_that_no_page_was_measured_with_are_not_counted() -> None:
-    """Ten edits of a day are one engine; to measure in between makes it two."""
+    """Ten edits in a day count as one engine; with a measurement in between, as two."""
     text = "# the list\n" + "".join(f"{each} 2026-11-25\n" for each in KNOWN)
     pages = [page_of(BEFORE), page_of(OLD)]
     once = engines.with_today(text, "d" * 16, pages, "2026-11-26")

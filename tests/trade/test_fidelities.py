@@ -1,4 +1,4 @@
-"""The fidelities keep what the benchmark page states: measured again, on fewer logs."""
+"""The fidelities are as accurate as stated on the benchmark page: measured again, on fewer logs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def slid(scene: str, fidelity: str) -> tuple[Result, np.ndarray]:
 
 
 def stated(scene: str, fidelity: str) -> dict:
-    """What the page states of a scene; skipped where the scene is another by now, until it is measured again."""
+    """What the page states for a scene; skipped if the scene has changed, until it is measured again."""
     measured, case = RESULTS["scenes"].get(scene, {}), scenes.CASES[scene]
     if (measured.get("friction"), measured.get("line_y")) != (case.friction, case.line):
         pytest.skip(f"the page was measured before the scene {scene} was changed")
@@ -92,7 +92,7 @@ def test_no_log_fails_and_no_contact_makes_energy(fidelity):
 def test_logs_that_rock_in_place_stay():
     """In the gully most logs end by rolling to and fro: what they do afterwards moves reach by a log in 200 at most.
 
-    Of those that rest, 1.6 % have moved more than a metre when they are calculated to the time limit, the farthest by
+    Of those at rest, 1.6 % move more than a metre if they are calculated to the time limit, the farthest by
     4 m, and one missed one of 13 lines (800 logs at draft). Three times that share would be another rule.
     """
     scene, logs = scenes.build("gully").scene, scenes.logs_of_block(0, 200)

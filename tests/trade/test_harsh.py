@@ -1,4 +1,4 @@
-"""How deep a log lies in something, measured by sampling its surface: against what is known of cones and planes."""
+"""Penetration depth of a log, measured by sampling its surface: compared with exact values for cones and planes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CELL, DIAMETER, LENGTH = 0.5, 0.6, 12.0
 
 
 def posed(base, tip) -> Any:
-    """A result of one log in these poses."""
+    """A result with one log in these poses."""
     base, tip = np.atleast_2d(np.asarray(base, float)), np.atleast_2d(np.asarray(tip, float))
     poses = SimpleNamespace(log_row=np.zeros(len(base), np.int64), base=base, tip=tip)
     return SimpleNamespace(poses=poses, steps=np.zeros(1))
@@ -24,7 +24,7 @@ def posed(base, tip) -> Any:
 @pytest.mark.parametrize("degrees", [0.0, 35.0])
 @pytest.mark.parametrize("sunk", [0.0, 0.2, 3.0])
 def test_depth_of_a_cone_pushed_into_a_plane(degrees, sunk):
-    """Its base's rim is the deepest, by as much as the axis is sunk: a plane is bilinear on any cells."""
+    """The rim of its base is deepest, by as much as the axis is lowered: a plane is bilinear on any cells."""
     y = (np.arange(80)[:, None] + 0.5) * CELL
     heights = np.tan(np.radians(degrees)) * y + np.zeros((80, 80))
     up = np.array([0.0, -np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
@@ -60,7 +60,7 @@ def test_an_axis_cuts_the_barrier_below_its_top_and_between_its_ends(x, z, throu
 
 
 def test_rows_tell_restitution_and_fidelity():
-    """What slides without a rebound is held by the barrier, and no deeper in the ground than half its radius."""
+    """Logs without rebound are held by the barrier, and are no deeper in the ground than half their radius."""
     found = harsh.rebounds(threads=1, logs=4, fidelities=("draft",))
     assert [(row["e"], row["fidelity"], row["logs"]) for row in found["rows"]] == [
         (e, "draft", 4) for e in harsh.REBOUNDS

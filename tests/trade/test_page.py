@@ -1,4 +1,4 @@
-"""The study's page holds what its results file says, and no number that a hand has typed."""
+"""The study's page agrees with its results file and has no number typed by hand."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RESULTS = study.read_results()
 
 def test_page_and_short_table_are_those_of_the_results_file():
     def told(text):
-        """The page without its word on today's engine: another Python's syntax trees have another digest."""
+        """The page without its note on the present engine: its digest depends on the version of Python."""
         return [line for line in text.splitlines() if not line.startswith("- **the engine has changed since**")]
 
     assert told(page.PAGE.read_text(encoding="utf-8")) == told(page.page(RESULTS))

@@ -1,4 +1,4 @@
-"""A plane, where a log touches along a line: neither the number of rings nor the fidelity decides who comes how far."""
+"""A plane, where a log touches along a line: neither the number of rings nor the fidelity changes how far logs get."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def test_reach_on_a_plane_depends_on_no_number_of_rings():
     """The page's plane of 20 degrees, mu 0.5, 400 logs, with their fidelity's rings and with rings 4 m apart.
 
     Three points: of 1000 pairs 1.6 in a hundred ended on another side of the line at standard, so 400 scatter by two.
-    While lines of contacts were solved contact by contact, 6 to 30 % passed it, and 10 % rolled on to the foot. Draft's
+    When lines of contacts were solved contact by contact, 6 to 30 % passed it, and 10 % rolled to the foot. Draft's
     steps of 70 ms let 5 points more pass, in proportion to the step.
     """
     built = scenes.build("plane")

@@ -14,7 +14,7 @@ from deadwood_engine import place_logs, slide
 
 @dataclass(frozen=True)
 class Chain:
-    """Walkers with a fate drawn at birth: it is reached where fate < p of the level. Shaking draws some fates again."""
+    """Walkers with a fate drawn at birth: a level is reached if fate < its p. Shaking redraws some fates."""
 
     fate: NDArray[np.float64]
     bounds: tuple[float, ...]
@@ -28,7 +28,7 @@ class Chain:
 
     def advance(self, level: int) -> tuple[NDArray[np.int64], Chain]:
         rows = np.flatnonzero(self.fate < self.bounds[level])
-        # of those that come through the fate is uniform again: a chain with memory of nothing but the level
+        # the fate of those that pass is uniform again: a chain without memory except of the level
         return rows, replace(self, fate=self.fate[rows] / self.bounds[level])
 
     def shaken(self, rng: np.random.Generator) -> Chain:
@@ -37,7 +37,7 @@ class Chain:
 
 @pytest.mark.parametrize("again", [0.0, 0.3, 1.0])
 def test_unbiased_whatever_siblings_share(again: float) -> None:
-    """p = 0.5 x 0.2 x 0.3: the mean of 4000 repetitions within 4 of its standard errors, twins or strangers."""
+    """p = 0.5 x 0.2 x 0.3: the mean of 4000 repetitions is within 4 standard errors, siblings alike or not."""
     bounds, rng = (0.5, 0.2, 0.3), np.random.default_rng(5)
     found = []
     for _ in range(4000):
@@ -50,7 +50,7 @@ def test_unbiased_whatever_siblings_share(again: float) -> None:
 
 @pytest.mark.parametrize(("again", "expected"), [(0.0, 1.0), (1.0, 0.3)])
 def test_siblings_are_distinguished(again: float, expected: float) -> None:
-    """Where nothing is drawn again, siblings share their fate: of pairs whose one reaches, both do. Else p of them."""
+    """If nothing is redrawn, siblings share their fate: if one of a pair reaches, both do. Otherwise p of them."""
     rng = np.random.default_rng(6)
     both = one = 0.0
     for _ in range(300):
@@ -73,7 +73,7 @@ def test_the_first_level_is_plain_sampling_and_entries_have_touched() -> None:
     plain = slide(scene, start, rare.DRAFT, time_limit=rare.study.TIME_LIMIT)
     assert np.array_equal(rows, np.flatnonzero(plain.reach[:, 0]))
     assert entered.had[:, 0].all()
-    # reached before the restart or after it, a line is reached at the latest where the plain log's later ones are
+    # whether reached before or after the restart, a line is reached no later than the plain log's later ones
     assert (entered.had <= plain.reach[rows]).all()
     assert 0.0 < cost["needed"] < cost["steps"]
 

@@ -1,4 +1,4 @@
-"""The page of the region says what its two files of measurements say, and its arithmetic is right."""
+"""The page of the region agrees with its two files of measurements, and its arithmetic is right."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two engines compared bit for bit, and what the page says of an engine that gives the measured one's bits."""
+"""Two engines compared bit for bit, and the page's note on an engine that gives the same bits as the measured one."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_one_bit_is_a_difference_and_a_new_array_is_none():
 
 @pytest.fixture
 def results(tmp_path, monkeypatch):
-    """A results file of its own, measured with another engine, whose digests are told here."""
+    """A separate results file, measured with another engine, whose digests are given here."""
     now = study.engine_digest()
     found = study.read_results()
     for mine in found["entries"].values():
@@ -91,7 +91,7 @@ def test_an_engine_with_the_measured_bits_is_as_good_as_measured(results):
     assert page.stale(study.read_results()) == ""
     assert f"**the engine of sources {results} gives the same bits** as the measured one ({MEASURED})" in told
     assert "44 combinations of scene, fidelity and law with 6 logs each" in told
-    assert study.provenance()["engine"] == MEASURED  # what is measured from now on goes with the rest
+    assert study.provenance()["engine"] == MEASURED  # later measurements count together with the rest
     after = study.folder_of("rough", SETTINGS["draft"]), study.folder_of("barriers", SETTINGS["draft"])
     assert before[0] != after[0]
     assert before[1] != after[1]

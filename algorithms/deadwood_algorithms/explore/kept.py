@@ -7,7 +7,6 @@ own rows with all columns, minus felled objects, followed by drawn ones.
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +22,7 @@ from deadwood_algorithms.explore.questions import Changes, Drawn, Question
 from deadwood_algorithms.explore.released import releases_layer
 from deadwood_algorithms.files.columns import schema_column
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.scene.inputs import SceneInputs
 from deadwood_algorithms.scene.items import ids_of, plan_of, points_on
@@ -79,7 +79,7 @@ class Keeper:
         except BaseException:
             beside.unlink(missing_ok=True)
             raise
-        manifest, again = shlex.quote(f"{name}/manifest.json"), shlex.quote(f"{name} again")
+        manifest, again = quoted(f"{name}/manifest.json"), quoted(f"{name} again")
         command = f"deadwood-tool slide-logs --config {manifest} --output {again}"
         files = [name, beside.name]
         return Told({"op": "kept", "name": name, "command": command, "files": files, "layers": list(kept)})

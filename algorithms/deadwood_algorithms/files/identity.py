@@ -34,9 +34,8 @@ CRS_OF_TABLE = (
 )
 SAME, CHANGED, GONE = "same", "changed", "gone"
 
-_known: dict[
-    tuple[int, ...], str
-] = {}  # SHA-256 by (device, inode, size, times): an unchanged file is hashed once per process
+# SHA-256 by (device, inode, size, times): an unchanged file is hashed once per process
+_known: dict[tuple[int, ...], str] = {}
 
 
 def stamp_of(path: Path) -> tuple[int, ...] | None:
@@ -141,9 +140,8 @@ def content_of(path: Path, layer: str = "") -> str | None:
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     """Open a GeoPackage for reading without changing anything in it."""
     with settled(path) as place:
-        mode = (
-            "mode=ro" if unmerged(place) else "mode=ro&immutable=1"
-        )  # open in another program, with changes that are not merged yet
+        # not immutable while another program has it open with changes that are not merged yet
+        mode = "mode=ro" if unmerged(place) else "mode=ro&immutable=1"
         with closing(sqlite3.connect(f"file:{quote(str(place.absolute()))}?{mode}", uri=True)) as db:
             db.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")  # accept any bytes
             yield db

@@ -107,9 +107,7 @@ def output_folder(
         if not _exists(final, path) or not final.is_dir():
             return _exists(final, path)
         inside = list(final.iterdir())
-        half = any(
-            _is_ours(each) and each.name.endswith(WHOLE) for each in inside
-        )  # killed while the folder was being filled
+        half = any(_is_ours(each) and each.name.endswith(WHOLE) for each in inside)  # killed while it was filled
         return not half and any(not _is_ours(each) for each in inside)
 
     def check() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import shutil
 import sys
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from deadwood_algorithms.files.input_files import tiles_of
+from deadwood_algorithms.params.commands import quoted
 
 NODATA = -9999
 
@@ -18,7 +18,7 @@ NODATA = -9999
 def rio() -> str:
     """How ``rio`` is called here: by its name if it is on the PATH, otherwise by its path beside this Python."""
     beside = shutil.which("rio", path=str(Path(sys.executable).parent))
-    return "rio" if beside is None or shutil.which("rio") else shlex.quote(beside)
+    return "rio" if beside is None or shutil.which("rio") else quoted(beside)
 
 
 def warp(source: Any, path: str | Path, size: str, code: str | None = None, *, crs: str = "") -> str:
@@ -29,12 +29,10 @@ def warp(source: Any, path: str | Path, size: str, code: str | None = None, *, c
     first, steps = quoted(path), ""
     if source.crs is None and not source.gcps[0]:
         first = _copy(path, "with_crs")
-        steps = f"{rio()} convert {quoted(path)} {first} && {rio()} edit-info {first} --crs {shlex.quote(crs)} && "
+        steps = f"{rio()} convert {quoted(path)} {first} && {rio()} edit-info {first} --crs {quoted(crs)} && "
         code = code or crs
     target = f" --dst-crs {code or own_code(source)} --res {size} --resampling bilinear"
-    if not source.gcps[0] and (
-        source.transform.a < 0 or source.transform.e > 0
-    ):  # rio cannot determine the extent of these
+    if not source.gcps[0] and (source.transform.a < 0 or source.transform.e > 0):  # rio finds no extent for these
         xs, ys = zip(*(source.transform @ corner for corner in _corners(source)), strict=True)
         target += f" --bounds {min(xs):.12g} {min(ys):.12g} {max(xs):.12g} {max(ys):.12g}"
     kind = np.dtype(source.dtypes[0])
@@ -50,13 +48,14 @@ def coarser(path: str | Path, cell: float) -> str:
 
 def times(path: str | Path, factor: float, code: str | None = None) -> str:
     """Command to multiply the heights and, if a code is given, to set another CRS."""
-    command = f"{rio()} calc{_masked(path)}{_as_floats(path)} '(* {factor:.12g} (read 1))' {quoted(path)} {_copy(path)}"
+    formula = quoted(f"(* {factor:.12g} (read 1))")
+    command = f"{rio()} calc{_masked(path)}{_as_floats(path)} {formula} {quoted(path)} {_copy(path)}"
     return command if code is None else f"{command} && {rio()} edit-info {_copy(path)} --crs {code}"
 
 
 def unscaled(path: str | Path, scale: float, offset: float) -> str:
     """Command to store the heights as floats instead of numbers with a scale and an offset."""
-    formula = f"'(+ {offset:.12g} (* {scale:.12g} (read 1)))'"
+    formula = quoted(f"(+ {offset:.12g} (* {scale:.12g} (read 1)))")
     return f"{rio()} calc{_masked(path)} --dtype float32 {formula} {quoted(path)} {_copy(path)}"
 
 
@@ -66,28 +65,24 @@ def with_crs(path: str | Path, code: str) -> str:
 
 def placed(path: str | Path) -> str:
     """Command to set a georeference, whose numbers the user must know."""
-    matrix = shlex.quote("[CELL, 0, WEST, 0, -CELL, NORTH]")
+    matrix = quoted("[CELL, 0, WEST, 0, -CELL, NORTH]")
     return f"{rio()} convert {quoted(path)} {_copy(path)} && {rio()} edit-info {_copy(path)} --transform {matrix}"
 
 
 def one_of(path: str | Path, inside: str) -> str:
     """Command to extract one of several rasters in a file."""
-    return f"{rio()} convert {shlex.quote(inside)} {_copy(path)}"
+    return f"{rio()} convert {quoted(inside)} {_copy(path)}"
 
 
 def own_code(source: Any) -> str:
     """The CRS of a raster, or of its ground control points, as ``rio`` takes it."""
     crs = source.crs or source.gcps[1]
     authority = crs.to_authority() if crs else None
-    return ":".join(authority) if authority else shlex.quote(crs.to_wkt() if crs else "EPSG:...")
-
-
-def quoted(path: str | Path) -> str:
-    return shlex.quote(str(path))
+    return ":".join(authority) if authority else quoted(crs.to_wkt() if crs else "EPSG:...")
 
 
 def _copy(path: str | Path, ending: str = "fixed") -> str:
-    return shlex.quote(f"{Path(path).stem}_{ending}.tif")
+    return quoted(f"{Path(path).stem}_{ending}.tif")
 
 
 def _masked(path: str | Path) -> str:

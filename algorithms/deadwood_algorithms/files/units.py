@@ -35,14 +35,8 @@ WORDS |= {"centimeter": "cm", "centimetre": "cm", "zentimeter": "cm", "centimete
 WORDS |= {"millimeter": "mm", "millimetre": "mm", "millimeters": "mm", "millimetres": "mm"}
 WORDS |= {"inch": "in", "inches": "in", "zoll": "in", '"': "in", "feet": "ft", "foot": "ft", "fuss": "ft", "fuß": "ft"}
 WORDS |= {"'": "ft", "us-ft": "ft", "ftus": "ft", "degree": "°", "degrees": "°", "grad": "°"}
-USEFUL_HEIGHT = (
-    "nutzhöhe",
-    "nutzhoehe",
-    "werkshöhe",
-    "werkshoehe",
-    "hauteur_utile",
-    "altezza_utile",
-)  # usable height of a net
+# Usable height of a net.
+USEFUL_HEIGHT = ("nutzhöhe", "nutzhoehe", "werkshöhe", "werkshoehe", "hauteur_utile", "altezza_utile")
 # Alternative names of columns, without the unit.
 ALSO = {
     "dbh": ("bhd", "dhp", "brusthöhendurchmesser"),

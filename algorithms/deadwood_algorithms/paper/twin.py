@@ -31,10 +31,8 @@ CRS_NAME = "EPSG:2056"
 CELL = 0.5  # [m], the paper's (section 4)
 CHOSEN, GROUND = "chosen", "real ground"
 VERSIONS = (1, 2)
-FLOOR_ROUGHNESS = (
-    (3.0, 0.15),
-    (12.0, 0.40),
-)  # of the ground beyond the road; without it logs roll to and fro for minutes
+# Of the ground beyond the road; without it logs roll to and fro for minutes.
+FLOOR_ROUGHNESS = ((3.0, 0.15), (12.0, 0.40))
 NOISE = 0.03  # [m] of the heights even on the road, as in any laser scan
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import re
 import shlex
 from collections.abc import Mapping
 from typing import Any
 
 from deadwood_algorithms.params.tool import Tool
 
+PLAIN = re.compile(r"[\w.:/\\+=-]+")  # a word that no shell of Windows changes
 NEVER = ("resume", "overwrite", "plan")  # about how a command is run, not about what it does
 
 
@@ -21,7 +24,18 @@ def command_line(name: str, values: Mapping[str, Any]) -> str:
             continue
         flag = "--" + parameter.replace("_", "-")
         words += [flag] if value is True else [flag, _typed(value)]
-    return " ".join(shlex.quote(each) for each in words)
+    return " ".join(map(quoted, words))
+
+
+def quoted(word: object, *, windows: bool = os.name == "nt") -> str:
+    """A word of a command as it is typed: on Windows in double quotes, which cmd and PowerShell both know."""
+    text = str(word)
+    if not windows:
+        return shlex.quote(text)
+    if PLAIN.fullmatch(text):
+        return text
+    inside = re.sub(r'(\\*)"', r'\1\1\\"', text)  # backslashes count double before a quote, by the rules of Windows
+    return '"' + re.sub(r"(\\+)$", r"\1\1", inside) + '"'
 
 
 def following(tool: Tool, ask: Any, **values: Any) -> str:

@@ -78,8 +78,8 @@ ANSWER_PHRASES = {
         " {fidelity}; all logs of the run, or another fidelity, may differ by chance or by the calculation."
     ),
     "varied_apart": (
-        "What was varied is not this run: other {names}. “As it is” is therefore another case than the rest of this"
-        " part."
+        "The run that was varied differs from this one in its {names}: its “as it is” is not the run of the rest of"
+        " this part."
     ),
     "most_influential": "{outcome} depends most on {factors}.",
     "influence_undecided": "{outcome}: the number of logs is too small to decide which of {factors} matters most.",

@@ -26,7 +26,7 @@ FACTS = {
 }
 TAKEN = "a layer of value-trees, or a folder of site-barriers, map-intensity, map-origins or vary"
 WORTH_LAYERS = ("values", "planted")
-SCENE = ("dem", "releases", "trees", "barriers", "lying_logs", "blocks", "friction")  # of which vary knows no run
+SCENE = ("dem", "releases", "trees", "barriers", "lying_logs", "blocks", "friction")  # vary records no run
 
 
 def read_answers(named: str, sources: Sequence[ReportedRun]) -> None:
@@ -117,7 +117,7 @@ def _take_folder(place: Path, sources: Sequence[ReportedRun]) -> None:
 
 
 def other_inputs(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
-    """Of two records the inputs of the scene that differ: layers by their content, numbers by their value."""
+    """The inputs of the scene in which two records differ: layers by their content, numbers by their value."""
 
     def given(record: Mapping[str, Any], name: str) -> Any:
         rows = [each for each in record.get("inputs", []) if each.get("parameter") == name]

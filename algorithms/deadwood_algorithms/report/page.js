@@ -1,4 +1,4 @@
-/* What moves on the page: the maps' layers, their zoom and the coordinates under the pointer; and the 3-D view. */
+/* Interactive parts of the page: the maps' layers, zoom and coordinates under the pointer; and the 3-D view. */
 "use strict";
 
 (function () {
@@ -32,7 +32,7 @@
     map.querySelector('[data-part="out"]').addEventListener("click", () => zoom(1 / 0.6, middle()));
     map.querySelector('[data-part="reset"]').addEventListener("click", () => { box = whole.slice(); set(); });
     svg.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey && box[2] === whole[2] && event.deltaY > 0) return; // the page scrolls on
+      if (!event.ctrlKey && box[2] === whole[2] && event.deltaY > 0) return; // the page continues to scroll
       event.preventDefault();
       zoom(Math.exp(event.deltaY * 0.0015), at(event));
     }, { passive: false });

@@ -13,12 +13,12 @@
   const FOLLOWED = [1.0, 0.9, 0.1], TRAIL = [1.0, 1.0, 1.0];
 
   const spoken = (value) => value.toLocaleString(document.documentElement.lang, { minimumFractionDigits: 1, maximumFractionDigits: 1 });
-  /* An array as a page holds it (base64), or as a script hands it on (its buffer). */
+  /* An array as stored in a page (base64), or as passed by a script (its buffer). */
   const bytes = (given) => (typeof given === "string" ? Uint8Array.from(atob(given), (c) => c.charCodeAt(0)).buffer : given);
   const floats = (text) => new Float32Array(bytes(text));
   const shorts = (text) => new Uint16Array(bytes(text));
 
-  // --- small algebra; matrices by columns -----------------------------------------------------------------------
+  // --- small algebra; matrices in column order -----------------------------------------------------------------------
 
   const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -66,7 +66,7 @@
       vec3 side = normalize(cross(along, abs(along.z) < 0.9 ? vec3(0, 0, 1) : vec3(1, 0, 0)));
       vec3 out_ = cos(shape.x) * side + sin(shape.x) * cross(along, side);
       float end = step(0.5, shape.y), thick = mix(radii.x, radii.y, end);
-      if (thick > 0.0) thick = max(thick, pixel * (see * vec4(mix(base, tip, end), 1.0)).w); // far off still to be seen
+      if (thick > 0.0) thick = max(thick, pixel * (see * vec4(mix(base, tip, end), 1.0)).w); // still visible from afar
       vec3 place = mix(base, tip, end) + out_ * (shape.z == 1.0 ? 0.0 : thick);
       normal = shape.z == 0.0 ? out_ : along * (end * 2.0 - 1.0);
       shade = tint; gl_Position = see * vec4(place, 1.0);
@@ -125,7 +125,7 @@
     return { array, count: index.length };
   }
 
-  /* A cone's corners as (angle, end, kind): kind 0 the mantle, 1 the middle of a lid, 2 the rim of a lid. */
+  /* A cone's corners as (angle, end, kind): kind 0 the lateral surface, 1 the middle of a lid, 2 the rim of a lid. */
   function cone() {
     const out = [];
     for (let k = 0; k < SIDES; k++) {
@@ -150,7 +150,7 @@
   function tinted(count, colour) {
     const out = new Float32Array(count * 3);
     for (let k = 0; k < count; k++) {
-      const lighter = 0.85 + 0.3 * ((k * 0.618) % 1); // so that neighbours can be told apart
+      const lighter = 0.85 + 0.3 * ((k * 0.618) % 1); // so that neighbours can be distinguished
       out.set(colour.map((each) => Math.min(1, each * lighter)), k * 3);
     }
     return out;
@@ -203,7 +203,7 @@
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, 1, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, new Uint8Array([190, 190, 180]));
       const image = new Image();
       image.onload = () => {
-        if (!gl.isTexture(texture)) return; // other scenes have come in the meantime
+        if (!gl.isTexture(texture)) return; // other scenes have been loaded in the meantime
         gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, gl.RGB, gl.UNSIGNED_BYTE, image);
         gl.generateMipmap(gl.TEXTURE_2D);
@@ -226,7 +226,7 @@
     };
   }
 
-  /* Base and tip of a log at a time, from the poses before and after; after its last it lies. */
+  /* Base and tip of a log at a time, from the poses before and after; after its last it is at rest. */
   function poseAt(scene, log, time) {
     const { spec, poses, speed } = scene;
     const exact = Math.min(Math.max(time / spec.step, 0), log.n - 1), before = Math.floor(exact);
@@ -257,20 +257,20 @@
       state.camera = { at: middle, turn: downhill(scenes[state.run]), tilt: 0.5, far: 0 };
       state.followed = -1;
       let near = 0.2 * Math.hypot(wide, tall, top), far = 20 * near;
-      for (let k = 0; k < 24; k++) { // as near as shows all of the slope
+      for (let k = 0; k < 24; k++) { // as near as possible with all of the slope in view
         state.camera.far = (near + far) / 2;
         const seen = box(round);
         if (Math.max(seen[1] - seen[0], seen[3] - seen[2]) > 2 * FILLED) near = state.camera.far; else far = state.camera.far;
       }
       state.camera.far = far;
-      for (let k = 0; k < 4; k++) { // perspective: what is near is larger
+      for (let k = 0; k < 4; k++) { // perspective: near objects are larger
         const seen = box(round), size = far * Math.tan(ANGLE / 2), see = looking(eye(), state.camera.at);
         const aside = size * canvas.clientWidth / canvas.clientHeight * (seen[0] + seen[1]) / 2, up = size * (seen[2] + seen[3]) / 2;
         state.camera.at = state.camera.at.map((each, c) => each + aside * see[4 * c] + up * see[4 * c + 1]);
       }
     }
 
-    /* Places all over the ground, and the tops of the logs where they start. */
+    /* Points all over the ground, and the tops of the logs at their start. */
     function corners(spec) {
       const { nx, ny, cell, first, top } = spec.ground, z = shorts(spec.ground.z), found = [];
       const step = Math.max(1, Math.floor(Math.max(nx, ny) / 24));
@@ -283,7 +283,7 @@
       return found.length ? found : [[first[0], first[1], 0]];
     }
 
-    /* Left, right, bottom and top of places as they are seen now, -1 to 1 over the picture. */
+    /* Left, right, bottom and top of points in the present view, -1 to 1 over the picture. */
     function box(places) {
       const see = matrix(), at = (p, r) => see[r] * p[0] + see[4 + r] * p[1] + see[8 + r] * p[2] + see[12 + r];
       const x = [], y = [];
@@ -395,7 +395,7 @@
       requestAnimationFrame(tick);
     }
 
-    /* The moving log whose axis is seen nearest to a place of the canvas, within 14 pixels; -1 for none. */
+    /* The moving log whose axis appears nearest to a point of the canvas, within 14 pixels; -1 for none. */
     function pick(x, y) {
       const see = matrix(), now = scene(), wide = canvas.clientWidth, tall = canvas.clientHeight;
       const seen = (p) => {
@@ -430,7 +430,7 @@
       draw();
     }
 
-    // pointers: one turns, two (or the right button) move, a wheel or a pinch comes nearer
+    // pointers: one rotates, two (or the right button) pan, a wheel or a pinch zooms
     const pointers = new Map();
     let moved = 0, pinch = 0;
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
@@ -498,7 +498,7 @@
     }
     canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); root.classList.add("nothing"); });
     new ResizeObserver(draw).observe(canvas);
-    /* Other scenes in place of these; the camera and what is switched on stay. */
+    /* Replaces the scenes; the camera and the visible layers are unchanged. */
     function replace(next) {
       for (const old of ready) if (old) for (const each of Object.values(old.textures)) gl.deleteTexture(each);
       ready.length = 0;

@@ -123,7 +123,7 @@ def _shown(extent: Box, scale: float, sheet: Sheet) -> Box:
 
 
 def bar_length(scale: float, sheet: Sheet) -> float:
-    """Length of a segment of the scale bar [m]: a round number; two segments take a fifth of the map."""
+    """Length of the scale bar [m]: two segments of a round number each, at most a fifth of the map's width."""
     most = BAR_SHARE * sheet.map[2] * scale / MM_PER_M / 2.0
     power = 10.0 ** math.floor(math.log10(most))
     return 2.0 * max(each * power for each in ROUND if each * power <= most)

@@ -28,8 +28,8 @@ from deadwood_algorithms.simulate.queue import Queue, parts_of
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_engine import FIDELITIES
 
-# Share of a budget that the run plans with, and the smallest share of that for writing the results; else as for
-# reading.
+# Share of a budget that the run plans with, and the least time [s] for writing the results, otherwise as long as
+# reading took.
 WITHIN_BUDGET, WRITING_S = 0.95, 1.0
 
 

@@ -131,9 +131,8 @@ def _local_cluster(distributed: Any, number: int) -> Iterator[tuple[str, Any]]:
                 scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # without web pages, on any free port
                 memory_limit=0,  # whether it fits is computed before the run
                 silence_logs=logging.CRITICAL,
-                preload=[
-                    "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
-                ],  # Ctrl-C is for the main process
+                # Ctrl-C is for the main process
+                preload=["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],
             )
     except (OSError, RuntimeError, TimeoutError) as error:
         raise UserError(

@@ -27,7 +27,6 @@ is not modelled.
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,6 +34,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms.params import presets, tool
+from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.schemas import TREE_M
@@ -182,9 +182,9 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str, assum
     for name in facts:
         layers = ""
         for flag, stem in (("--trees", f"trees_{name}"), ("--lying-logs", f"lying_{name}")):
-            layers += f" {flag} {shlex.quote(str(made[stem]))}" if stem in made else ""
+            layers += f" {flag} {quoted(made[stem])}" if stem in made else ""
         shown.append(
-            f"  deadwood-tool slide-logs --dem {shlex.quote(dem)} --releases releases.gpkg{layers} --lines road.gpkg "
+            f"  deadwood-tool slide-logs --dem {quoted(dem)} --releases releases.gpkg{layers} --lines road.gpkg "
             f"--friction 0.25 --trajectories all --output run_{name}"
         )
     runs = ",".join(f"run_{name}" for name in facts)

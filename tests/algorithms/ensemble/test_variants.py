@@ -1,4 +1,4 @@
-"""Variants of a simulation, in chunks, against calls of the engine's own; and files that are opened once."""
+"""Variants of a simulation, in chunks, compared with calls of the engine; and files that are opened once."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_no_chunks_are_no_cells():
 
 
 def test_the_terrain_model_is_opened_once_and_the_lines_are_read_once(case, tmp_path, monkeypatch, said):
-    """Though the window grows, for which the scene is read again and again."""
+    """Although the window grows and the scene is read again each time."""
     monkeypatch.setattr(reach, "BLOCK_CELLS", 8)
     monkeypatch.setattr(windows, "WHOLE_CELLS", 100)
     monkeypatch.setattr(windows, "SLOPE_LEAST", 20.0)

@@ -87,7 +87,7 @@ class Page:
         self.browser.drag(self.seen(*start), self.seen(*end), steps, wait_s)
 
     def settled(self) -> None:
-        """Every question is answered, and the page says of how many logs."""
+        """Every request is answered, and the page shows for how many logs."""
         self.wait("!document.body.classList.contains('busy') && deadwoodExplore.state.base?.final === true")
 
     def release(self, x: float = TOP[0], y: float = TOP[1]) -> None:
@@ -150,7 +150,7 @@ def complaints(browser: Browser) -> list[str]:
 
 
 def test_a_cell_has_the_colour_of_its_share_in_every_map(page):
-    """What is drawn, pixel by pixel against Matplotlib's drawing of the same shares; the legend names the scale."""
+    """The drawing, pixel by pixel, compared with that of the same shares by Matplotlib; the legend names the scale."""
     page.release()
     told = page.ask(
         """(() => { const { box, picture: { picture } } = deadwoodExplore.state.base;
@@ -163,7 +163,7 @@ def test_a_cell_has_the_colour_of_its_share_in_every_map(page):
     assert hit[:, 0].max() > 30
     shades, scale = colours_of(LOOKS["shares"])
     wanted = 255.0 * shades(scale(hit[:, 0] / 300.0))[:, :3]
-    # a quarter of a stretch of at most 110 lies between two colours of the ramp; and what opacity rounds
+    # a quarter of a stretch of at most 110 lies between two colours of the ramp; plus rounding by the opacity
     assert np.abs(hit[:, 1:4] - wanted).max() <= 110 / 8 + 2
     assert page.words("#legend .scale").split() == ["0.1", "%", "1", "%", "10", "%", "100", "%"]
 
@@ -186,7 +186,7 @@ def test_a_click_slides_logs_and_tells_which_logs_reach_what(page, shared):
     assert complaints(shared) == []
     tiles = {each for each in shared.requests if "/tiles/" in each}
     assert tiles
-    assert all(re.search(r"\?scene=.*_\d+$", each) for each in tiles)  # none that was kept of another scene
+    assert all(re.search(r"\?scene=.*_\d+$", each) for each in tiles)  # none cached from another scene
     origin = page.address.split("?")[0]
     assert {each.split("?")[0] for each in shared.requests if not each.startswith("data:")} >= {origin}
     assert all(each.startswith((origin, "data:")) for each in shared.requests)
@@ -203,7 +203,7 @@ def test_a_drag_shows_few_logs_on_the_way_and_all_at_rest(page):
     )
     page.browser.mouse("Pressed", *page.seen(70.0, 200.0))
     give_up = time.monotonic() + 60.0
-    for k in itertools.count():  # it moves on until a preview is there, however slow the machine
+    for k in itertools.count():  # it continues until a preview is there, however slow the machine
         page.browser.mouse("Moved", *page.seen(72.0 + k % 20, 195.0))
         if page.ask("told.some(([preview]) => preview)") or time.monotonic() > give_up:
             break
@@ -257,7 +257,7 @@ def test_a_tree_is_felled_and_stands_again_by_a_click(page):
     page.ask(f"deadwoodExplore.map.moveTo({{ x: {x}, y: {y}, scale: 12 }})")
     page.click(x, y)
     assert page.state("edits.fell") == [7]
-    time.sleep(0.6)  # else the two are a double click
+    time.sleep(0.6)  # otherwise the two are a double click
     page.click(x, y)
     assert page.state("edits.fell") == []
     page.click(x + 6.0, y + 0.5)
@@ -311,7 +311,7 @@ def test_impossible_inputs_are_reported_in_words(page):
     assert not page.ask("document.body.classList.contains('busy')")
     page.release()
     page.key("l")
-    page.drag((14.0, 150.0), (172.0, 150.0))  # longer than a log may be
+    page.drag((14.0, 150.0), (172.0, 150.0))  # longer than the longest log allowed
     page.wait("document.getElementById('alert').innerText.includes('a lying log is 158 m long')")
     assert page.state("edits.lying_logs") == []
     page.release()
@@ -499,7 +499,7 @@ def test_many_actions_leave_the_page_alive_and_its_memory_flat(page, shared):
 
 
 def test_axe_finds_nothing_serious(page):
-    """Before a question and with its answer, on a phone and a wide screen, light and dark."""
+    """Before a request and with its answer, on a phone and a wide screen, light and dark."""
     found = page.browser.hard_to_use()
     page.release()
     for width in (375, 1440):

@@ -1,4 +1,4 @@
-"""What is kept is what `slide-logs` gives for the layers written beside it, and what the page has shown."""
+"""A saved run equals that of `slide-logs` with the layers saved beside it, and what the page has shown."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def test_without_any_layer_it_works_as_well(tmp_path: Path):
 def test_what_is_kept_of_a_large_terrain_is_slid_on_windows_and_is_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    """`slide-logs` reads of a large terrain model only what logs reach, and a window that was too small grows."""
+    """`slide-logs` reads only the part of a large terrain model that logs reach; a window that is too small grows."""
     from deadwood_algorithms.scene import layers as read
     from deadwood_algorithms.scene import reach
     from deadwood_algorithms.simulate import windows

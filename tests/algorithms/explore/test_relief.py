@@ -1,4 +1,4 @@
-"""Tiles meet without a seam, every level is a mean of the one below, and what has no height is transparent."""
+"""Tiles meet without a seam, every level is a mean of the one below, and cells without height are transparent."""
 
 from __future__ import annotations
 

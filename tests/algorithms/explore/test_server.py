@@ -255,7 +255,7 @@ def test_a_page_opened_again_continues_and_the_former_is_reported(page: Page):
         with page.socket() as second:
             assert "elsewhere" in first.next().facts["text"]
             assert first.socket.recv() == ""
-            assert second.ask(op="poses", max=3).facts["logs"] == 3  # the question is still there
+            assert second.ask(op="poses", max=3).facts["logs"] == 3  # the request is still there
 
 
 def test_an_engine_killed_in_the_middle_of_an_answer_is_reported_and_started_again(page: Page):
@@ -360,7 +360,7 @@ def test_on_pipes_the_same_is_answered_and_its_end_is_the_end_of_its_input(layer
 
 
 def test_while_the_mouse_moves_each_question_is_answered_and_none_waits(layers: dict[str, str]):
-    """What is asked on the way replaces what has not begun; the last is answered whole."""
+    """A newer request replaces one that has not begun; the last is answered completely."""
     pipes = Pipes(layers)
     pipes.next()
     for k in range(40):

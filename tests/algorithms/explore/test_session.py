@@ -49,7 +49,7 @@ def warm(layers: dict[str, str]) -> Iterator[Asked]:
 
 @pytest.fixture
 def asked(warm: Asked) -> Asked:
-    """The session, without changes and without a question."""
+    """The session, without changes and without a request."""
     warm.session.answer = None
     warm.edit()
     return warm
@@ -117,7 +117,7 @@ def test_what_is_added_concerns_only_who_came_near(asked: Asked, monkeypatch: py
 def test_where_a_first_obstacle_changes_the_rule_of_steps_all_are_slid_again(
     layers: dict[str, str], monkeypatch: pytest.MonkeyPatch, restitution: float
 ):
-    """A scene without any obstacle has no margin to keep, and one where nothing rebounds has longer steps."""
+    """A scene without any obstacle has no margin to keep, and one without rebounds has longer steps."""
     with opened({name: layers[name] for name in ("dem", "lines")}, barrier_restitution=restitution) as asked:
         asked.release()
         far = {"barriers": [{"points": [[2.0, 20.0], [6.0, 20.0]], "height_m": 1.0}]}
@@ -160,7 +160,7 @@ def test_changes_stay_for_what_is_released_next(asked: Asked):
     assert [frame.facts["op"] for frame in asked.frames] == ["hits", "difference"] * 3
     assert_same_answer(type(again)({**again.facts, "id": 2}, again.arrays), first)
     asked.session.answer = None
-    assert asked.edit(**CHANGES[0]).facts == {}  # nothing to tell yet
+    assert asked.edit(**CHANGES[0]).facts == {}  # nothing to report yet
     assert_same_answer(asked.release(), again)
 
 
@@ -169,7 +169,7 @@ def test_changes_stay_for_what_is_released_next(asked: Asked):
 def test_all_that_is_drawn_lies_where_it_is_looked_for(
     layers: dict[str, str], tmp_path, monkeypatch: pytest.MonkeyPatch, fidelity: str, shape: str
 ):
-    """Of the rasters, as large as the terrain model, only a part is looked at."""
+    """Of the rasters, which are as large as the terrain model, only a part is read."""
     if shape == "points":
         place = tmp_path / "rock.pts"
         place.write_text("\n".join(f"{x} {y} {z}" for x in (-1, 1) for y in (-0.5, 0.5) for z in (-2, 2)) + "\n")
@@ -364,7 +364,7 @@ def test_a_question_that_cannot_be_is_refused_in_words(asked: Asked, changes: di
     asked.release(n=30)
     with pytest.raises(UserError, match=words):
         asked.release(**changes)
-    assert asked.edit(fell=[0]).facts["n"] == 30  # the question before stands
+    assert asked.edit(fell=[0]).facts["n"] == 30  # the previous request remains
 
 
 REFUSED_EDITS: list[tuple[dict[str, Any], str]] = [

@@ -1,4 +1,4 @@
-"""Of a large terrain model explore reads what is around the layers; what it answers there is what it answers on all."""
+"""Of a large terrain model, explore reads the surroundings of the layers; its answers there are those on the whole."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from deadwood_algorithms.tools import explore
 from deadwood_engine import FIDELITIES
 
 AROUND = 60.0
-NEAR_BARRIER = Part(0, 30, 130, 122)  # of (40..70, 90..92) m: 60 m to its sides, as far as there are cells
+# of (40..70, 90..92) m: 60 m to its sides, as far as there are cells, from the node before y = 30 m, at 29.5 m
+NEAR_BARRIER = Part(0, 29, 131, 123)
 
 
 @pytest.fixture
@@ -41,19 +42,13 @@ def part_of(given: dict[str, str], said: Any) -> Part | None:
         return part_to_explore(simulation, said)
 
 
-def assert_within_a_cell(found: Part, box: Part) -> None:
-    """A box that ends between two cells' centres is widened to the next one, at each side."""
-    assert 0 <= box.column - found.column <= 1
-    assert 0 <= box.row - found.row <= 1
-    assert 0 <= found.column + found.columns - (box.column + box.columns) <= 1
-    assert 0 <= found.row + found.rows - (box.row + box.rows) <= 1
-
-
 def test_the_part_is_around_the_layers_and_those_that_are_farther_apart_are_named(layers, said):
     only = {name: layers[name] for name in ("dem", "barriers")}
     found = part_of(only, said)
     assert found is not None
-    assert_within_a_cell(found, NEAR_BARRIER)
+    assert (found.column, found.row) == (NEAR_BARRIER.column, NEAR_BARRIER.row)
+    assert abs(found.columns - NEAR_BARRIER.columns) <= 1
+    assert abs(found.rows - NEAR_BARRIER.rows) <= 1
     assert said.notes[-1].endswith("a log that leaves them counts as one that left the terrain model")
     assert part_of({name: layers[name] for name in ("dem", "barriers", "trees", "lines")}, said) == found
     assert said.notes[-1].endswith("; lines and trees lie farther apart, and are there as far as they lie in it")
@@ -64,7 +59,9 @@ def test_layers_that_fit_together_are_all_in_it(layers, said, monkeypatch):
     monkeypatch.setattr(surroundings, "AROUND_M", 5.0)
     found = part_of({name: layers[name] for name in ("dem", "barriers", "lying_logs", "blocks")}, said)
     assert found is not None
-    assert_within_a_cell(found, Part(35, 85, 90, 70))  # the barrier's west and south, a block's east and north
+    assert (found.column, found.row) == (34, 84)  # the nodes before the barrier's west and south, 35 and 85 m
+    assert abs(found.column + found.columns - 125) <= 2  # a block's east and north
+    assert abs(found.row + found.rows - 155) <= 2
     assert "farther apart" not in said.notes[-1]
 
 
@@ -94,7 +91,7 @@ def answers(session: Session) -> list[Frame]:
 
 
 def test_the_answer_there_is_that_on_the_whole(layers, said):
-    """Of logs that stay there: with trees, some of them outside, felled and a barrier drawn."""
+    """For logs that stay there: with trees, some of them outside, felled and a barrier drawn."""
     ask = explore.TOOL.ask_from({**layers, "friction": 0.6, "time_limit_s": 60.0})
     with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], Where(2), said) as simulation:
         part = part_to_explore(simulation, said)

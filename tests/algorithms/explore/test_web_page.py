@@ -59,7 +59,7 @@ def test_words_cannot_end_the_block_that_holds_them(monkeypatch):
 
 
 def test_hits_have_the_colours_of_the_reports_map():
-    """Each share in the colour that Matplotlib draws it in there; the scale is whole."""
+    """Each share has the colour that Matplotlib gives it there; the scale is complete."""
     ramp = web_page.facts()["ramp"]
     shades, scale = colours_of(LOOKS["shares"])
     for each in ramp:
@@ -88,7 +88,7 @@ def test_nothing_is_requested_from_another_host():
 
 
 def said_names() -> tuple[set[str], set[str]]:
-    """The names of phrases that the page asks for, and the beginnings of those that it puts together."""
+    """The names of phrases that the page uses, and the beginnings of those that it composes."""
     text = "".join(SOURCES.values())
     names = set(re.findall(r'data-(?:say|label)="([\w-]+)"', text))
     names |= {word for call in re.findall(r"(?:say|speakText\(say)\(([^`;]*?)[,)]", text) for word in quoted(call)}
@@ -101,7 +101,7 @@ def quoted(text: str) -> list[str]:
 
 def test_every_word_that_the_page_says_is_there():
     names, beginnings = said_names()
-    compared = {"lost", "more", "less", "open"}  # what names are chosen by
+    compared = {"lost", "more", "less", "open"}  # by which names are chosen
     assert {each for each in names if each not in PHRASES} <= compared
     for each in beginnings:
         assert any(name.startswith(each) for name in PHRASES), each

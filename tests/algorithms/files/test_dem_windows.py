@@ -107,7 +107,7 @@ def test_undeclared_nodata_is_outside_as_in_a_whole_dem(tmp_path, said):
     [("mountain", 900.0), ("coast", 30.0), ("polder", -4.0)],
 )
 def test_a_part_is_the_cut_of_the_whole_whatever_its_zeros_mean(tmp_path, said, rough, transform, name, low):
-    """Zeros within a window all above 100 m: a collar on a mountain, the sea where lower ground lies elsewhere."""
+    """Zeros within a window all above 100 m: a collar on a mountain, the sea if there is lower ground elsewhere."""
     values = rough.copy()
     values[20:24], values[30, 7] = 0.0, 32767.0
     values[45, 60] = low  # outside the window
@@ -143,7 +143,7 @@ def test_a_window_is_written_into_its_whole(tmp_path):
 
 @pytest.mark.parametrize("of_region", [False, True])
 def test_a_window_of_a_large_dem_is_cloud_optimised_and_stays_small(tmp_path, monkeypatch, of_region):
-    """Overviews hold values of the raster; beyond a limit only what is written once of a region gets them."""
+    """Overviews contain values of the raster; beyond a size, only parts that are written at once have them."""
     monkeypatch.setattr(geotiff, "SPARSE_UP_TO_CELLS", 0 if of_region else 2000 * 3000)
     values = np.random.default_rng(1).integers(1, 9, (1, 300, 300)).astype("uint32")
     transform = from_origin(2_783_000.0, 1_190_000.0, CELL, CELL)
@@ -187,7 +187,7 @@ def test_a_file_that_does_not_read_back_is_found(tmp_path, said, rough):
 
 
 def test_what_follows_the_last_window_shows_progress_and_can_be_cancelled(tmp_path, rough, monkeypatch):
-    """Overviews and the reading back of 1.6 Gcells take some 20 minutes, after the last window is written."""
+    """Building overviews and reading back 1.6 Gcells take some 20 minutes after the last window is written."""
     monkeypatch.setattr(geotiff, "COG_FROM_CELLS", 0)
     shown, cancelled_at = [], 0
 

@@ -1,4 +1,4 @@
-"""What memory is free, on Linux, in a container, on Windows and on macOS."""
+"""Free memory on Linux, in a container, on Windows and on macOS."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NOWHERE = Path("/nowhere")
 
 @pytest.fixture
 def elsewhere(monkeypatch):
-    """Another system than Linux: neither of its files, and psutil's answer [bytes]."""
+    """A system other than Linux: without its files, and psutil's answer [bytes]."""
 
     def answer(available: float | Exception) -> None:
         def asked() -> SimpleNamespace:
@@ -60,7 +60,7 @@ def test_what_linux_says_is_what_psutil_reads(monkeypatch):
 
 
 def test_a_container_has_what_its_limit_leaves(elsewhere, monkeypatch, tmp_path):
-    """Files that are merely cached do not count as used."""
+    """Cached files do not count as used memory."""
     elsewhere(10**10)
     for name, text in (
         ("memory.max", "3000"),

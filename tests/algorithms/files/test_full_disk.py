@@ -1,4 +1,4 @@
-"""What libraries in C say of a disk that is full stays silent: the failure comes as an exception, told in one line."""
+"""Messages of C libraries about a full disk are suppressed: the failure is an exception, reported in one line."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from deadwood_algorithms.files.geotiff import libtiff_silent
 
-# A file must not grow beyond a limit, which fails in the library as a full disk does.
+# A limit on the size of files makes the library fail like a full disk.
 WRITES = """
 import resource, sys
 import numpy, pyproj

@@ -1,4 +1,4 @@
-"""Heights that no ground has: cells mixed with nodata, steps of a terrain model, holes in it."""
+"""Invalid heights: cells mixed with nodata, steps of a terrain model, holes in it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def write(path: Path, values: Any, cell: float = 1.0, dtype: str = "float32", no
 
 
 def interpolated(coarse: np.ndarray, times: int) -> np.ndarray:
-    """The bilinear values of coarse cells at the centres of finer ones, as where nodata is taken for a height."""
+    """The bilinear values of coarse cells at the centres of finer ones, as if nodata were a height."""
 
     def weights(n: int) -> np.ndarray:
         at = np.clip((np.arange(n * times) + 0.5) / times - 0.5, 0.0, n - 1.0)
@@ -92,7 +92,7 @@ def test_a_window_holds_what_the_whole_holds(tmp_path_factory, column, row, colu
 
 @pytest.mark.parametrize(("empty", "others"), [(0.0, 100), (-1.0, 99), (-9.0, 91), (-99.0, 1)])
 def test_an_undeclared_collar_is_found_behind_the_cells_mixed_with_it(tmp_path, said, empty, others):
-    """The lowest height is then a mixed one; a window and a whole answer alike, and a low coast stays as it is."""
+    """The lowest height is then a mixed one; a window and the whole give the same, and a low coast stays unchanged."""
     heights, _ = mixed(empty)
     path = write(tmp_path / "d.tif", np.where(np.isfinite(heights), heights, empty), nodata=-9999.0)
     whole = read_dem(path, feedback=said).values
@@ -127,7 +127,7 @@ def test_decimetres_are_not_called_feet(tmp_path, said):
 
 
 def test_walls_and_pits_of_the_ground_stay():
-    """Of 300 m within the DEM, and of 40 m at its border: neither is a mean of ground and nodata."""
+    """300 m high within the DEM, and 40 m at its border: neither is a mean of ground and nodata."""
     walls = HILL.copy()
     walls[100:, :] -= 300.0
     walls[-1, :] += 40.0

@@ -1,4 +1,4 @@
-"""Local metres of a local site: with `--crs local`, from releases to what follows a run, and never by mistake."""
+"""Local metres of a local site: with `--crs local`, from releases to the evaluation of a run, and never by mistake."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def test_files_that_point_to_the_network_are_not_followed(tmp_path, served, caps
 
 
 def test_the_user_may_allow_it(tmp_path, served, monkeypatch):
-    """In a program of its own: in this one GDAL has been told to stay offline, and forgets it not."""
+    """In a separate program: in this one GDAL has been set offline, which cannot be undone."""
     address, asked = served
     asked.clear()
     path = raster_vrt(tmp_path / "d.vrt", f"/vsicurl/{address}/dem.tif")
@@ -113,7 +113,7 @@ def test_the_user_may_allow_it(tmp_path, served, monkeypatch):
 
 
 def test_gdal_itself_is_kept_offline(served):
-    """For what no look into a file finds."""
+    """For references that cannot be found by reading a file."""
     address, asked = served
     asked.clear()
     code = "import rasterio, sys; rasterio.open(sys.argv[1]).read(1)"

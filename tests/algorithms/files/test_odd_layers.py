@@ -1,4 +1,4 @@
-"""Odd layers and tables of trees, made here, through the command line: the right trees at their place, or one line."""
+"""Odd layers and tables of trees, made here, through the command line: the right trees and places, or one line."""
 
 from __future__ import annotations
 
@@ -208,7 +208,7 @@ def imported(source: Any, dem: Path, folder: Path) -> int:
 
 @pytest.mark.parametrize("name", READ)
 def test_it_is_read_right(tmp_path, dem, name):
-    """To within 0.1 m where PROJ goes through another datum and back by the same way: what is lost is rounding."""
+    """To within 0.1 m if PROJ goes through another datum and back in the same way: the difference is rounding."""
     assert imported(READ[name](tmp_path), dem, tmp_path) == 0
     found = gpd.read_file(tmp_path / "out" / "trees.gpkg").sort_values("dbh_cm")
     assert found["dbh_cm"].tolist() == DBH
@@ -353,7 +353,7 @@ def test_a_reprojection_says_how_accurate_it_is(tmp_path, said):
         )
     assert "EPSG:4326 to EPSG:2056 (accurate to about 1 m)" in said.notes[0]
     assert "accurate to about" in said.notes[1]
-    assert "the error may be 100 m and more" in said.notes[2]  # California to Switzerland: PROJ has no way
+    assert "the error may be 100 m and more" in said.notes[2]  # California to Switzerland: PROJ has no transformation
 
 
 def test_ids_keep_their_zeros_and_their_digits(tmp_path, dem):

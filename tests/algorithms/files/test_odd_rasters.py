@@ -21,7 +21,7 @@ from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.params.tool import UserError
 from deadwood_toolbox import cli
 
-# 3 rows, 4 columns as on a map, the north-west corner first; every height tells its place. South-west corner E, N.
+# 3 rows, 4 columns as on a map, the north-west corner first; every height is unique. South-west corner E, N.
 MAP = np.array([[511.0, 512, 513, 514], [521, 522, 523, 524], [531, 532, 533, 534]])
 E, N = 2_783_000.0, 1_190_000.0
 NORTH_UP = from_origin(E, N + 6.0, 2.0, 2.0)
@@ -227,7 +227,7 @@ def folder(path: Path) -> Path:
 
 GEOGRAPHIC = {"crs": "EPSG:4979", "transform": from_origin(9.0, 47.0, 1e-5, 1e-5)}
 TURNED = Affine.translation(E, N) @ Affine.rotation(20.0) @ Affine.scale(2.0, -2.0)
-# What is refused: the file, and words of its one line.
+# Refused inputs: the file, and words of the one line.
 REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "no CRS": (lambda f: asc(f / "a.asc"), ("has no CRS", "--crs EPSG:2056")),
     "a .prj of nonsense": (lambda f: asc(f / "a.asc", prj="nonsense"), ("has no CRS",)),

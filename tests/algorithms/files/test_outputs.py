@@ -1,4 +1,4 @@
-"""Results appear whole or not at all, and what can be known before the work is reported before it."""
+"""Results appear complete or not at all, and errors that can be known before the work are reported before it."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def test_a_second_run_into_the_same_output_is_refused_and_harms_nothing(tmp_path
         (first if output is output_path else first / "manifest.json").write_text("of the first")
     final = tmp_path / name if output is output_path else tmp_path / name / "manifest.json"
     assert final.read_text() == "of the first"
-    assert "exists" in refuse_entering(output(tmp_path / name))  # the lock is gone, the result is not
+    assert "exists" in refuse_entering(output(tmp_path / name))  # the lock is gone, but the result is there
     assert not list(tmp_path.rglob("*.lock"))
 
 
@@ -228,7 +228,7 @@ def test_a_kill_between_the_two_renames_loses_no_result(tmp_path):
         (folder / "manifest.json").write_text("old")
     killed(f"output_folder({str(tmp_path / 'run')!r}, True)", before=DIE_AT_SECOND)
     assert not (tmp_path / "run").exists()
-    assert "--overwrite" in refuse_entering(output_folder(tmp_path / "run"))  # it stands again, and is kept
+    assert "--overwrite" in refuse_entering(output_folder(tmp_path / "run"))  # it is restored, and kept
     assert (tmp_path / "run" / "manifest.json").read_text() == "old"
     assert listing(tmp_path) == ["run"]
 
@@ -255,7 +255,7 @@ def test_a_kill_while_an_empty_folder_is_filled_leaves_the_result_whole(tmp_path
     more = "[(made / name).write_text('new') for name in 'ab']"
     killed(f"output_folder({str(tmp_path / 'run')!r})", before=DIE_AT_SECOND, inside=more)
     assert not (tmp_path / "run" / "manifest.json").exists()
-    refuse_entering(output_folder(tmp_path / "run"))  # finishes what was begun
+    refuse_entering(output_folder(tmp_path / "run"))  # completes the interrupted renaming
     assert listing(tmp_path / "run") == ["a", "b", "manifest.json"]
 
 

@@ -1,4 +1,4 @@
-"""Pictures as pictures: the content of the exported file is counted, and colours contrast with their background."""
+"""Pictures as pictures: the content of the exported file is checked, and colours contrast with their background."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LIGHT, DARK, CARD = "#ffffff", "#15191d", "#f6f7f8"  # grounds of the report's p
 
 
 def map_with_dots(number: int) -> tuple[Figure, np.ndarray]:
-    """Dots in rows, far enough apart to be counted, at no special place of the pixels."""
+    """Dots in rows, far enough apart to be counted, at arbitrary positions within the pixels."""
     side = int(np.ceil(np.sqrt(number)))
     y, x = np.divmod(np.arange(number), side)
     x, y = 2_786_000.0 + 7.31 * x, 1_196_000.0 + 7.31 * y
@@ -38,7 +38,7 @@ def map_with_dots(number: int) -> tuple[Figure, np.ndarray]:
 
 
 def counted(picture: np.ndarray, places: np.ndarray, dpi: float) -> int:
-    """Of the places [inches from the lower left], those at which a pixel has the colour of a dot."""
+    """Number of places [inches from the lower left] at which a pixel has the colour of a dot."""
     rows = np.clip(picture.shape[0] - 1 - np.floor(places[:, 1] * dpi), 0, picture.shape[0] - 1).astype(int)
     columns = np.clip(np.floor(places[:, 0] * dpi), 0, picture.shape[1] - 1).astype(int)
     far = np.abs(picture[rows, columns].astype(float) - 255.0 * np.array(looks.rgb(DOT))).max(axis=1)
@@ -47,7 +47,7 @@ def counted(picture: np.ndarray, places: np.ndarray, dpi: float) -> int:
 
 @pytest.mark.parametrize("number", [1, 267, 512, 513, 3000])
 def test_every_dot_is_in_the_raster(number, tmp_path):
-    """Agg snaps the strokes of a path of few points to pixels, and draws none of those that have no length then."""
+    """Agg snaps the strokes of a path of few points to pixels, and does not draw those that then have no length."""
     figure, places = map_with_dots(number)
     figure.savefig(tmp_path / "dots.png", dpi=DPI)
     with Image.open(tmp_path / "dots.png") as image:
@@ -78,7 +78,7 @@ def test_a_quantity_has_its_colour_at_each_stop_and_linear_ones_between(name):
     for (low, one), (high, other) in itertools.pairwise(zip(look.stops, look.colours, strict=True)):
         middle = np.mean([looks.rgb(one), looks.rgb(other)], axis=0)
         assert ramp(scale(0.5 * (low + high)))[:3] == pytest.approx(middle, abs=0.02)
-    beyond = ramp(scale(look.stops[-1] * 10.0))  # what is off the scale has its end's colour
+    beyond = ramp(scale(look.stops[-1] * 10.0))  # values off the scale have the colour of its end
     assert beyond[:3] == pytest.approx(looks.rgb(look.colours[-1]), abs=0.02)
 
 
@@ -112,7 +112,7 @@ def contrast(one: str, other: str) -> float:
 
 @pytest.mark.parametrize("name", ["ROAD", "RELEASE", "TREE", "BARRIER", "WOOD", "STONE", "PLAIN", "CHOSEN", "KEEPS"])
 def test_things_stand_out_from_the_card_that_maps_lie_on(name):
-    """3 to 1 is what WCAG asks of what a figure is read by; in the dark the card stays pale."""
+    """WCAG requires 3 to 1 for parts that are needed to read a figure; the card stays pale in the dark theme."""
     assert contrast(getattr(looks, name), CARD) >= 3.0
 
 
@@ -127,7 +127,7 @@ def test_text_is_read_in_both_modes():
 
 
 def test_runs_are_distinguished_on_both_grounds_and_by_colour_blind_eyes():
-    """On both grounds they are seen; seen without red or without green, no two of the first four are alike."""
+    """They are visible on both; seen without red or without green, no two of the first four are alike."""
     for colour in looks.RUNS[:4]:
         assert min(contrast(colour, LIGHT), contrast(colour, DARK)) >= 2.7, colour
     for one, other in itertools.combinations(looks.RUNS[:4], 2):
@@ -146,7 +146,7 @@ def linear(colour: str) -> np.ndarray:
 
 
 def test_no_tool_has_colours_of_its_own():
-    """Grey for grids and frames apart: what a picture says in colour is declared in `looks`."""
+    """Except for grey grids and frames, the colours of pictures are declared in `looks`."""
     root = Path(looks.__file__).parents[1]
     named = set(re.findall(r"#[0-9a-f]{6}", Path(looks.__file__).read_text(encoding="utf-8")))
     found = []

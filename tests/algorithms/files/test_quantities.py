@@ -1,4 +1,4 @@
-"""Sizes in cells of text: units, classes, words for gaps; anything else stays unread."""
+"""Sizes in text cells: units, classes, words for gaps; anything else is not interpreted."""
 
 from __future__ import annotations
 

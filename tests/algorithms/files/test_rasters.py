@@ -16,7 +16,7 @@ from deadwood_algorithms.files.grid import Grid, Part
 from deadwood_algorithms.files.rasters import read_raster_on, write_bands, write_raster
 from deadwood_algorithms.params.tool import UserError
 
-# 3 rows, 4 columns as on a map: the north-west corner first. Every value tells its place.
+# 3 rows, 4 columns as on a map: the north-west corner first. Every value is unique.
 MAP = np.array([[11.0, 12, 13, 14], [21, 22, 23, 24], [31, 32, 33, 34]])
 TYROL = Path(__file__).parents[4] / "shared" / "data" / "tyrol_5m" / "terrain.asc"
 
@@ -317,14 +317,14 @@ def test_a_damaged_raster_is_refused(tmp_path):
 
 @pytest.mark.parametrize(("rows", "count"), [("1 2 3\n4 5", 5), ("1 2 3\n4 5 6 7", 7), ("1 2 3", 3)])
 def test_an_ascii_grid_with_too_few_or_too_many_values_is_refused(tmp_path, rows, count):
-    """GDAL reads the missing ones as 0 m without a word."""
+    """GDAL silently reads the missing ones as 0 m."""
     path = write_asc(tmp_path / "dem.asc", "1 2 3\n4 5 6")
     path.write_text(path.read_text().replace("1 2 3\n4 5 6", rows))
     assert f"holds {count} values, but 2 rows of 3 make 6" in refused(path, crs="EPSG:2056")
 
 
 def test_an_ascii_header_that_mixes_corner_and_centre_is_refused(tmp_path):
-    """GDAL would put the grid at the origin without a word."""
+    """GDAL would silently put the grid at the origin."""
     path = write_asc(tmp_path / "dem.asc", "1 2\n3 4", corner="xllcenter 1000\nyllcorner 2000")
     assert "mixes" in refused(path, crs="EPSG:2056")
 

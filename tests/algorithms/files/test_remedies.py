@@ -1,4 +1,4 @@
-"""Every command that a message prints as the fix is run as printed, and the tool takes what it leaves."""
+"""Every command printed as the fix in a message is run as printed, and the tool accepts its result."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def gcps(made: Any) -> None:
 
 
 def carry_out(message: str, folder: Path) -> Path:
-    """Run what stands behind ``fix`` in a message, in its folder; gives the last file that was made."""
+    """Run the command after ``fix`` in a message, in its folder; returns the last file that was made."""
     command = re.search(r"\b\S*rio'? .*", message, re.DOTALL)
     assert command, message
     text = re.split(r", (?:with|and) the?|, and take| \(if its", command[0])[0]
@@ -130,7 +130,7 @@ def test_one_of_several_rasters_is_written_out(tmp_path):
 
 @pytest.mark.parametrize("dtype", ["float32", "int16"])
 def test_a_dem_in_feet_of_a_metric_crs_is_suspected_and_fixed(tmp_path, said, dtype):
-    """Whole feet come out as metres to half a foot, not cut to whole metres."""
+    """Whole feet become metres accurate to half a foot, not rounded to whole metres."""
     truth = 500.0 + 2.0 * np.tan(np.radians(35.0)) * np.arange(40.0)[::-1, None] + np.zeros(50)
     path = tif(tmp_path / "d.tif", values=np.rint(truth / 0.3048) if dtype == "int16" else truth / 0.3048, dtype=dtype)
     warn_of_ground(read_dem(path, feedback=said), np.array([E + 50.0]), np.array([N - 40.0]), said)
@@ -189,7 +189,7 @@ def test_tiles_of_different_scales_become_one_dem(tmp_path):
 
 @pytest.mark.parametrize("height", [2.0, 40_000.0])
 def test_a_dem_in_coarse_numbers_takes_the_structures_as_floats(tmp_path, said, height):
-    """The steps are warned of, a height beyond the type is refused; by either command the crest is as it was meant."""
+    """The steps are warned of, a height beyond the type is refused; with either command the crest is as intended."""
     path = tif(tmp_path / "d.tif", values=HEIGHTS * 2.0, dtype="int16", change=scaled_by(0.5, 0.0))
     lines = tmp_path / "s.geojson"
     crest = [[E + 20.0, N - 40.0], [E + 60.0, N - 40.0]]

@@ -1,6 +1,6 @@
-"""What SQLite keeps beside a GeoPackage: replayed into no file of ours, and counted where a layer is read.
+"""SQLite's files beside a GeoPackage: never replayed into our files, and included when a layer is read.
 
-Writers that die and programs that hold a file are real processes.
+Writers that are killed and programs that keep a file open are real processes.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ sys.stdin.readline()
 
 
 def trees(path: Path, dbh: float) -> Path:
-    """A layer with so many pages that a small cache cannot contain them."""
+    """A layer with more pages than a small cache can contain."""
     points = [Point(2.7e6 + i, 1.2e6) for i in range(ROWS)]
     write_vector(path, {"trees": gpd.GeoDataFrame({"dbh_cm": np.full(ROWS, dbh)}, geometry=points, crs=2056)})
     return path
@@ -96,7 +96,7 @@ def test_a_failed_run_leaves_it_as_it_was(tmp_path):
 
 @pytest.mark.parametrize("at", range(1, 5))
 def test_a_run_killed_at_any_rename_loses_nothing(tmp_path, at):
-    """Whatever rename is the last, the next run finds the old file with its changes, or the new one without them."""
+    """Whichever rename is the last, the next run finds the old file with its changes, or the new one without them."""
     path = left_by_a_killed_writer(tmp_path / "q.gpkg", "wal")
     new = trees(tmp_path / "new.gpkg", 37.2)
     code = f"""
@@ -163,7 +163,7 @@ def test_a_file_that_was_opened_during_the_run_is_not_replaced(tmp_path):
 
 @pytest.mark.parametrize(("mode", "dbh"), [("wal", 1.0), ("delete", 50.0)])
 def test_a_layer_is_read_as_its_writer_left_it_and_stays_untouched(tmp_path, mode, dbh, said):
-    """A change that was whole counts, another does not; a ``-journal`` could not be read at all."""
+    """A complete change counts, an incomplete one does not; a ``-journal`` could not be read at all."""
     path = left_by_a_killed_writer(tmp_path / "q.gpkg", mode)
     before = {each.name: each.read_bytes() for each in tmp_path.iterdir()}
     assert dbh_in(path, said) == {dbh}

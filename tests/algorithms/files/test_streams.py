@@ -1,4 +1,4 @@
-"""A layer written piece by piece is the layer that is written at once."""
+"""A layer written piece by piece equals the layer written at once."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def in_pieces(whole: gpd.GeoDataFrame, rows: int) -> Stream:
 @pytest.mark.parametrize("flat", [False, True])
 @pytest.mark.parametrize("rows", [7, 100])
 def test_pieces_make_the_same_layer(tmp_path, lines, flat, rows):
-    """In a GeoPackage the same types, rows and styles, of one piece the same bytes; the same rows in a GeoParquet."""
+    """In a GeoPackage the same types, rows and styles, with one piece the same bytes; the same rows in a GeoParquet."""
     whole = frame(lines, flat)
     other = in_pieces(whole, rows)
     write_vector(tmp_path / "a.gpkg", {"deposits": whole, "more": whole})
@@ -88,7 +88,7 @@ def test_pieces_make_the_same_layer(tmp_path, lines, flat, rows):
 
 @pytest.mark.parametrize("changes", [{}, {"until_ci": 0.4}, {"trajectories": "5"}])
 def test_a_run_has_its_layers_as_geoparquet(tmp_path, monkeypatch, changes):
-    """In small pieces, in the order of the releases although another was slid; read by our own tools as well."""
+    """In small pieces, in the order of the releases although slid in another order; also read by our own tools."""
     case = Case(tmp_path)
     whole = case.run(**case.everything(), **changes, output=str(tmp_path / "whole"))
     assert not list(whole.glob("deposits.parquet"))

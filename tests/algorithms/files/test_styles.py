@@ -1,4 +1,4 @@
-"""Styles stored beside the data: complete for their content, well-formed, and in the places where QGIS looks."""
+"""Styles stored beside the data: complete for their content, well-formed, and where QGIS looks for them."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_styles_stand_where_qgis_looks_for_them(tmp_path: Path):
 
 
 def test_boulders_are_spheres_of_their_size_at_their_height():
-    """One rule a class of diameter: mean radius, and the middle a radius below the tops."""
+    """One rule for each class of diameter: mean radius, and the middle a radius below the tops."""
     root = parsed(styles.of_layer("blocks", points(3, diameter_m=[2.0, 2.4, 5.0], height_m=[1.0, 1.2, 5.0])))
     rules = list(root.iter("rule"))
     sizes = [float(each.find(".//shape-properties//Option[@name='radius']").get("value")) for each in rules]  # type: ignore[union-attr]

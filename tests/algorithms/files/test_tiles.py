@@ -1,4 +1,4 @@
-"""A DEM in tiles holds the bits of the same DEM in one file, for every tool that reads one."""
+"""A DEM in tiles gives the same bits as the same DEM in one file, for every tool that reads one."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_south_up_tiles_and_tiles_as_text(tmp_path, rough):
 
 
 def test_of_overlapping_tiles_the_first_counts_and_others_are_reported(tmp_path, said, rough):
-    rough = (rough / 20.0).astype("float32")  # slopes that ground has
+    rough = (rough / 20.0).astype("float32")  # realistic slopes
     write(tmp_path / "tiles" / "a.tif", rough[:40])
     other = rough[30:].copy()
     write(tmp_path / "tiles" / "b.tif", other, 30)
@@ -178,7 +178,7 @@ def test_a_virtual_raster_of_the_tiles_is_the_same_raster(tmp_path, rough):
 
 
 def test_a_run_on_tiles_is_the_run_on_one_file(tmp_path, monkeypatch):
-    """All of it, its project and report too, and again from its manifest after everything was moved."""
+    """Including its project and report, and repeated from its manifest after everything was moved."""
     case = Case(tmp_path / "case")
     one = case.run(lines=case.lines, trees=case.trees)
     with rasterio.open(case.dem) as source:

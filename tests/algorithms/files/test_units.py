@@ -88,7 +88,7 @@ def test_import_trees_reads_bracketed_units(tmp_path, said, dbh, height, diamete
 
 
 def test_sizes_are_not_made_up_in_silence(tmp_path, said):
-    """A field that may be the height is named where every height comes from the DBH."""
+    """If every height comes from the DBH, a field that may be the height is named."""
     imported(tmp_path, said, table(tmp_path, dbh=[30.0, 40.0, 50.0], wysokosc=[21.0, 22.0, 23.0]))
     assert len(said.warnings) == 1
     assert "no field is understood as the height, so that each is computed from the DBH" in said.warnings[0]

@@ -1,4 +1,4 @@
-"""Files that are something else than they look like: cells that calculate, virtual rasters, folders of results."""
+"""Files that are not what they look like: cells with formulas, virtual rasters, folders of results."""
 
 from __future__ import annotations
 

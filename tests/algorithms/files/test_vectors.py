@@ -295,7 +295,7 @@ def test_outputs_are_geopackages(tmp_path):
 
 
 def test_a_geopackage_says_what_its_layers_and_columns_are(tmp_path):
-    """In the words of the schemas, by the extension that GDAL reads; of columns that no schema knows, nothing."""
+    """In the words of the schemas, in the extension that GDAL reads; nothing for columns without a schema."""
     frame = points(2, log_id=[1, 2], dbh_cm=[40.0, 50.0], runout_m=[1.0, 2.0], mine=["a", "b"])
     write_vector(tmp_path / "a.gpkg", {"deposits": frame, "of_the_user": frame})
     with sqlite3.connect(tmp_path / "a.gpkg") as db:
@@ -314,7 +314,7 @@ def test_a_geopackage_says_what_its_layers_and_columns_are(tmp_path):
 
 
 def test_of_layers_of_one_name_the_one_with_these_columns_is_meant():
-    """A run's reach is of all its logs, that of reach-lines of those whose trajectories are kept."""
+    """A run's reach is that of all its logs, that of reach-lines of the logs whose trajectories are kept."""
     for layer in (REACH, REACH_OF_RUN):
         assert layer_with("reach", [each.name for each in layer.columns]) is layer
     assert layer_with("unknown", ["a"]) is None

@@ -105,7 +105,7 @@ def test_no_log_that_reaches_is_no_division_by_zero():
 
 
 def sweep(shift: float) -> list[dict]:
-    """Reach falls by 0.1 from one coefficient to the next; with the lowest most logs go beyond."""
+    """Reach falls by 0.1 from one coefficient to the next; with the lowest, most logs get beyond."""
     reach = {mu: max(0.0, 0.35 - 2.0 * (mu - 0.15 - shift)) for mu in (0.15, 0.2, 0.25, 0.3, 0.35, 0.4)}
     passed = {mu: 0.9 if mu < 0.19 else 0.2 for mu in reach}
     return [
@@ -143,7 +143,7 @@ def test_the_table_has_a_row_a_finding():
 
 
 def test_an_average_speed_is_decided_only_where_both_readings_agree():
-    """Of 1, 13, 14, 15 m/s the three logs that went far have a mean of 14; the paper says 14 of neither average."""
+    """Of 1, 13, 14, 15 m/s, the three logs that went far have a mean of 14; the paper's 14 may be either average."""
     of = evidence("klosters")
     assert judged(of)["mean_speed"].verdict == "holds"
     of.cell_speed = {"als": 30.0}
@@ -229,7 +229,7 @@ def test_the_panel_stands_beside_its_finding():
 
 @pytest.mark.parametrize("name", list(VARIATIONS))
 def test_the_panel_moves_one_choice_at_a_time(name):
-    """Each variation is a twin that can be built, and another than the twin; at most two numbers move together."""
+    """Each variation is a twin that can be built and differs from the twin; at most two numbers change together."""
     numbers, first = {
         "klosters": (klosters.NUMBERS, klosters.VERSION_1),
         "rothenbrunnen": (rothenbrunnen.NUMBERS, rothenbrunnen.VERSION_1),

@@ -1,4 +1,4 @@
-"""The paper's twins are what their tables say, and as real steep ground is, before anything slides on them."""
+"""The paper's twins agree with their tables and resemble real steep ground, before anything slides on them."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ REAL = {
 @pytest.mark.parametrize("name", ["k", "r"])
 @pytest.mark.parametrize(("size", "lag"), list(REAL))
 def test_the_relief_is_as_real_steep_ground(name, size, lag, request):
-    """Medians within a fifth of those of real ground, and inside the band of the site in the same valley."""
+    """Medians within a fifth of those of real ground, and within the range of the site in the same valley."""
     (least, most), (low, high) = REAL[size, lag]
     for each in windows(request.getfixturevalue(name), size, lag, STEEP[name]):
         middle = float(np.median(each))

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import shlex
+import subprocess
 
-from deadwood_algorithms.params.commands import command_line, following
+import pytest
+
+from deadwood_algorithms.params.commands import command_line, following, quoted
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.tools import sample_releases, slide_logs, vary
 
@@ -34,3 +37,21 @@ def test_values_stand_in_place_of_what_was_given():
     assert following(sample_releases.TOOL, ask, **dict.fromkeys(DEFAULTED), areas="a.gpkg", output="r.gpkg") == (
         "deadwood-tool sample-releases --areas a.gpkg --dem d.tif --seed 4 --output r.gpkg"
     )
+
+
+@pytest.mark.parametrize(
+    "word",
+    ["my dem.tif", r"C:\my slopes\dem.tif", "C:\\my slopes\\", 'a "b" c', r'a b\\"c', "two  blanks", 'x \\\\" y'],
+)
+def test_a_word_with_blanks_is_quoted_on_windows_as_programs_there_read_it(word):
+    """`subprocess` writes command lines by the same rules."""
+    assert quoted(word, windows=True) == subprocess.list2cmdline([word])
+
+
+def test_what_cmd_would_take_as_its_own_is_in_double_quotes():
+    assert quoted("sample.gpkg|layername=dams", windows=True) == '"sample.gpkg|layername=dams"'
+    assert quoted("(* 0.3048 (read 1))", windows=True) == '"(* 0.3048 (read 1))"'
+    assert quoted("0.2,0.3", windows=True) == '"0.2,0.3"'  # PowerShell would make two words of it
+    assert quoted("", windows=True) == '""'
+    assert quoted(r"C:\slopes\dem_1.tif", windows=True) == r"C:\slopes\dem_1.tif"
+    assert quoted("sample.gpkg|layername=dams", windows=False) == "'sample.gpkg|layername=dams'"

@@ -1,4 +1,4 @@
-"""Numbers with their nouns: the helper, and that messages use it: an f-string with a number before a plural noun says
+"""Numbers with their nouns: the helper, and that messages use it: an f-string with a number before a plural noun gives
 "1 trees"."""
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ NOUNS = (
     "holes|layers|lines|logs|others|places|polygons|releases|rows|runs|sites|snags|stems|threads|tops|trees|workers|zones"
 )
 PLURAL = re.compile(rf"^ (?:[a-z]+ ){{0,2}}(?:{NOUNS})\b")
-# Before a number: "3 of 12 logs", "40 x 60 cells"; a number that is no count, or is never one.
+# Before a number: "3 of 12 logs", "40 x 60 cells"; a number that is not a count, or is never 1.
 PART_OF_ALL = re.compile(r"(?:\b(?:of|of the|of up to|x|the|with the|than) )$")
 OTHER_LANGUAGES = {"report/phrases.py", "explore/phrases.py"}  # templates of the report and of the page of `explore`
 NEVER_ONE = {
@@ -50,7 +50,7 @@ def test_a_phrase_follows() -> None:
 
 
 def spoken(tree: ast.AST) -> list[tuple[int, str, str, str]]:
-    """Of each f-string of a file: line, the words before a value, the value, the words after it."""
+    """For each f-string of a file: line, the words before a value, the value, the words after it."""
     found = []
     for node in ast.walk(tree):
         if not isinstance(node, ast.JoinedStr):

@@ -1,4 +1,4 @@
-"""Presets: what a name sets is what its source says, what is given overrides it, and neither happens in silence."""
+"""Presets: a name sets the values of its source, given values override it, and both are reported."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def sampled(case: Case, folder: Path, feedback: Any = None, **values: Any) -> gp
 
 @pytest.mark.parametrize("twin", [klosters, rothenbrunnen])
 def test_the_papers_presets_are_the_numbers_of_its_twins(twin):
-    """Both were taken from the paper, each by itself."""
+    """Both were taken from the paper independently."""
     known = {each.name: each.value for each in twin.NUMBERS}
     log, forest = presets.LOGS[twin.NAME], presets.FORESTS[twin.NAME]
     assert {name: known[name] for name in log.values} == dict(log.values)
@@ -116,7 +116,7 @@ def test_of_a_wood_one_size_follows_from_the_other(case, tmp_path, said):
     assert set(frame["dbh_cm"]) == {round(float(law.dbh(np.array(20.0), nowhere)), 2)}
     frame = sampled(case, tmp_path, preset="spruce-critical", dbh_cm=50.0, length_m=12.0)
     assert (set(frame["dbh_cm"]), set(frame["length_m"])) == ({50.0}, {12.0})
-    # of areas that name the one size, each by its own
+    # areas that give one of the two sizes: the other follows, area by area
     frame = sampled(case, tmp_path, preset="beech-critical", areas=area(tmp_path, dbh_cm=[20.0, 40.0]), count=1)
     heights = PUBLISHED["chablais-beech"].height(np.array([20.0, 40.0]), nowhere)
     assert sorted(frame["length_m"]) == pytest.approx(sorted(heights), abs=0.006)
@@ -170,7 +170,7 @@ def test_a_run_with_friction_by_name_is_the_run_with_its_number(case, said):
     assert "presets" not in json.loads((case.folder / "number" / "manifest.json").read_text(encoding="utf-8"))
     assert "--friction-preset wet-debarked sets friction 0.25 (the paper, 5.1 and 6.1" in told(said)
     assert "was found on cells of 0.5 m, and the terrain model has cells of 1 m" in told(said)
-    # the manifest gives the same run again, and still says whose number it is
+    # the manifest gives the same run again, with the source of the number
     again = manifest["parameters"] | {"output": str(case.folder / "again")}
     case.run(**again)
     assert json.loads((case.folder / "again" / "manifest.json").read_text(encoding="utf-8"))["presets"] == [record]
@@ -249,7 +249,7 @@ def test_design_values_class_energies_alone(case, tmp_path):
 
 
 def test_frictions_by_weather_and_bark_are_those_of_their_sources():
-    """Bark off takes 20 % of the friction on wet ground; of chutes it is the grade, or the middle of its range."""
+    """Debarking reduces friction by 20 % on wet ground; for chutes it is the grade, or the middle of its range."""
     friction = {name: each.values["friction"] for name, each in presets.FRICTIONS.items()}
     assert friction["wet-bark"] * 0.8 == pytest.approx(friction["wet-debarked"], abs=0.005)
     assert friction["chute-dry"] == 0.15
@@ -312,5 +312,5 @@ def test_the_list_has_every_name_that_a_tool_offers(tmp_path):
         for name in parameter.choices
     }
     assert offered == {each for each in listed if each in offered}
-    laws = {each for each in listed if each[1] == "--dbh-law"}  # some need a crown, which generate-forest has not
+    laws = {each for each in listed if each[1] == "--dbh-law"}  # some need a crown, which generate-forest does not have
     assert {each for each in listed if each not in offered} <= laws

@@ -1,4 +1,4 @@
-"""Species by whole names: those of the issue that were taken for others, authors, spellings, and every name once."""
+"""Species by whole names: those that were once confused, authors, spellings, and every name once."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def test_what_is_no_finite_number_is_refused(value):
 
 
 def test_numbers_that_are_the_size_of_nothing_are_refused():
-    """But whole numbers, which count or seed, may be of any size."""
+    """But integers, which are counts or seeds, may have any size."""
     parameter = Parameter(kind="number", label="Length", name="length_m")
     for value in (10**300, -(10**300), 1e-320, 1.7e308):
         with pytest.raises(UserError, match="--length-m is .*, which is not a possible size"):
@@ -106,7 +106,7 @@ def test_the_seed_is_bounded_by_what_philox_takes():
 
 
 def test_a_number_in_place_of_a_layer_is_a_number_from_flag_file_and_python():
-    """Its text would have to be read again, and could have lost digits on the way."""
+    """As text it would have to be read again, and could have lost digits."""
 
     @dataclasses.dataclass(frozen=True, kw_only=True)
     class Ask:

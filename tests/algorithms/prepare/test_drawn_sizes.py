@@ -1,4 +1,4 @@
-"""Correlated sizes on arrays: their distribution, what is drawn again, and whose draws they are."""
+"""Correlated sizes on arrays: their distribution, redraws, and which item a draw belongs to."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def drawn(items: np.ndarray = ITEMS, *, least: tuple[float, float] = (-1e9, -1e9
 
 @pytest.mark.parametrize("rho", [-1.0, 0.0, 0.6, 1.0])
 def test_both_have_their_mean_scatter_and_correlation(rho):
-    """Of 20 000: standard errors of means sd / 141, of deviations 0.5 %, of the correlation 0.007; four of each."""
+    """20 000 draws: standard errors of means sd / 141, of deviations 0.5 %, of the correlation 0.007; four of each."""
     one, other, redrawn = drawn(rho=rho)
     assert redrawn == 0
     assert (one.mean(), other.mean()) == pytest.approx((50.0, 30.0), abs=4.0 * 8.0 / 141.0)

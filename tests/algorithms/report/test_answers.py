@@ -1,4 +1,4 @@
-"""The report's sections on what other tools found out: their numbers are those of the files, each with its own run."""
+"""The report's sections on results of other tools: their numbers are those of the files, each with its own run."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def test_the_factors_have_one_order_in_the_file_the_table_and_the_figure(page, r
     shown = [row[0] for row in Shown(part(page, "varied")).rows if row and row[0] in ("friction", "rolling friction")]
     outcomes = answer_figures.outcomes_of(facts)
     assert len(outcomes) > 1
-    order = ["friction", "rolling_friction"]  # of the line whose sentence stands for all
+    order = ["friction", "rolling_friction"]  # of the line whose sentence is given for all
     words = [factor_words(each, Words("en")) for each in order]
     for k, outcome in enumerate(outcomes):
         (axes,) = answer_figures.tornado_figure(facts, outcome, Words("en")).axes
@@ -209,7 +209,7 @@ def test_a_range_is_in_the_readers_language():
 
 
 def test_no_name_on_a_map_covers_another():
-    """Each is beside its place; where there is no more room, one is left out."""
+    """Each is beside its place; if there is no more room, one is left out."""
     figure = Figure(figsize=(5.0, 4.0), dpi=100)
     axes = figure.subplots()
     axes.set(xlim=(0.0, 10.0), ylim=(0.0, 10.0))
@@ -232,10 +232,10 @@ def test_what_was_varied_stands_with_the_run_of_the_same_scene(case, run, result
     page = page_of(f"{run},{bare}", [results["varied"]], tmp_path / "both.html")
     assert 'id="r1-varied"' in page
     assert 'id="r0-varied"' not in page
-    assert "What was varied is not this run" not in page
+    assert "The run that was varied differs" not in page
     alone = Shown(part(page_of(run, [results["varied"]], tmp_path / "alone.html"), "varied"))
-    (told,) = [each for each in alone.said if each.startswith("What was varied is not this run: other ")]
-    assert told.startswith("What was varied is not this run: other trees. ")
+    (told,) = [each for each in alone.said if each.startswith("The run that was varied differs from this one in its ")]
+    assert "in its trees" in told  # the one input that differs
 
 
 def test_an_outcome_that_nothing_changes_has_its_table_and_no_empty_figure(case, run, results, tmp_path):

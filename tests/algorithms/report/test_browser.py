@@ -1,4 +1,4 @@
-"""The report as its reader has it: in a real Chromium, from the file system, on a screen, a phone and paper."""
+"""The report as its reader sees it: in a real Chromium, from the file system, on a screen, a phone and paper."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def browser(shared, page):
 
 
 def canvas_seen(browser: Browser) -> np.ndarray:
-    """What the 3-D view shows once it is drawn, shape (height, width, 3)."""
+    """The pixels of the 3-D view once it is drawn, shape (height, width, 3)."""
     browser.ask(f"{CANVAS}.scrollIntoView({{block: 'start'}})")
     browser.ask(
         "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 300))))"
@@ -106,7 +106,7 @@ def test_no_complaint_and_no_request_to_anywhere(browser, page):
 
 
 def test_the_slider_moves_a_log(browser):
-    """The picture changes where the log was and where it is now, and nowhere far from any log."""
+    """The picture changes where the log was and where it is now, and not far from all logs."""
     choose(browser, "group", "fast")
     set_time(browser, 0.0)
     before, was = canvas_seen(browser), seen_at(browser, 0)
@@ -179,7 +179,7 @@ def test_layers_of_the_map_switch(browser):
         """Array.from(document.querySelectorAll('[id$=layer_trajectories_key], [id$=layer_trajectories_word]'))
              .map((each) => each.style.display)"""
     )
-    assert hidden[:2] == ["none", "none"]  # of the first map, whose boxes are as they were: no entry of what is hidden
+    assert hidden[:2] == ["none", "none"]  # of the first map, whose boxes are unchanged: no entry of hidden layers
     assert hidden[2:] == ["", ""]
     names = {name.split("layer_")[1] for name, *_ in shown}
     assert {"relief", "hits", "speed", "trees", "barriers", "lines", "releases", "trajectories"} <= names
@@ -217,7 +217,7 @@ def test_it_reads_on_a_phone_and_in_the_dark(browser):
 @pytest.mark.parametrize("width", [375, 1440])
 @pytest.mark.parametrize("dark", [False, True])
 def test_axe_finds_nothing_serious(browser, width, dark):
-    """Scrolling parts that the keyboard reaches, names of what is pressed, contrast, ids that are there once."""
+    """Scrolling parts that the keyboard reaches, names of buttons, contrast, unique ids."""
     browser.size(width, 812, phone=width < 500)
     browser.dark(dark)
     assert browser.hard_to_use() == []
@@ -269,7 +269,7 @@ def long_page(page) -> Path:
 
 @pytest.fixture(scope="module")
 def answered_page(tmp_path_factory) -> Path:
-    """One run, with what every other tool says of it."""
+    """One run, with the results of every other tool for it."""
     case = Case(tmp_path_factory.mktemp("answered"))
     run = case.run(output=str(case.folder / "run"), **(case.everything() | {"barriers": None}))
     results = ",".join(map(str, answers(case, run).values()))
@@ -278,7 +278,7 @@ def answered_page(tmp_path_factory) -> Path:
 
 
 def used_of_pages(browser: Browser, folder: Path) -> list[float]:
-    """Of each page on paper, how much of its height is used, without its margins and its number."""
+    """The used share of the height of each page on paper, without its margins and its number."""
     top, bottom = 16.0 / 297.0, 1.0 - 18.0 / 297.0  # as `page.css` has them
     used = []
     for page in pictures_of(browser.printed(), folder, 40):
@@ -302,8 +302,8 @@ def half_empty(used: list[float], signed: int) -> list[int]:
 
 @pytest.mark.parametrize("which", ["page", "long_page", "answered_page"])
 def test_on_paper_no_page_is_half_empty(shared, tmp_path, request, which):
-    """What is not torn apart is small enough that the page before it stays well filled; the last signed page holds
-    what is to be judged and the signatures."""
+    """Unbreakable parts are small enough that the page before them stays well filled; the last signed page contains
+    the points to be judged and the signatures."""
     shared.size(1280, 900)
     shared.open(request.getfixturevalue(which))
     shared.wait("window.deadwoodView && deadwoodView.scene().last > 0")
@@ -328,7 +328,7 @@ SMALLEST_PT = 6.5  # of letters on paper
 
 
 def small_letters(browser: Browser) -> list[str]:
-    """What figures say on paper in letters that are too small, and their size [pt]; before, 4 pt on a tall map."""
+    """Text of figures on paper in letters that are too small, and their size [pt]; before, 4 pt on a tall map."""
     browser.size(680, 1000)  # 180 mm, as wide as A4 is between its margins
     browser.call("Emulation.setEmulatedMedia", media="print")
     told = browser.ask(
@@ -389,7 +389,7 @@ def test_the_same_map_is_in_png_svg_pdf_and_on_the_page(browser, page, tmp_path)
 
 
 def small(picture: Image.Image) -> np.ndarray:
-    """A picture so coarse that hairs and letters no longer matter; the ground, white or the page's grey, as white."""
+    """A picture so coarse that hairlines and letters no longer matter; the background, white or grey, as white."""
     ground = Image.new("RGB", picture.size, "#ffffff")
     whole = picture.convert("RGBA")
     ground.paste(whole, mask=whole.getchannel("A"))

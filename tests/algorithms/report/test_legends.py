@@ -1,4 +1,4 @@
-"""The legend of a map lies within the figure, beside a tall map or below, in every language."""
+"""The legend of a map is within the figure, beside a tall map or below, in every language."""
 
 from __future__ import annotations
 

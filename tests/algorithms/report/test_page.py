@@ -1,4 +1,4 @@
-"""The report without a browser: its numbers are the summary's, names are text, what is missing is reported."""
+"""The report without a browser: its numbers are the summary's, names are text, missing data are reported."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from deadwood_algorithms.tools import make_report
 from deadwood_engine import STOP_REASONS
 
 ROOT = Path(__file__).parents[3]
-EDGE_IN = 0.02  # of a figure, over which a hair of a letter may reach
+EDGE_IN = 0.02  # by which a hairline of a letter may exceed a figure
 EVIL = "<script>alert('&amp;')</script>\"$x^2$"
 
 
 class Reader(HTMLParser):
-    """The elements of a page, and the text that a reader sees."""
+    """The elements of a page, and its visible text."""
 
     def __init__(self, page: str) -> None:
         super().__init__(convert_charrefs=True)
@@ -143,7 +143,7 @@ def test_no_id_stands_twice_and_every_address_within_the_page_leads_somewhere(pa
 
 
 def test_the_pages_that_are_signed_come_first_and_paths_and_flags_last(page):
-    """Question, scenario, conclusion with what its interval lacks, numbers, map, judgement, signature; the annex."""
+    """Question, scenario, conclusion with what its interval excludes, numbers, map, judgement, signature; the annex."""
     order = ["question", "scenario", "conclusion", "numbers", "map", "judgement"]
     order += ["annex", "three_d", "r0-provenance"]
     places = [page[0].index(f'id="{each}"') for each in order]
@@ -188,7 +188,7 @@ def test_the_space_holds_solids_in_true_size(case, page):
     for each, diameter in ((big, 3.0), (small, 1.0)):
         assert each[-1, 5] - each[0, 2] == pytest.approx(diameter, abs=1e-4)
         assert each[:, 6:].max() == pytest.approx(0.5 * diameter, abs=1e-4)
-    falls = 5.0 * np.tan(np.radians(35.0))  # the big one lies so much lower; it sticks out by 2 m, the small one by 1 m
+    falls = 5.0 * np.tan(np.radians(35.0))  # the big one is lower by this; it sticks out by 2 m, the small one by 1 m
     assert big[-1, 5] - small[-1, 5] == pytest.approx(2.0 - 1.0 - falls, abs=1e-2)
     poses = np.frombuffer(base64.b64decode(space["poses"]), "<u2").reshape(-1, 2, 3) * np.array(space["scale"])
     assert np.allclose(np.linalg.norm(poses[:, 1] - poses[:, 0], axis=1), 10.0, atol=0.5)  # chords between two poses
@@ -218,14 +218,14 @@ def test_lost_inputs_are_reported_and_the_rest_continues(run, tmp_path):
         assert f"The {name} of the run, {file}.gpkg, could no longer be read" in text  # its place: annex
     assert "Without the terrain model there is no 3-D view" in text
     assert data["space"] == []
-    assert "Arrivals" in text  # they need the run alone
+    assert "Arrivals" in text  # they need only the run
     with pytest.raises(UserError, match="terrain model no longer exists"):
         make_report.TOOL(runs=str(moved), output=str(tmp_path / "x.html"), gltf=str(tmp_path / "x.glb"))
     assert not (tmp_path / "x.html").exists()
 
 
 def test_names_never_become_markup(case, tmp_path):
-    """Of lines, barriers, trees, releases, folders and titles."""
+    """Names of lines, barriers, trees, releases, folders and titles."""
     lines = write_layer(tmp_path / "l.gpkg", [shapely.LineString([(0.5, 25.0), (59.5, 25.0)])], line_id=[EVIL])
     walls = write_layer(
         tmp_path / "b.gpkg", [shapely.LineString([(5.0, 45.0), (55.0, 45.0)])], barrier_id=[EVIL], height_m=[3.0]
@@ -355,7 +355,7 @@ def test_in_german(run):
 
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_all_that_a_figure_says_lies_within_it(run, tmp_path, monkeypatch, language):
-    """Titles, legends, names of ticks: nothing that is drawn reaches over the edge of the paper."""
+    """Titles, legends, names of ticks: nothing drawn exceeds the edge of the figure."""
     over = []
 
     def look(drawing, folder):
@@ -390,7 +390,7 @@ def test_figures_and_scene_as_files(run, tmp_path):
 
 
 def assert_sound_gltf(content: bytes) -> None:
-    """The structure that glTF 2.0 asks for: chunks, views within the buffer, accessors within views, their bounds."""
+    """The structure required by glTF 2.0: chunks, views within the buffer, accessors within views, their bounds."""
     magic, version, length, size, kind = struct.unpack("<4sIII4s", content[:20])
     assert (magic, version, length, kind) == (b"glTF", 2, len(content), b"JSON")
     told = json.loads(content[20 : 20 + size])
@@ -433,7 +433,7 @@ def test_same_run_same_page(run, page):
 
 
 def test_a_large_terrain_is_thinned(tmp_path):
-    """4000 x 4000 cells, all of which the logs are near enough to be shown."""
+    """4000 x 4000 cells, all near enough to the logs to be shown."""
     from hand_run import Track, write_run
 
     with rasterio.open(

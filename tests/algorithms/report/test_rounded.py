@@ -12,11 +12,11 @@ from deadwood_algorithms.stats.statistics import alike
 @pytest.mark.parametrize(
     ("value", "low", "high", "signed", "text"),
     [
-        (-0.004, -0.5, 0.4, True, "0.00 (−0.50 to +0.40)"),  # what rounds to nothing has no sign
+        (-0.004, -0.5, 0.4, True, "0.00 (−0.50 to +0.40)"),  # a value that rounds to zero has no sign
         (0.0, 0.0, 0.192, False, "0 (0 to 0.192)"),  # an exact zero needs no decimals
         (13.41, 13.1, 13.7, False, "13.41 (13.10 to 13.70)"),
         (75.2, 62.0, 88.0, False, "75 (62 to 88)"),
-        (2.3e-15, 1.1e-15, 3.6e-15, False, "0 (0 to 0)"),  # what arithmetic leaves of nothing
+        (2.3e-15, 1.1e-15, 3.6e-15, False, "0 (0 to 0)"),  # a rounding residue of zero
         (-3e-12, -1e-11, 2e-12, True, "0 (0 to 0)"),
     ],
 )
@@ -36,7 +36,7 @@ def test_a_number_without_an_interval(value, text):
     [
         ((21.4, 8.694, 32.2), ["21.4", "8.7", "32.2"]),  # as many decimals each
         ((0.25, 0.2, 0.3), ["0.25", "0.20", "0.30"]),
-        ((0.25, 0.055, 0.315), ["0.250", "0.055", "0.315"]),  # what was given loses no digit
+        ((0.25, 0.055, 0.315), ["0.250", "0.055", "0.315"]),  # given values lose no digit
         ((45.0, 32.0, 61.0), ["45", "32", "61"]),
         ((450.3, 380.21, 1210.7), ["450", "380", "1211"]),
         ((0.0, 0.0, 0.5), ["0.0", "0.0", "0.5"]),

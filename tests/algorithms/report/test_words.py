@@ -1,4 +1,4 @@
-"""The report's messages and their catalogues: complete, with the same placeholders, none of them unused."""
+"""The report's messages and their catalogues: complete, with the same placeholders, none unused."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_every_message_is_translated_with_the_same_gaps_and_none_is_left_over(la
 
 @pytest.mark.parametrize("language", OTHERS)
 def test_the_catalogue_is_one_of_gettext_and_is_up_to_date(language):
-    """Babel reads in it what the toolbox does, and has nothing to add."""
+    """Babel reads the same as the toolbox and has nothing to add."""
     with translations.REPORT.file_of(language).open("rb") as file:
         found = read_po(file, locale=language, abort_invalid=True)
     theirs = {(each.context, each.id): each.string for each in found if each.id}

@@ -1,4 +1,4 @@
-"""Hits above what trees and logs can take: counted by brute force from the engine's hits, and nothing else changes."""
+"""Hits above the capacity of trees and logs: counted by brute force from the engine's hits; nothing else changes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def case(tmp_path_factory) -> Case:
 
 
 def test_a_runs_hits_above_are_those_of_the_engine(case, tmp_path, monkeypatch):
-    """Every hit of the run is looked at by itself; the motion is that of a run without a capacity."""
+    """Every hit of the run is checked separately; the motion is that of a run without a capacity."""
     seen = []
     original = Overloads.hits_above
 
@@ -95,7 +95,7 @@ def test_a_runs_hits_above_are_those_of_the_engine(case, tmp_path, monkeypatch):
         assert (record["ci_low"], record["ci_high"]) == pytest.approx(wilson_interval(count, len(group)))
     assert any(line.startswith("logs with a hit above the capacity of a tree:") for line in overload_lines(told))
     page = " ".join(map(str, sections.above_capacity(told, Words("de"))))
-    assert "über der Tragkraft" in page
+    assert "über der Tragfähigkeit" in page
     assert sections.above_capacity(None, Words("en")) == []
 
 

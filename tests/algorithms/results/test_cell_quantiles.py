@@ -1,4 +1,4 @@
-"""Quantiles a cell against a brute force over single logs and poses, in one go and in bands; the run's own maxima."""
+"""Quantiles per cell compared with brute force over single logs and poses, at once and in bands; the run's maxima."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def made(run: Path, folder: Path, **changes) -> dict[str, np.ndarray]:
 
 
 def brute_force(run: Path, cell: float, chosen=None) -> dict[str, np.ndarray]:
-    """Each log's cells by a sweep of each pair of its poses alone; each cell's quantiles by numpy."""
+    """Each log's cells by sweeping each pair of its poses separately; each cell's quantiles by numpy."""
     source = read_run(str(run), feedback=Quiet())
     grid = count_hits.with_cell(source.grid, cell)
     place = {"x0": grid.x0, "y0": grid.y0, "cell": cell, "shape": grid.shape}
@@ -76,7 +76,7 @@ def expected(full) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("most", [20_000_000, 150])
 def test_every_cell_is_as_by_brute_force(full, expected, tmp_path, monkeypatch, most):
-    """In one band, and in as many as there are rows or so, which stands for a large run; float32 in the files."""
+    """In one band, and in about as many as there are rows, as in a large run; float32 in the files."""
     monkeypatch.setattr(cell_quantiles, "HITS_AT_ONCE", most)
     ours = made(full, tmp_path, cell_m=5.0)
     hits = raster(tmp_path / "hits.tif")[::-1]

@@ -1,4 +1,4 @@
-"""Near an edge or not: by brute force over all cells, across blocks; heights against the grid's; files that are not."""
+"""Near an edge or not: by brute force over all cells, across blocks; heights compared with the grid; missing files."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def places(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
 
 
 def near_by_hand(grid: Grid, x: np.ndarray, y: np.ndarray, distance: float) -> np.ndarray:
-    """Every cell without height, and a collar of them around the grid, against every position's cell."""
+    """Every cell without height, and a collar of them around the grid, for the cell of every position."""
     margin = 12
     valid = np.pad(np.isfinite(grid.values), margin)
     j, i = np.nonzero(~valid)

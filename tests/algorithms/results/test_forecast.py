@@ -1,4 +1,4 @@
-"""What --plan tells against what the run then takes, and the refusals that rest on it."""
+"""The forecast of --plan compared with the cost of the run, and the refusals based on it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ sys.exit(status)
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Case:
-    """The slope with enough logs that a pilot is a small part of them."""
+    """The slope with so many logs that a pilot is a small part of them."""
     case = Case(tmp_path_factory.mktemp("case"))
     places = np.random.default_rng(8).random((LOGS, 2)) * (40.0, 20.0) + (10.0, 65.0)
     case.releases = write_layer(
@@ -59,10 +59,10 @@ def size_of(folder: Path) -> int:
 
 
 def test_what_is_reported_is_what_the_run_takes(case):
-    """Of memory and disk: what the run adds to the pilot within a factor of 2, for logs differ in how long they slide
-    (the pilot's mean is within a few percent) and files in how well they pack; the forecast may rather be too large.
+    """Memory and disk: the part beyond the pilot within a factor of 2, because logs differ in how long they slide
+    (the pilot's mean is within a few percent) and files in how well they compress; the forecast should not be too low.
 
-    The clock of a shared machine is no measure: the processor time is.
+    Processor time is compared, because wall time on a shared machine is not reliable.
     """
     values = case.values(lines=case.lines, output=str(case.folder / "whole"))
     asked = case.folder / "ask.json"
@@ -91,7 +91,7 @@ def test_what_is_reported_is_what_the_run_takes(case):
             places = [each for each in case.folder.glob(".whole*") if each.is_dir()]
             try:
                 most[0] = max(most[0], sum(size_of(each) for each in places))
-            except OSError:  # removed between the look and the count
+            except OSError:  # removed between listing and counting
                 continue
 
     watcher = threading.Thread(target=watch)
@@ -102,7 +102,7 @@ def test_what_is_reported_is_what_the_run_takes(case):
         done.set()
         watcher.join()
     run = case.folder / "whole"
-    # memory hardly grows with the logs (docs/memory.md), so the whole of it is given: libraries, scene and logs
+    # memory hardly grows with the logs (docs/memory.md), so all of it is compared: libraries, scene and logs
     assert 0.5 * facts["memory"] < taken < 1.1 * facts["memory"]
     assert 0.7 * size_of(run) < facts["disk_at_end"] < 1.4 * size_of(run)
     assert 0.8 * most[0] < facts["disk"] < 2.0 * most[0]

@@ -31,9 +31,9 @@ def full(case) -> Path:
 
 
 def test_a_shot_at_a_plate(case, tmp_path):
-    """A log flies 20 m/s level to the south into a plate 20 m off: a parabola says when, how fast, how high, and how.
+    """A log flies level at 20 m/s to the south into a plate 20 m away: a parabola gives time, speed, height and angle.
 
-    Its tip meets the plate; the momentum it loses over the fall's part is what the plate took, the energy likewise.
+    Its tip meets the plate; the momentum it loses beyond the fall's part is what the plate took, as is the energy.
     """
     flat = write_dem(tmp_path / "flat.tif", flat=True)
     wall = write_layer(tmp_path / "w.gpkg", [shapely.LineString([(20, 40), (40, 40)])], barrier_id=[3], height_m=[9.0])
@@ -177,7 +177,7 @@ def test_stops_are_those_of_the_boulder_although_a_lying_log_has_several_lines()
 
 
 def test_a_hit_of_any_line_of_a_lying_log_is_the_logs():
-    """Hits of the engine's rows: two trees, three lines of two lying logs, two boulders."""
+    """Hits by rows of the engine: two trees, three lines of two lying logs, two boulders."""
     layers = SimpleNamespace(
         tree_ids=["s", "t"], lying=items(["l", "m"], [0, 0, 1]), blocks=SimpleNamespace(ids=["p", "q"])
     )
@@ -215,7 +215,7 @@ def test_sums_do_not_depend_on_how_hits_are_split():
 
 
 def test_sizes_come_out_as_they_were_given(case, tmp_path):
-    """Of 1 to 100 cm, 8 come back otherwise where they are taken over 100 and times 100 again: 29 is one."""
+    """Of 1 to 100 cm, 8 change if they are divided by 100 and multiplied by 100 again: 29 is one."""
     odd = [cm for cm in map(float, range(1, 101)) if 100.0 * (cm / 100.0) != cm]
     assert 29.0 in odd
     places = points(*((20.0 + 20.0 * k / len(odd), 40.0 + 0.5 * (k % 3)) for k in range(len(odd))))

@@ -1,4 +1,4 @@
-"""What was slid is known for ever: the record of each result, its seal, and inputs that change."""
+"""What was slid stays known: the record of each result, its seal, and inputs that change."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_the_run_id_is_of_what_decides_the_bits_and_of_nothing_else(copied, tmp_
 
 
 def test_what_is_made_of_several_runs_is_known_by_theirs(tmp_path):
-    """The same commands in two folders, at other times: the same run_id; with another run, or in another order, not."""
+    """The same commands in two folders, at other times: the same run_id; not with another run or another order."""
     made = {}
     for name in ("here", "there"):
         place = Case(tmp_path / name)
@@ -228,7 +228,7 @@ def test_an_input_is_all_that_its_path_stands_for(copied, kind):
 
 
 def test_a_geopackage_is_known_by_its_rows_also_while_it_is_open(copied):
-    """As QGIS keeps one: in the mode of a log beside it (-wal), a style added, and at last a row changed."""
+    """As used by QGIS: with a write-ahead log beside it (-wal), a style added, and finally a row changed."""
     named = copied.lines
     record = {"path": named, **of_input(named)}
     bytes_before = sha256(named)
@@ -277,13 +277,13 @@ def test_changed_inputs_are_reported_refused_and_shown(copied, tmp_path, said, c
         make_report.TOOL(runs=str(run), language=language, output=str(tmp_path / f"{language}.html"))
         page = (tmp_path / f"{language}.html").read_text(encoding="utf-8")
         assert box in page
-        assert then in page  # of the trees that stood in the way, not of those that are there now
+        assert then in page  # with the trees of the run, not those that are in the file now
         assert sha256(copied.trees) not in page
     again = ["slide-logs", "--config", str(run / "manifest.json"), "--output", str(tmp_path / "again"), "--quiet"]
     assert command(again) == 2
     assert "--changed-inputs" in capsys.readouterr().err
     assert not (tmp_path / "again").exists()
-    assert command([*again, "--trees", copied.trees]) == 0  # named again: that is what is meant
+    assert command([*again, "--trees", copied.trees]) == 0  # named explicitly: this is intended
     assert command([*again, "--changed-inputs", "--overwrite"]) == 0
     assert copied.trees in capsys.readouterr().err
 
@@ -345,7 +345,7 @@ def test_no_flipped_bit_no_half_file_and_no_file_of_another_run_is_read(case, ru
     for content in (*flipped, whole[: len(whole) // 2], b""):
         (mine / name).write_bytes(content)
         status = read(name, case, mine, tmp_path)
-        # a page of SQLite that holds no row (free space, an index) may change without any row being another
+        # a page of SQLite without rows (free space, an index) may change without changing any row
         same_rows = name.endswith(".gpkg") and content_of(mine / name) == content_of(run / name) is not None
         assert status == (0 if same_rows else 2)
         assert "bug in the toolbox" not in capsys.readouterr().err
@@ -368,7 +368,7 @@ def places_in(value, at=()):
 
 @pytest.mark.parametrize("key", ["files", "seal"])
 def test_a_flipped_bit_in_what_seals_a_manifest_is_no_manifest_of_before_the_seal(case, run, tmp_path, key):
-    """Before: with "filer" for "files" it was taken for one of an old version, which seals nothing."""
+    """Before: with "filer" for "files" it was taken for one of an old version, which has no seal."""
     mine = Path(shutil.copytree(run, tmp_path / "run"))
     text = (mine / "manifest.json").read_text(encoding="utf-8")
     (mine / "manifest.json").write_text(text.replace(f'"{key}": ', f'"{key[:-1]}r": ', 1), encoding="utf-8")
@@ -377,7 +377,7 @@ def test_a_flipped_bit_in_what_seals_a_manifest_is_no_manifest_of_before_the_sea
 
 @pytest.mark.parametrize("name", ["summary.json", "manifest.json"])
 def test_wrong_types_are_refused_in_a_line(case, run, tmp_path, capsys, name):
-    """In a result of before the seal: each value is a text, a list, null or a number that it cannot be, in turn."""
+    """In a result without a seal: each value is in turn a text, a list, null or a number that it cannot be."""
     mine = Path(shutil.copytree(run, tmp_path / "run"))
     old = {key: value for key, value in manifest(run).items() if key not in ("files", "seal", "run_id")}
     (mine / "manifest.json").write_text(json.dumps(old), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Logs that left the terrain model: every tool that evaluates a run says by the same rule what depends on them."""
+"""Logs that left the terrain model: every tool that evaluates a run reports by the same rule what depends on them."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def of_road(said: Any) -> str:
 
 def test_shares_have_the_bounds_that_none_and_all_of_the_lost_logs_reach():
     left = np.arange(20) < 10
-    found = share_if_lost(np.arange(20) >= 8, left)  # two that left had reached it before
+    found = share_if_lost(np.arange(20) >= 8, left)  # two of those that left had reached it before
     assert (found["n_reach"], found["n_lost"], found["p_low_if_lost"], found["p_high_if_lost"]) == (12, 8, 0.6, 1.0)
     assert reach_phrases([{"line_id": "a", **found}]) != []
     assert reach_phrases([{"line_id": "a", **share_if_lost(np.ones(20, bool), left)}]) == []
@@ -109,13 +109,13 @@ def test_a_log_that_came_with_less_energy_and_then_left_is_not_unknown(run, n_lo
 
 
 def test_run_sites_looks_before_each_site(cut, tmp_path, monkeypatch, said):
-    """Before: a site is begun so that it can be resumed, and what is resumed was not looked at."""
+    """Before: a site is begun such that it can be resumed, and a resumed run had no pilot."""
     monkeypatch.setattr(look, "LOGS", 6)
     run_sites.TOOL(
         dem=cut.dem, releases=cut.releases, by="release_id", lines=cut.lines, friction="0.2",
         output=str(tmp_path / "sites"), feedback=said,
     )  # fmt: skip
-    told = [each for each in said.warnings if "a look before the run" in each]
+    told = [each for each in said.warnings if "a pilot before the run" in each]
     assert len(told) == 2
 
 
@@ -130,7 +130,7 @@ def test_design_values(run, n_lost, tmp_path, said):
 
 
 def test_value_trees(run, n_lost, tmp_path, said):
-    """No log reaches the road in sight, so every gain is 0, and may be as much as the logs that leave only without the
+    """No log reaches the road in sight, so every gain is 0, and at most the number of logs that leave only without the
     tree: slid without it on the whole slope they are counted by hand."""
     value_trees.TOOL(run=str(run), output=str(tmp_path / "values.gpkg"), feedback=said)
     frame = geopandas.read_file(tmp_path / "values.gpkg", layer="values")
@@ -148,7 +148,7 @@ def test_break_trees(run, n_lost, tmp_path, said):
     assert f"{n_lost} of 24 logs" in told
     assert "the reach of line road may be anything from 0 to" in told
     (road,) = [row for row in done.facts["reach_breaking"] if row["line_id"] == "road"]
-    gone = road["n_lost_breaking"]  # without trees more leave; some that left broke none, and go the same way again
+    gone = road["n_lost_breaking"]  # without trees more leave; some that left broke none, and go the same way
     assert (road["n_reach"], road["n_lost"], road["gain_logs"]) == (0, n_lost, 0)
     assert gone > n_lost
     assert -n_lost / 24 <= road["gain_p_low_if_lost"] <= 0.0
@@ -189,7 +189,7 @@ def test_vary(cut, tmp_path, said):
 
 
 def test_vary_tells_of_the_run_that_lost_most_and_of_things_as_they_are(said):
-    """As it is 4 of 40 leave, which may be 0 to 10 % of the reach; with low friction half of them."""
+    """With nothing varied, 4 of 40 leave, which may be 0 to 10 % of the reach; with low friction, half of them."""
     left = np.arange(40) < np.array([[4], [20], [2]])
     reasons = np.where(left, STOP_REASONS.index("left_dem"), STOP_REASONS.index("rest")).astype(np.int8)
     slid = SlidRuns(np.zeros((3, 40, 1), bool), np.ones((3, 40)), reasons)

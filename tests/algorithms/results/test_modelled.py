@@ -1,4 +1,4 @@
-"""What a summary says of its model: clauses from records."""
+"""A summary's description of its model: clauses from records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Energies and directions from poses: closed forms, and against the energies of a real run."""
+"""Energies and directions from poses: closed forms, and the energies of a real run."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_the_mass_of_another_shape_is_that_of_its_body(tmp_path):
 
 
 def turning(rate: float, spin: float, speed: float = 3.0) -> dict[str, np.ndarray]:
-    """A log of 10 m whose axis turns in plan at a steady rate, sampled every 10 ms, in two logs of 50 poses."""
+    """A log of 10 m whose axis turns in plan at a steady rate, sampled every 10 ms, as two logs of 50 poses."""
     t = np.tile(np.arange(50) * 0.01, 2)
     axis = np.stack([np.cos(rate * t), np.sin(rate * t), np.zeros(100)])
     ends = {f"{name}{end}": sign * 5.0 * axis[k] for end, sign in (("b", -1), ("t", 1)) for k, name in enumerate("xyz")}
@@ -57,8 +57,8 @@ def test_a_turning_axis_and_a_spin_about_it_are_distinguished():
 
 
 def test_the_energy_is_the_runs_own(tmp_path):
-    """The run watches every step, poses are a cell apart: the largest of each log is mostly within 5 %, and hardly ever
-    more than that cell's fall above what the poses show."""
+    """The run monitors every step, poses are a cell apart: the maximum of each log is mostly within 5 % and hardly ever
+    exceeds that of the poses by more than the fall over that cell."""
     case = Case(tmp_path)
     run = read_run(str(case.run(trees=case.trees, friction="0.3", fidelity="standard")), feedback=Quiet())
     largest = np.zeros(len(run.deposits))

@@ -1,4 +1,4 @@
-"""--overwrite never costs an input: one guard, to which every tool hands what its declaration says that it reads."""
+"""--overwrite never costs an input: one check, to which every tool passes the inputs of its declaration."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PAIRS = [
 
 
 def asked(tool, **values):
-    """What the guard sees of an ``Ask``: the paths; everything else is empty."""
+    """The part of an ``Ask`` that the check uses: the paths; everything else is empty."""
     empty = {each.name: None for each in tool.parameters()}
     return SimpleNamespace(**{**empty, "overwrite": True, **values})
 
@@ -59,7 +59,7 @@ def test_no_tool_replaces_what_it_reads(tmp_path, tool, read, written):
     (tiles / "b.tif").write_text("heights")
     before = digests(tmp_path)
     folder = written.kind == "output_folder"
-    if folder:  # of the same tool, so that nothing but the guard stands in the way
+    if folder:  # of the same tool, so that only the check prevents it
         tries = [(run, run), (run / "run.gpkg", run)]
     else:
         tries = [
@@ -99,7 +99,7 @@ def test_a_folder_is_replaced_only_by_the_tool_that_made_it(tmp_path, tool, writ
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_tool_writes_past_the_guard(name):
-    """What a tool leaves goes through `results.identity`, which hands the inputs over."""
+    """The results of a tool go through `results.identity`, which passes on the inputs."""
     tool = find(name)
     assert tool is not None
     source = Path(str(__import__(tool.Ask.__module__, fromlist=["x"]).__file__)).read_text(encoding="utf-8")
@@ -117,7 +117,7 @@ def slid(tmp_path_factory):
 
 
 def test_the_commands_that_lost_data(slid, capsys):
-    """Each ended with exit 0 and a run, a layer of it or a raster less."""
+    """Each ended with exit 0, and a run, one of its layers or a raster was lost."""
     run, trees = str(slid.folder / "run"), slid.trees
     other = str(slid.run(trees=slid.trees, lines=slid.lines, output=str(slid.folder / "other")))
     lines = ["--lines", slid.lines]
@@ -130,7 +130,7 @@ def test_the_commands_that_lost_data(slid, capsys):
         ["compare-scenarios", "--runs", f"{run},{other}", "--output", other],
         ["make-report", run, "--output", str(slid.folder / "page.html"), "--figures", run],
         ["value-trees", "--run", run, "--output", f"{run}/run.gpkg"],
-        ["value-trees", "--run", run, "--output", trees],  # of which the run was slid, and is slid again
+        ["value-trees", "--run", run, "--output", trees],  # with which the run was slid, and is slid again
         ["reach-lines", "--run", run, *lines, "--output", f"{run}/run.gpkg"],
         ["count-hits", "--run", run, "--output", f"{run}/hit_count.tif"],
         ["lateral-spread", "--deposits", f"{run}/run.gpkg|layername=deposits", "--output", f"{run}/run.gpkg"],

@@ -28,7 +28,7 @@ def table_of(base: np.ndarray, tip: np.ndarray) -> pd.DataFrame:
 
 
 def by_rings(base: np.ndarray, tip: np.ndarray, radii: tuple[float, float], shape: Any) -> float:
-    """The highest of 720 points of each station's ring above the ground below its middle; the touching or nearest."""
+    """The highest of 720 points of each station's ring above the ground below its middle; touching or nearest."""
     axis = (tip - base) / np.linalg.norm(tip - base)
     side = np.cross(axis, [0.3, 0.5, 0.8])
     side /= np.linalg.norm(side)
@@ -69,14 +69,14 @@ def test_an_upright_log_is_as_high_as_its_tip_and_a_lying_one_half_its_thickness
 
 
 def test_a_log_that_only_comes_near_counts_where_it_is_nearest():
-    """Outlines of stored poses may end just before the line that the log reached between two of them."""
+    """Outlines of stored poses may end just before the line that the log reached between two poses."""
     base, tip = np.array([[-6.0, 0.0, 1.0]]), np.array([[-2.0, 0.0, 5.0]])
     (found,) = heights_over(table_of(base, tip), LINE, (np.array([0.3]), np.array([0.3])), EDGES)
     assert found == pytest.approx(5.0 + 0.3 * np.sqrt(0.5) + 0.6)
 
 
 def test_of_a_polygon_the_outline_counts_and_unknown_ground_does_not():
-    """A log along the inside of a house is near none but the wall that its tip touches."""
+    """A log inside a house is near only the wall that its tip touches."""
     house = shapely.box(-10.0, -5.0, 0.0, 5.0)
     base, tip = np.array([[-5.0, 0.0, 1.0]]), np.array([[0.0, 0.0, 3.0]])
     radii = np.array([0.2]), np.array([0.2])

@@ -1,4 +1,4 @@
-"""The QGIS project of a run, as XML: every layer of the folder is in it, and where it says. QGIS opens it elsewhere."""
+"""The QGIS project of a run, as XML: every layer of the folder is in it, with a valid path. tests/qgis opens it."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_what_is_on_a_sheet_is_on_the_page_and_nothing_lies_over_another(case):
 
 
 def test_a_project_in_german_has_no_english_name(case):
-    """Of layers, groups, sheets, and classes; names that are typed, such as those of files, stay."""
+    """Names of layers, groups, sheets, and classes; names that are typed, such as those of files, are unchanged."""
     german = Case(case.parent / "german")
     (case.parent / "german").mkdir(exist_ok=True)
     root = project(german.run(time_limit_s=10.0, qgis_project=True, language="de", **german.everything()))
@@ -130,7 +130,7 @@ def test_the_scene_is_as_it_was_modelled(case):
     assert heights == {"west": 1.5, "east": 4.0}
     assert lying == [(35.0,)]
     assert blocks == [("4", 1.5, 1.0)]
-    assert trees == (59, pytest.approx(50.0))  # one of the 60 stands off the DEM, and so in no log's way
+    assert trees == (59, pytest.approx(50.0))  # one of the 60 is off the DEM, where no log can meet it
 
 
 def test_a_bare_run_without_trajectories_has_its_project_too(tmp_path):

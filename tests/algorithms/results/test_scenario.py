@@ -1,4 +1,4 @@
-"""The scenario and the counts of a summary, against the layers from which they come."""
+"""The scenario and the counts of a summary, compared with the layers from which they come."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def case(tmp_path_factory) -> Case:
 
 @pytest.fixture(scope="module")
 def told(case, tmp_path_factory) -> dict:
-    """Every layer with rows that have no part in the run."""
+    """Every layer with rows that are not used in the run."""
     folder = tmp_path_factory.mktemp("run")
     stems = points((30.0, 50.0), (59.5, 50.0), (20.0, 99.5), (59.9, 50.0), (6.0, 6.0), (200.0, 50.0), (31.0, 45.0))
     trees = write_layer(
@@ -131,7 +131,7 @@ def test_logs_that_were_not_run_are_counted(case, tmp_path):
 
 
 def test_clauses_are_records_of_names_and_numbers(told):
-    """What the sentences say stands beside them: nothing has to be read out of words."""
+    """The facts of the sentences are stored beside them: no text has to be parsed."""
     facts = told["modelled_facts"]
     assert facts.keys() == told["modelled"].keys()
     assert facts["friction"] == [{"clause": "friction", "mu": 0.25}]

@@ -1,4 +1,4 @@
-"""Shares of logs by cell, against the formula in double precision: to the last bit of what is written."""
+"""Shares of logs by cell, compared with the formula in double precision: to the last bit written."""
 
 from __future__ import annotations
 

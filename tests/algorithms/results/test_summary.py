@@ -1,4 +1,4 @@
-"""What a summary says of logs that left the terrain model, or still moved in the end."""
+"""What a summary reports about logs that left the terrain model, or still moved at the end."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def cut(tmp_path_factory) -> Case:
 
 
 def test_logs_that_left_before_a_line_are_lost_for_it_and_warned_of(cut, tmp_path, said):
-    """Before: `line road: reached by 0 of 24 logs, < 14 %` and not a word of the logs that left."""
+    """Before: `line road: reached by 0 of 24 logs, < 14 %` without mentioning the logs that left."""
     values = cut.values(trees=cut.trees, lines=cut.lines, output=str(tmp_path / "run"))
     outcome = slide_logs.TOOL(feedback=said, **values)
     told = summary(tmp_path / "run")
@@ -58,7 +58,7 @@ def test_a_log_that_reached_a_line_before_it_left_is_not_lost_for_it(cut, tmp_pa
     assert record["n_reach"] >= left
     assert record["n_lost"] == 0
     assert record["p_high_if_lost"] == record["p"]
-    assert not any("the reach of line" in each for each in said.warnings)  # of the deposits it is warned
+    assert not any("the reach of line" in each for each in said.warnings)  # the warning is about the deposits
 
 
 def test_where_none_left_nothing_is_reported_of_it(tmp_path, said):
@@ -98,7 +98,7 @@ def test_the_printed_speed_says_which_logs_it_leaves_out(tmp_path: Path):
 
 
 def test_releases_without_a_spread_are_named_and_one_log_has_none():
-    """They were left out without a word, and one log had a spread of 0 degrees."""
+    """Before, they were omitted silently, and one log had a spread of 0 degrees."""
     told = [{"release_id": k, "spread_deg": 40.0 if k == 1 else math.nan} for k in range(1, 4)]
     assert spreadless_lines(told) == [
         "releases 2, 3: no lateral spread, for fewer than two logs went farther than the minimum run-out"

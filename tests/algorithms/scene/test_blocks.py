@@ -77,14 +77,14 @@ def test_they_hold_logs_and_report_it(held):
     )
     assert told["blocks"]["n_total"] == 10
     assert told["blocks"]["n_stops"] == stopped.sum() == told["logs"]["by_stop_reason"]["block"]
-    # each log's own count says the same as the layer of hits; what is numbered before the boulders was not met
+    # each log's count agrees with the layer of hits; obstacles numbered before the boulders were not met
     assert hits["n_logs"].sum() == deposits["tree_hits"].sum() > 0
     assert told["trees"]["n_hits"] == told["lying_logs"]["n_hits"] == 0
     assert not {"tree_hits", "lying_hits"} & set(gpd.list_layers(held / "run.gpkg")["name"])
 
 
 def test_without_them_they_continue(held, free):
-    """Behind the row every log that it holds would have passed it by far."""
+    """Without the row, every log that it holds would have passed it by far."""
     with_blocks, without = layer(held, "deposits"), layer(free, "deposits")
     stopped = (with_blocks["stop_reason"] == "block").to_numpy()
     assert (without["runout_m"] - with_blocks["runout_m"])[stopped].min() > 5.0
@@ -110,7 +110,7 @@ def test_blocks_that_no_log_meets_change_no_bit_and_none_no_digest(case, free, t
     from deadwood_engine import Barriers, Lines, LyingLogs, Trees
 
     absent = Trees.none()[:4], Barriers.none(), Lines.none(), LyingLogs.none()
-    bare = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], 0.25, *absent)  # as before there were blocks
+    bare = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], 0.25, *absent)  # as before blocks were introduced
     scene = read_scene(case.dem, "0.25", None, None, None, crs=None, feedback=Quiet())
     assert scene.digest == bare == digests[0]
 

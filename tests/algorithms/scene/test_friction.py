@@ -1,4 +1,4 @@
-"""Friction as a number, a raster and polygons, through files: the cell's own value, and what it does to a log."""
+"""Friction as a number, a raster and polygons, through files: the values of cells, and the effect on a log."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def grid(tmp_path):
 
 
 def raster_of(path: Path, values: np.ndarray, cell: float, *, crs: str = "EPSG:2056", origin=None, **profile) -> str:
-    """A friction raster as it stands on a map, its north-west corner that of the DEM."""
+    """A friction raster as on a map, with the north-west corner of the DEM."""
     west, north = origin or (EAST, NORTH + LENGTH)
     transform = from_origin(west, north, cell, cell)
     facts = {"driver": "GTiff", "count": 1, "dtype": "float32", "crs": crs, "transform": transform}
@@ -45,7 +45,7 @@ def refused(grid, said, friction, **options) -> str:
 
 
 def test_a_raster_of_larger_cells_gives_each_cell_its_own(grid, tmp_path, said):
-    """Cells of 4 m over cells of 1 m: sixteen to each."""
+    """Cells of 4 m over cells of 1 m: sixteen per coarse cell."""
     values = np.random.default_rng(1).uniform(0.2, 0.6, (25, 15)).astype(np.float32)
     mu = read_friction(raster_of(tmp_path / "f.tif", values, 4.0), grid, said)
     assert np.array_equal(mu, np.kron(as_written(values), np.ones((4, 4)))[::-1])
@@ -91,7 +91,7 @@ def test_a_window_of_the_dem_gets_what_the_whole_gets(grid, tmp_path, said, crs)
 
 
 def test_polygons_with_a_hole_an_overlap_and_a_column_of_choice(grid, tmp_path, said):
-    """A ring of 0.5 around a hole of 0.3 in it, the later row over the earlier, exact by cell centres."""
+    """A ring of 0.5 around a hole of 0.3, the later row over the earlier, exact by cell centres."""
     ring = shapely.box(10, 10, 40, 40) - shapely.box(20, 20, 30, 30)
     later = shapely.box(35, 10, 45, 20)
     frame = gpd.GeoDataFrame({"Rauheit": [0.3, 0.5, 0.7], "mu": [9.0, 9.0, 9.0]}, geometry=[ALL, ring, later], crs=2056)
@@ -102,7 +102,7 @@ def test_polygons_with_a_hole_an_overlap_and_a_column_of_choice(grid, tmp_path, 
     expected[20:30, 20:30] = 0.3
     expected[10:20, 35:45] = 0.7
     assert np.array_equal(mu, expected)
-    overlapped = (30 * 30 - 10 * 10) + 10 * 5  # the ring, and what of the last row lies beside it
+    overlapped = (30 * 30 - 10 * 10) + 10 * 5  # the ring, and the part of the last row beside it
     assert any(f"polygons overlap over {overlapped} cells; the later counts" in note for note in said.notes)
 
 
@@ -180,7 +180,7 @@ def case(tmp_path_factory):
 
 
 def test_a_log_stays_where_friction_is_high_and_slides_where_it_is_low(case, tmp_path):
-    """Lying down the slope of 35 degrees (tan = 0.70): 0.8 holds a log, 0.4 does not; the same through each way."""
+    """Lying down the slope of 35 degrees (tan = 0.70): 0.8 holds a log, 0.4 does not; for each kind of input."""
     rows = {"orientation": ["lying"] * 2, "azimuth_deg": [180.0] * 2, "log_id": [1, 2]}
     releases = write_layer(tmp_path / "r.gpkg", points((15, 80), (45, 80)), **rows)
     west, east = shapely.box(-5, -5, 30, 105), shapely.box(30, -5, 65, 105)
@@ -206,7 +206,7 @@ def test_a_log_stays_where_friction_is_high_and_slides_where_it_is_low(case, tmp
 
 
 def test_a_coefficient_is_the_same_to_the_last_bit_however_it_is_given(grid, tmp_path, said):
-    """As a number, its text, a polygon or a raster over all of the DEM: a cell slides with 0.3, not with 0.30000001."""
+    """As a number, its text, a polygon or a raster over all of the DEM: a cell has 0.3, not 0.30000001."""
     polygon = write_layer(tmp_path / "p.gpkg", [ALL], friction=[0.3])
     raster = raster_of(tmp_path / "f.tif", np.full((25, 15), 0.3), 4.0)
     for given in (0.3, "0.3", polygon, raster):

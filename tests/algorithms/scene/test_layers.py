@@ -1,4 +1,4 @@
-"""From layers to arrays: units, ids, parts and rings, friction from rasters and polygons, and what is left out."""
+"""From layers to arrays: units, ids, parts and rings, friction from rasters and polygons, and omitted rows."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_releases_change_units_and_find_their_defaults(grid, tmp_path, said):
 
 
 def test_options_overridden_by_columns_are_reported(grid, tmp_path, said):
-    """Releases drawn upright stay so whatever --orientation says: once this was found in the last line only."""
+    """Releases drawn upright stay so regardless of --orientation: before, only the last line mentioned this."""
     path = write_layer(
         tmp_path / "r.gpkg", points((30, 80), (31, 80)), orientation=["upright"] * 2, dbh_cm=[40.0, 40.0]
     )
@@ -64,7 +64,7 @@ def test_options_overridden_by_columns_are_reported(grid, tmp_path, said):
     assert logs.length.tolist() == [12.0, 12.0]
     (warning,) = said.warnings
     assert "--orientation lying: without effect, because the layer has a column of that name" in warning
-    assert "--dbh-cm" not in warning  # it says what the column says
+    assert "--dbh-cm" not in warning  # it states the content of the column
 
 
 def test_without_log_id_the_row_number_is_taken(grid, tmp_path, said):

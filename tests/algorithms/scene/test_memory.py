@@ -1,4 +1,4 @@
-"""How many threads fit the memory, and the refusal where none does."""
+"""The number of threads that fit into memory, and the refusal if none does."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_more_threads_than_help_are_not_used(monkeypatch, said):
 
 @pytest.mark.parametrize(("free_gb", "words"), [(100.0, ""), (3.5, "--workers 3 fit"), (1.0, "leave out --scheduler")])
 def test_processes_share_no_memory(monkeypatch, free_gb, words):
-    """52 bytes per cell here, 40 in each of them beside 300 MB of libraries, of nine tenths of what is free."""
+    """52 bytes per cell here, 40 in each process plus 300 MB of libraries, of nine tenths of what is free."""
     monkeypatch.setattr(memory, "free_bytes", lambda: int(free_gb * 1e9))
     fitting = int((0.9 * free_gb * 1e9 - 52 * CELLS) // (300e6 + 40 * CELLS))
     assert (fitting >= 4, f"--workers {fitting} fit" == words, fitting < 1) == (

@@ -1,4 +1,4 @@
-"""Rows of a layer that lie off the DEM, of every kind alike: left out and said; refused only where all rows do."""
+"""Rows of a layer that lie off the DEM, of every kind alike: left out and reported; refused only if all rows are."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_candidate_on_nodata_is_named(tmp_path, grid, said):
 
 
 def test_columns_stay_with_their_rows(tmp_path, grid, said):
-    """Heights of barriers and parts of a row that stands behind one off the DEM."""
+    """Heights of barriers, and parts of a row, that follow one off the DEM."""
     path, _ = of("barriers", tmp_path, [3, 1, 2, 0])
     barriers, items = read_barriers(path, grid, said)
     assert dict(zip(items.ids, barriers.height.tolist(), strict=True)) == {"b": 2.0, "a": 1.0}

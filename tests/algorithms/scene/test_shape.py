@@ -72,7 +72,7 @@ def test_rocks_among_trees_barriers_and_lying_logs(case, cube, tmp_path, said):
 
 
 def test_rings_of_make_log_go_about_as_far_as_the_cone(case, tmp_path):
-    """A log of 32 vertices a ring, a ring a metre: the same case with the cone, means within the spread of chance."""
+    """A log of 32 vertices a ring, a ring a metre: the same case with the cone, means within chance."""
     log = tmp_path / "log"
     arguments = [
         "--dbh-cm",
@@ -100,7 +100,7 @@ def test_rings_of_make_log_go_about_as_far_as_the_cone(case, tmp_path):
 
 
 def test_another_shape_is_another_run(case, cube, tmp_path):
-    """The points, not the name, decide whether a run may be resumed: the digest of the scene holds them."""
+    """The points, not the name, decide whether a run may be resumed: they are in the digest of the scene."""
     runs = []
     for scale in (1.0, 1.1):
         path = pts(tmp_path / "rock.pts", scale * CORNERS)

@@ -1,4 +1,4 @@
-"""The schemas hold what the contract promises, and judge values as they say."""
+"""The schemas agree with the contract, and check values accordingly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the schemas say is written is written, and nothing else: every tool runs once, and its files are looked into."""
+"""Exactly what the schemas declare is written: every tool runs once, and its files are read."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from deadwood_algorithms.schemas.words import JsonFile, Layer, Output, RasterFil
 from deadwood_algorithms.schemas.written import WRITTEN, band_named, fits
 from deadwood_toolbox.shelf import NAMES
 
-# Users' layers as they were given, without columns that are not; what only a defect of the engine writes, and what
-# only a terrain model in tiles brings.
+# Users' layers as given, without columns that they lack; columns written only after a defect of the engine, and those
+# only with a terrain model in tiles.
 COPIED = (RELEASES, TREES, BARRIERS, LYING_LOGS, BLOCKS, LINES, STRUCTURES)
 ABSENT = (FAILED, TERRAIN_TILES)
 
@@ -34,7 +34,7 @@ def found(tmp_path_factory, pictures) -> list[Found]:
 
 
 def test_all_that_a_tools_picture_says_lies_within_it(found, pictures):
-    """Titles, keys, names of ticks; a picture that is cut to what it holds cannot lack any of it."""
+    """Titles, keys, names of ticks; a picture that is cropped to its content cannot cut any of them off."""
     assert len(found) > 100
     assert len(pictures.seen) > 20
     assert pictures.over == []
@@ -78,7 +78,7 @@ def declared_at(found: Found) -> Iterator[Output]:
 
 
 def test_every_tool_has_been_run(found):
-    """But view, which writes a report as make-report does; check, which writes nothing; and warm-up, for the cache."""
+    """Except view, which writes a report like make-report; check, which writes nothing; and warm-up, for the cache."""
     assert {each.tool for each in found} == set(NAMES) - {"view", "check", "warm-up"} == {each.tool for each in WRITTEN}
 
 
@@ -146,7 +146,7 @@ def test_the_names_above_match_as_they_should():
 
 
 def test_bands_have_short_names_and_say_what_they_mean(found):
-    """Names that fit a list of layers; the meaning as ``long_name``, also where GDAL has laid the file out anew."""
+    """Names that fit a list of layers; the meaning as ``long_name``, also if GDAL has rewritten the file."""
     for each in found:
         if each.path.suffix != ".tif" or fits("dem_CHANGE.tif", each.path.name) or each.path.name == "dem.tif":
             continue

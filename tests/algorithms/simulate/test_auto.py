@@ -1,4 +1,4 @@
-"""The promise is kept, by simulation on pools of logs whose truth and pairs are known; and it saves where it can."""
+"""The promise is kept, by simulation with pools of logs whose true values and pairs are known; and time is saved."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ RUNS = 300
 
 @dataclass
 class Pool:
-    """Logs that reach a line with probability ``p`` at `reference`. At a cheaper fidelity as many end differently as
-    ``r`` p (1 - p) says, and ``off`` more reach it than at `reference`."""
+    """Logs that reach a line with probability ``p`` at `reference`. At a cheaper fidelity a share of
+    ``r`` p (1 - p) ends differently, and ``off`` more reach it than at `reference`."""
 
     rng: np.random.Generator
     p: float
@@ -53,7 +53,7 @@ def promise(pool: Pool, error: float, assumed: dict[str, float]) -> tuple[Chosen
 
 # p, r, error of calculation of draft and of standard, requested error, assumption
 CASES = (
-    (0.3, 0.8, 0.02, 0.008, 0.03, ASSUMED),  # chaotic, and standard as far off as it may be
+    (0.3, 0.8, 0.02, 0.008, 0.03, ASSUMED),  # chaotic, and standard with the largest allowed error
     (0.3, 0.8, 0.02, -0.008, 0.03, ASSUMED),
     (0.05, 0.8, 0.02, 0.008, 0.02, ASSUMED),
     (0.3, 0.8, 0.02, 0.008, 0.03, {}),  # nothing assumed: reference
@@ -126,7 +126,7 @@ def test_what_all_logs_can_promise_can_then_be_requested():
 
 @pytest.mark.parametrize(("seconds", "share", "fidelity"), [(400.0, 0.4, "standard"), (150_000.0, 0.4, "reference")])
 def test_a_budget_is_spent_on_what_comes_nearest(seconds, share, fidelity):
-    """A clock that runs with the logs: in a short time standard, whose bound a long one would leave behind."""
+    """A clock that advances with the logs: standard in a short time, but not in a long one because of its bound."""
     pool = Pool(np.random.default_rng(9), share, 0.9, {})
     told: list[Option] = []
     chosen = spend_budget(

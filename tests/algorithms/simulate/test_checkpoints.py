@@ -1,4 +1,4 @@
-"""The working folder of an unfinished run: nothing damaged in it is believed, and nothing of another run or engine."""
+"""The working folder of an unfinished run: damaged data are not used, nor those of another run or engine."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def flip(path: Path, rng: random.Random) -> None:
 
 
 def damage(folder: Path, rng: random.Random) -> str:
-    """One accident of a disk, a copying program or a hand; what it was."""
+    """One accident of a disk, a copying program or a user; returns its description."""
     files = sorted(each for each in folder.iterdir() if each.is_file() and each.stat().st_size)
     one, other = rng.sample(files, 2)
     kind = rng.choice(["flip", "cut", "empty", "remove", "copy", "swap", "grow", "folder"])
@@ -157,7 +157,7 @@ def test_a_run_is_resumed_only_by_the_engine_that_began_it(case, full, begun, mo
 
 
 def test_the_work_of_the_first_version_is_refused_not_dropped(case, begun):
-    """It had no seals; its identity said the version."""
+    """It had no seals; its version was in its identity."""
     old = {"version": "0.1.0", "releases": "x"}
     (begun / "identity.json").write_text(json.dumps(old))
     with pytest.raises(UserError, match="begun by another engine"):
@@ -167,7 +167,7 @@ def test_the_work_of_the_first_version_is_refused_not_dropped(case, begun):
 
 @pytest.mark.parametrize("what", ["a link", "a broken link", "a file"])
 def test_what_is_not_ours_in_the_place_of_the_working_folder_is_left_alone(tmp_path, said, what):
-    """Before: a fault of ours (rmtree of a link, or a name that exists)."""
+    """Before: an internal error (rmtree of a link, or a name that exists)."""
     place, elsewhere = tmp_path / ".run.part", tmp_path / "elsewhere"
     elsewhere.mkdir()
     (elsewhere / "mine.txt").write_text("mine")

@@ -1,4 +1,4 @@
-"""Before a run a few logs tell whether the terrain model is too small, to which side and by how much."""
+"""Before a run, a few logs show whether the terrain model is too small, on which side and by how much."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from deadwood_algorithms.tools import vary
 
 @pytest.fixture
 def small(tmp_path, monkeypatch) -> Case:
-    """A case whose terrain model ends above the road; its 24 logs are enough for a look of 12."""
+    """A case whose terrain model ends above the road; its 24 logs are enough for a check with 12."""
     monkeypatch.setattr(look, "LOGS", 12)
     return cut_above_the_road(Case(tmp_path / "case"))
 
@@ -103,7 +103,7 @@ def test_the_distance_is_that_of_the_energy_line_on_a_plane():
 
 
 def test_the_side_is_the_one_that_was_crossed_and_within_the_dem_that_of_the_motion():
-    """Logs that turn in a valley leave to the north while they move east; onto a hole within they go as they move."""
+    """Logs that turn in a valley leave to the north while moving east; a hole is entered in the direction of motion."""
     dem = Grid(np.zeros((100, 200)), 1.0, 1000.5, 2000.5, pyproj.CRS("EPSG:2056"))
 
     class Found:

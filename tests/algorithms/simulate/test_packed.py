@@ -1,4 +1,4 @@
-"""Blocks of facts and arrays come back as they went, a scene to the bit and to the type that kernels see."""
+"""Blocks of facts and arrays return unchanged, a scene bit for bit and with the types that kernels see."""
 
 from __future__ import annotations
 
@@ -61,15 +61,15 @@ def test_a_scene_comes_back_to_the_bit_and_to_the_type(shaped):
         arrays = scene.arrays._replace(cloud=Shape.of(np.array(corners)).cloud)
         scene = Scene(arrays, *(getattr(scene, each) for each in list(scene.__dataclass_fields__)[1:]))
     block, large = piece.packed_scene(scene)
-    assert large  # the terrain goes apart
+    assert large  # the terrain is sent separately
     digest, back = piece.scene_of(block, list(large.values()))
     assert digest == packed.digest_of_block(block)
     assert leaves(back) == leaves(scene)
-    assert typeof(back.arrays) == typeof(scene.arrays)  # else every kernel would be compiled again
+    assert typeof(back.arrays) == typeof(scene.arrays)  # otherwise every kernel would be recompiled
 
 
 def test_what_came_read_only_or_askew_is_fixed():
-    """As it may lie in a message; every digest is of the values alone."""
+    """As arrays may be in a message; every digest depends on the values only."""
     scene = scene_with_everything(0.31)
     block, large = piece.packed_scene(scene)
     askew = []

@@ -1,4 +1,4 @@
-"""Pieces put together are the whole: results and rasters of any cut are those of one call of the engine."""
+"""Pieces add up to the whole: results and rasters of any split are those of one call of the engine."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_pieces_come_to_the_whole(cut):
 
 
 def test_logs_that_miss_obstacles_slide_without_them():
-    """Runs of logs in scenes of their own, however they are cut: each log as in a run in such a scene."""
+    """Sequences of logs in separate scenes, however they are split: each log as in a run in that scene."""
     scene, logs = scene_and_logs()
     none, runs = np.zeros(NUMBER, bool), [(5, [0, 3, -1]), (1, [7]), (8, [-1])]
     start = place_logs(scene, logs)
@@ -122,7 +122,7 @@ def test_a_worker_refuses_the_order_of_another_engine_or_scene():
 
 
 def test_a_worker_that_computes_other_bits_is_distinguished_from_one_that_does_not(monkeypatch):
-    """By what it makes of a few logs; one of another engine is not even made to compile."""
+    """By its results for a few logs; one with another engine does not even compile."""
     facts = from_block(piece.look(VERSION, engine_digest()))[0]
     assert facts == from_block(piece.look(VERSION, engine_digest()))[0]
     assert set(from_block(piece.look(VERSION, "another"))[0]) == {"version", "engine"}

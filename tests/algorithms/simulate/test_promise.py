@@ -1,4 +1,4 @@
-"""Two errors taken together: against closed forms, and against brute force."""
+"""Two errors combined: compared with closed forms and with brute force."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_it_is_the_point_within_which_95_of_100_fall(bound):
     assert (drawn <= together).mean() == pytest.approx(0.95, abs=0.0011)
     assert max(bound, Z_95) <= together + 1e-6
     assert together <= bound + Z_95 + 1e-6
-    assert together < together_of(bound, 1.0)  # a promise is a little more careful
+    assert together < together_of(bound, 1.0)  # a promise is slightly conservative
 
 
 @pytest.mark.parametrize("bound", [0.0, 0.004, 0.008, 0.0099])

@@ -1,4 +1,4 @@
-"""--until-ci: which logs are run, when the run ends, that the interval keeps its word, that nothing else decides."""
+"""--until-ci: which logs are run, when the run ends, that the interval has its coverage, that nothing else matters."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def full(case) -> Path:
 
 @pytest.fixture
 def early(monkeypatch) -> None:
-    """Looks after 8, 16 and 24 logs, so that a run of 24 has some."""
+    """Checks after 8, 16 and 24 logs, so that a run of 24 has some."""
     monkeypatch.setattr(until_ci, "FIRST_LOOK", 8)
 
 
@@ -51,7 +51,7 @@ def test_looks_and_parts():
 
 def test_z_of_known_designs():
     assert z_of_looks(1) == pytest.approx(1.959964, abs=1e-6)
-    assert z_of_looks(2) == pytest.approx(2.178, abs=5e-4)  # Pocock (1977): two looks, the second at twice the first
+    assert z_of_looks(2) == pytest.approx(2.178, abs=5e-4)  # Pocock (1977): two checks, the second at twice the first
     rng = np.random.default_rng(1)
     steps = rng.standard_normal((200_000, 5)) * np.sqrt([1.0, 1.0, 2.0, 4.0, 8.0])
     standard = np.cumsum(steps, axis=1) / np.sqrt([1.0, 2.0, 4.0, 8.0, 16.0])
@@ -83,12 +83,12 @@ def test_the_interval_at_the_end_contains_the_true_value(p):
         narrow += all(holds(hit, n, 1.96) for hit, n in zip(row, looks, strict=True))
         plain += holds(row[last], looks[last], 1.96)
     assert ended[2:4].sum() == runs
-    assert 0.4 < ended[2] / runs < 0.6 or p == 0.5  # chance decides the end; at 0.5 the width hardly knows of it
-    # Of all looks at once, as promised; 3 standard errors of the simulation are 0.010, and 20 expected hits at the
-    # first look are not yet normal.
+    assert 0.4 < ended[2] / runs < 0.6 or p == 0.5  # chance decides the end; at 0.5 the width hardly depends on it
+    # For all checks at once, as promised; 3 standard errors of the simulation are 0.010, and 20 expected hits at the
+    # first check are not yet normal.
     assert 0.93 < all_looks / runs < 0.97
-    assert narrow / runs < 0.90  # the plain interval would not keep it
-    assert plain / runs > 0.935  # the reported 95 % interval at the end, for the rule sees widths only
+    assert narrow / runs < 0.90  # the plain interval would not have this coverage
+    assert plain / runs > 0.935  # the reported 95 % interval at the end, because the rule uses only widths
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_the_interval_at_the_end_contains_the_true_value(p):
     [(0.001, 0.003, 0.04, 0.15), (0.004, 0.005, 0.04, 0.15), (0.05, 0.005, -0.01, 0.01), (0.2, 0.01, -0.01, 0.01)],
 )
 def test_a_stopped_run_tells_rare_reach_too_low_and_names_the_line(p, target, low, high):
-    """5000 runs of up to 64 000 logs: the mean is less by so much of itself (4 standard errors are 0.4 % of 0.2 and
+    """5000 runs of up to 64 000 logs: the mean is too low by this fraction (4 standard errors are 0.4 % of 0.2 and
     4 % of 0.001), and lines below 2 % are named where the run stopped before its last log, as they never were."""
     rng = np.random.default_rng(3)
     looks, runs = looks_of(64_000), 5000
@@ -120,7 +120,7 @@ def test_the_rule_looks_at_its_looks_only_and_at_the_widest_line():
     rule = UntilNarrow(0.05, 5000, ["road", "house"])
     assert rule.looks == (1000, 2000, 4000, 5000)
     assert rule.goal == 1000
-    assert rule.z == pytest.approx(2.4085, abs=1e-4)  # four looks
+    assert rule.z == pytest.approx(2.4085, abs=1e-4)  # four checks
     assert not rule.enough(600, np.array([300, 0]))
     assert rule.records == []  # 0.049 wide, but there was no check
     assert rule.enough(400, np.array([200, 0]))
@@ -137,7 +137,7 @@ def test_the_rule_looks_at_its_looks_only_and_at_the_widest_line():
 
 
 def test_the_first_logs_are_an_even_sample_of_what_sample_releases_drew(slope, tmp_path):
-    """The hash of the order must share nothing with the draws of the places, which come from the same seed and ids."""
+    """The hash of the order must be independent of the draws of the places, which come from the same seed and ids."""
     (tmp_path / "at.csv").write_text("x,y\n2783100,1190080\n")
     sample_releases.TOOL(areas=str(tmp_path / "at.csv"), dem=slope(), count=20_000, output=str(tmp_path / "r.gpkg"))
     frame = read_vector(tmp_path / "r.gpkg", target_crs=None, what="releases")
@@ -210,7 +210,7 @@ class StopAfter(Quiet):
 
 
 def test_threads_chunks_and_an_interruption_decide_nothing(case, early, tmp_path, monkeypatch):
-    """A target that the second look meets, so that the first is looked at again by the resumed run."""
+    """A target met at the second check, so that the resumed run repeats the first."""
     values = {"until_ci": 0.255, **case.everything()}
     one = case.run(output=str(tmp_path / "one"), threads=1, **values)
     assert [look["n_logs"] for look in summary(one)["until_ci"]["looks"]] == [8, 16]

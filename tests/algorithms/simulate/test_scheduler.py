@@ -1,4 +1,4 @@
-"""`--scheduler` on every way that logs are slid, with workers that are threads of the test; and what is refused."""
+"""`--scheduler` for every way of sliding logs, with workers that are threads of the test; and refusals."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def case(tmp_path_factory) -> Case:
 
 
 def both(case: Case, folder: Path, said=None, **changes) -> Path:
-    """The run on workers, found to be that without."""
+    """The run on workers, checked to equal the one without."""
     alone = case.run(output=str(folder / "alone"), **changes)
     spread = case.run(said, output=str(folder / "spread"), scheduler="local", workers=2, **changes)
     assert_same_bytes(alone, spread)
@@ -57,7 +57,7 @@ def test_in_chunks_of_few_logs(case, said, tmp_path, monkeypatch):
 
 @pytest.fixture
 def names(monkeypatch) -> list[str]:
-    """Of all pieces that are sent in the test."""
+    """The names of all pieces that are sent in the test."""
     found: list[str] = []
     plain = workers.Workers._send
 
@@ -70,7 +70,7 @@ def names(monkeypatch) -> list[str]:
 
 
 def test_pieces_have_names_for_readers_of_the_dashboard(case, tmp_path, names):
-    """Which of them the scheduler adds up as one kind of work: what comes before the logs."""
+    """The part before the logs, by which the scheduler adds up kinds of work."""
     from dask.utils import key_split
 
     case.run(output=str(tmp_path / "valley"), scheduler="local", workers=2, time_limit_s=1.0)
@@ -83,7 +83,7 @@ def test_pieces_have_names_for_readers_of_the_dashboard(case, tmp_path, names):
 
 
 def test_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
-    """What was begun ahead on the smaller window is dropped, drawn cells and all."""
+    """Work started ahead on the smaller window is dropped, including its drawn cells."""
     monkeypatch.setattr(reach, "BLOCK_CELLS", 8)
     monkeypatch.setattr(windows, "WHOLE_CELLS", 100)
     monkeypatch.setattr(layers, "WHOLE_CELLS", 100)
@@ -133,7 +133,7 @@ def test_a_cancelled_run_continues(case, tmp_path, monkeypatch):
 
 
 def table_of(tool, name: str, values: dict, folder: Path) -> list[str]:
-    """The lines of a tool's table that are no times."""
+    """The lines of a tool's table except times."""
     tool.TOOL(**values, output=str(folder))
     return [line for line in (folder / name).read_text().splitlines() if "cpu" not in line]
 
@@ -145,7 +145,7 @@ def on_workers(tool, name: str, values: dict, folder: Path) -> None:
 
 
 def test_compare_fidelity_of_one_log(case, tmp_path, monkeypatch):
-    """Of which one half is empty; the picture of so little is not what is looked at."""
+    """One of its halves is empty; the picture is not checked."""
     monkeypatch.setattr("deadwood_algorithms.evaluate.fidelity.trade_figure.draw", lambda *given: None)
     values = case.values(fidelities="draft,standard", time_limit_s=5.0, output=None, logs=1)
     values = {name: value for name, value in values.items() if name not in ("fidelity", "trajectories")}
@@ -154,7 +154,7 @@ def test_compare_fidelity_of_one_log(case, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("chunk", [4096, 7])
 def test_value_trees(case, tmp_path, monkeypatch, names, chunk):
-    """All kinds of obstacles and candidates, however pieces, chunks and obstacles end."""
+    """All kinds of obstacles and candidates, wherever pieces, chunks and obstacles end."""
     monkeypatch.setattr(changed_scenes, "CHUNK", chunk)
     monkeypatch.setattr(workers, "MOST_A_PIECE", 5)
     lying = write_layer(tmp_path / "lying.gpkg", [shapely.LineString([(18, 50), (30, 51)])], diameter_cm=[60.0])
@@ -184,7 +184,7 @@ def test_break_trees(case, tmp_path, monkeypatch, names, chunk):
 
 
 def test_value_trees_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
-    monkeypatch.setattr(layers, "WHOLE_CELLS", 100)  # heights are counted from zero in every window
+    monkeypatch.setattr(layers, "WHOLE_CELLS", 100)  # heights are relative to zero in every window
     run = case.run(output=str(tmp_path / "run"), trees=case.trees, lines=case.lines)
     value_trees.TOOL(run=str(run), output=str(tmp_path / "alone.gpkg"))
     monkeypatch.setattr(reach, "BLOCK_CELLS", 8)
@@ -214,7 +214,7 @@ def test_site_barriers(case, tmp_path, monkeypatch, names):
 
 
 def test_site_barriers_at_contours_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
-    monkeypatch.setattr(layers, "WHOLE_CELLS", 100)  # heights are counted from zero in every window
+    monkeypatch.setattr(layers, "WHOLE_CELLS", 100)  # heights are relative to zero in every window
     run = case.run(output=str(tmp_path / "run"), lines=case.lines)
     asked = {"run": str(run), "above_m": "8", "length_m": "15", "height_m": "4"}
     site_barriers.TOOL(**asked, output=str(tmp_path / "alone"))
@@ -293,7 +293,7 @@ def test_sites_begun_on_workers_continue_without_them_and_the_other_way(case, sa
 
 
 def test_where_sites_slide_is_no_part_of_a_site(case, tmp_path):
-    """A configuration may be the manifest of a run on workers that are gone; a table's column is refused."""
+    """A configuration may be the manifest of a run on workers that no longer exist; a table's column is refused."""
     folder = tmp_path / "configs"
     folder.mkdir()
     given = {"dem": case.dem, "releases": case.releases, "scheduler": "tcp://127.0.0.1:1", "workers": 3}
@@ -307,7 +307,7 @@ def test_where_sites_slide_is_no_part_of_a_site(case, tmp_path):
 
 
 def test_lost_workers_are_no_fault_of_a_site(case, said, tmp_path, monkeypatch):
-    """They end the run, with what is finished kept; they are not told of each site that is left."""
+    """They end the run, keeping finished sites; they are not reported for every remaining site."""
     plain = workers.Workers.slide
 
     def lost_at_b(self, sliding, *words):

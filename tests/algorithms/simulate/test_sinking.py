@@ -1,4 +1,4 @@
-"""Logs that sink deep: which are counted, and what is reported."""
+"""Logs that sink deep: which ones are counted, and what is reported."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from deadwood_engine import Logs, Result, Start
 
 
 class Sank:
-    """As much of a result as counts here."""
+    """The part of a result that is used here."""
 
     def __init__(self, depth: list[float]) -> None:
         self.penetration_max = np.array(depth)

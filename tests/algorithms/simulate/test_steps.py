@@ -1,4 +1,4 @@
-"""Steps that are kept: taken over in their order, slid again from the first that is damaged, refused of another run."""
+"""Saved steps: reused in their order, repeated from the first damaged one, refused if from another run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def steps_of(folder: Path, said, *, resume: bool = True, **more: object) -> Step
 
 
 def three(steps: Steps, stop: int | None = None) -> tuple[list[int], list[int]]:
-    """The values of three steps, and which of them were worked on; one of them may be interrupted."""
+    """The values of three steps, and which of them were calculated; one of them may be interrupted."""
     worked: list[int] = []
 
     def work(number: int) -> dict[str, np.ndarray]:

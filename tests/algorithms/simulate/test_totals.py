@@ -1,4 +1,4 @@
-"""Rasters put together by rows are those of the whole, bit for bit, and untouched rows cost no memory."""
+"""Rasters assembled by rows equal those of the whole, bit for bit, and untouched rows need no memory."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from deadwood_engine.trace import HITS
 
 
 def drawn(shape: tuple[int, int], workers: int, lines: int, seed: int) -> Rasters:
-    """What workers may have drawn: some rows none of them has touched, some only one."""
+    """Possible results of workers: some rows touched by none of them, some by only one."""
     generator = np.random.default_rng(seed)
     made = []
     for worker in range(workers):

@@ -1,4 +1,4 @@
-"""That kernels are compiled is reported before it begins, and only where they are."""
+"""Compilation of kernels is reported before it begins, and only if it happens."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_kernels_that_are_loaded_are_not_announced(said):
 
 
 def test_numba_reports_it_when_it_compiles(said):
-    """The event is Numba's own, of a kernel that is in no cache."""
+    """The event is Numba's own, for a kernel that is in no cache."""
     import numba
 
     with compiling_said(said):
@@ -39,7 +39,7 @@ def test_numba_reports_it_when_it_compiles(said):
 
 @pytest.mark.parametrize("shapes", [False, True])
 def test_after_warm_up_nothing_is_compiled(said, shapes):
-    """The tool reads or compiles what slide-logs needs: a second one finds it all."""
+    """The tool reads or compiles everything slide-logs needs: a second run finds all of it."""
     for again in range(2):
         said.notes.clear()
         made = warm_up_tool.TOOL(shapes=shapes, feedback=said)

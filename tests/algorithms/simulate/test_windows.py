@@ -26,8 +26,8 @@ from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate import windows as scene_window
 from deadwood_algorithms.tools import compare_fidelity, count_hits, slide_logs
 
-EAST, NORTH = 2_786_000.0, 1_196_000.0  # the corner that slope_case's coordinates count from
-CELL = 0.8  # no float holds it: nodes must count in the whole DEM for the same bits
+EAST, NORTH = 2_786_000.0, 1_196_000.0  # the origin of slope_case's coordinates
+CELL = 0.8  # not exact as a float: nodes must be counted in the whole DEM for the same bits
 SIZE = 300
 CORNER = -90.0  # of the DEM, from (EAST, NORTH)
 
@@ -77,7 +77,7 @@ def case(tmp_path_factory):
 
 @pytest.fixture
 def small_is_large(monkeypatch):
-    """DEMs beyond 100 cells are large: read by windows, found on blocks of 8 cells."""
+    """DEMs of more than 100 cells are large: read by windows, found on blocks of 8 cells."""
     monkeypatch.setattr(dem_reach, "BLOCK_CELLS", 8)
     monkeypatch.setattr(scene_window, "WHOLE_CELLS", 100)
     monkeypatch.setattr(scene_from_layers, "WHOLE_CELLS", 100)
@@ -137,7 +137,7 @@ def test_a_window_gives_the_bits_of_the_whole(case, whole, small_is_large, tmp_p
 def test_a_first_guess_that_is_too_small_grows_until_no_log_comes_near_its_sides(
     case, whole, small_is_large, tmp_path, said, first_checkpoint
 ):
-    """With a checkpoint behind every chunk of 3 logs, and with none: what was slid before is kept, or slid again."""
+    """With a checkpoint after every chunk of 3 logs, and with none: finished logs are kept, or slid again."""
     small_is_large.setattr(scene_window, "SLOPE_LEAST", 20.0)
     small_is_large.setattr(scene_window, "SLOPE_MOST", 20.0)
     small_is_large.setattr(chunks, "CHUNK", 3)
@@ -234,7 +234,7 @@ def test_fewer_threads_where_memory_is_short_change_nothing(case, whole, small_i
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak of a process' own memory is read from /proc")
 def test_a_dem_of_14_gigabytes_costs_less_than_one(case, tmp_path):
-    """60 000 x 60 000 cells, 3000 x 3000 of them with heights; the command's peak, libraries and all."""
+    """60 000 x 60 000 cells, 3000 x 3000 of them with heights; the command's peak, including libraries."""
     side, low = 60_000, 28_500  # the valley's rows and columns begin there
     facts = {"driver": "GTiff", "dtype": "float32", "count": 1, "height": side, "width": side, "crs": "EPSG:2056"}
     facts |= {"tiled": True, "blockxsize": 512, "blockysize": 512, "compress": "deflate", "sparse_ok": True}
@@ -282,7 +282,7 @@ def test_a_dem_of_14_gigabytes_costs_less_than_one(case, tmp_path):
 
 
 def test_the_guess_reads_little_more_than_its_answer(tmp_path, monkeypatch):
-    """A cone of 45 degrees around a pit: the energy line of slope 1 leaves a ring of the radius of the release."""
+    """A cone of 45 degrees around a pit: the blocks that are read cover less than twice the resulting window."""
     monkeypatch.setattr(dem_reach, "BLOCK_CELLS", 10)
     y, x = np.mgrid[-500:500, -500:500] + 0.5
     values = (1000.0 + np.hypot(x, y)).astype(np.float32)
@@ -297,7 +297,7 @@ def test_the_guess_reads_little_more_than_its_answer(tmp_path, monkeypatch):
         take = dem_reach._block
         monkeypatch.setattr(dem_reach, "_block", lambda dem, block: read.append(block) or take(dem, block))
         part = dem_reach.first_part(dem, *place, lift_m=5.0, slope=0.5, margin_m=10.0)
-    # down to the pit 50 m of head are left, with which the other side is climbed by a third of its way: 36 m
+    # at the pit 55 m of head are left, enough for 36 m up the other side
     rows = part.slices[0]
     assert rows.start < 450 < 600 < rows.stop
     assert part.cells < 400 * 400
@@ -322,7 +322,7 @@ def test_sides_of_the_dem_itself_are_not_watched():
 
 
 def test_a_boulder_that_the_side_cuts_must_not_be_met(case, small_is_large):
-    """A log that comes nearer to the window's side than a boulder's radius could meet one whose middle is beyond it."""
+    """A log closer to the window's side than a boulder's radius could meet one whose middle is beyond it."""
     with open_windows(case["dem"], crs=None, feedback=Quiet(), look_through=False) as dem:
         grid = read_part(dem, Part(20, 40, 200, 220), Quiet())
     watched = [

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals 
 
 
 class Watcher:
-    """A feedback that records, and does something the first time that a number of logs is done."""
+    """A feedback that records, and performs an action once a number of logs is done."""
 
     def __init__(self, act: Callable[[], None] = lambda: None, after: int = 1, what: str = "sliding logs") -> None:
         self.act, self.after, self.acted, self.what = act, after, False, what
@@ -55,7 +55,7 @@ class Watcher:
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Case:
-    """Many short logs: enough to be in the middle of."""
+    """Many short logs, so that the run can be interrupted in the middle."""
     made = Case(tmp_path_factory.mktemp("case"))
     rng = np.random.default_rng(7)
     places = [(20.0 + 20.0 * a, 70.0 + 10.0 * b) for a, b in rng.random((LOGS, 2))]
@@ -88,7 +88,7 @@ def run_on(site: Site, case: Case, output: Path, watcher: Watcher, **changes) ->
 
 
 def test_a_worker_killed_in_mid_run_costs_no_result(case, alone, site, tmp_path):
-    """The victim is stopped first, so that it surely has work in its hands when it dies."""
+    """The victim is stopped first, so that it certainly has work when it is killed."""
     victim, other = site.worker(wait=False), site.worker(wait=False)
 
     def kill() -> None:
@@ -129,7 +129,7 @@ def another_engine(folder: Path) -> str:
 
 
 def test_a_worker_added_late_finishes_what_all_dead_ones_left(case, alone, site, tmp_path):
-    """The scene dies with the only worker that had it; a worker of another engine is there all the time, unused."""
+    """The scene is lost with the only worker that had it; a worker with another engine is there throughout, unused."""
     other = site.worker(wait=False, PYTHONPATH=another_engine(tmp_path))
     first = site.worker()
     late: list[subprocess.Popen] = []

@@ -1,4 +1,4 @@
-"""Philox against its authors' known answers, and what makes draws belong to their item."""
+"""Philox compared with its authors' known answers, and draws that depend only on their item."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How logs ended: one answer for numbers and for words, for a column alone and for a table."""
+"""How logs ended: the same answer for numbers and words, for a single column and a table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Intervals of percentiles: against SciPy's binomial law, published numbers, and their coverage by brute force."""
+"""Intervals of percentiles: compared with SciPy's binomial law and published numbers; their coverage by brute force."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_without_values_only_how_many_it_takes():
 
 @pytest.mark.parametrize(("n", "p"), [(30, 0.5), (100, 0.9), (400, 0.99)])
 def test_the_interval_covers_as_often_as_it_says(n, p):
-    """4000 samples of a skewed law: the true percentile is within at least as often as promised, less chance."""
+    """4000 samples of a skewed law: the true percentile is inside at least as often as promised, but for chance."""
     rng = np.random.default_rng(8)
     samples = np.sort(rng.lognormal(0.0, 1.0, (4000, n)), axis=1)
     low, high = percentile_ranks(n, p)

@@ -1,4 +1,4 @@
-"""Poisson resamples: their distribution, whose draws they are, and that the intervals cover what they should."""
+"""Poisson resamples: their distribution, which log a draw belongs to, and the coverage of their intervals."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from deadwood_algorithms.stats.resampling import RESAMPLES, bootstrap_interval, 
 
 
 def test_each_log_counts_a_poisson_number_of_times():
-    """Shares of 0, 1, 2, 3 in 200 000 draws, within 4 standard errors (at most 0.0045); logs do not move together."""
+    """Shares of 0, 1, 2, 3 in 200 000 draws, within 4 standard errors (at most 0.0045); logs are independent."""
     times = np.array(list(resamples(np.arange(1000), 5, 200)))
     assert times.shape == (200, 1000)
     for k, share in enumerate((0.36788, 0.36788, 0.18394, 0.06131)):
@@ -41,7 +41,7 @@ def test_the_interval_of_a_mean_is_the_textbooks():
 
 def test_intervals_of_a_quantile_range_cover_it():
     """200 samples of 150 normal numbers: the range from 5 to 95 % is 3.2897. The percentile interval of a tail's
-    quantile covers a little less than it says; 0.88 is 3 standard errors below 0.93."""
+    quantile covers slightly less than nominal; 0.88 is 3 standard errors below 0.93."""
     rng = np.random.default_rng(7)
     held = 0
     for repeat in range(200):
@@ -58,7 +58,7 @@ def test_a_statistic_without_a_value_has_no_interval():
 
 
 def test_of_few_logs_a_resample_without_any_has_no_value():
-    """Of three logs one resample in twenty holds none; a quantile of it was a traceback of compare-scenarios."""
+    """One resample of three logs in twenty is empty; its quantile caused a traceback in compare-scenarios."""
     assert any(not times.any() for times in resamples(np.arange(3), 0))
     values = np.array([1.0, 5.0, 9.0])
     low, high = bootstrap_interval(lambda rows: float(np.quantile(values[rows], 0.95)), np.arange(3), 0)

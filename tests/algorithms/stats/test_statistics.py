@@ -1,4 +1,4 @@
-"""Intervals against the paper's counts, coverage by simulation, and directions across north."""
+"""Intervals compared with the paper's counts, coverage by simulation, and directions across north."""
 
 import math
 
@@ -96,7 +96,7 @@ def test_paired_interval():
         for n in (200, 5000):
             low, high = paired_interval(lost, gained, n)
             assert (low > 0.0) == ((gained - lost) ** 2 / (gained + lost) > z * z)
-    lost, gained, n = 360, 380, 20_000  # of many trials: the textbook's
+    lost, gained, n = 360, 380, 20_000  # with many trials: the textbook's
     half = z * math.sqrt((lost + gained) / n - ((gained - lost) / n) ** 2) / math.sqrt(n)
     assert paired_interval(lost, gained, n) == pytest.approx((0.001 - half, 0.001 + half), abs=1e-5)
 
@@ -150,9 +150,9 @@ def test_bounds_of_a_probability_where_logs_left_before_they_reached():
     assert found["ci_low_if_lost"] == wilson_interval(20, 60)[0]
     assert found["ci_high_if_lost"] == wilson_interval(40, 60)[1]
     assert loss_matters(reach_record(20, 60) | found)
-    assert not loss_matters(reach_record(20, 60) | bounds_if_lost(20, 60, 2))  # less than chance does
+    assert not loss_matters(reach_record(20, 60) | bounds_if_lost(20, 60, 2))  # less than chance
     low, high = (100.0 * each for each in (wilson_interval(20, 60)[0], wilson_interval(40, 60)[1]))
-    # before: "up to 67 %" beside an interval of chance, without a word on how the two go together
+    # before: "up to 67 %" beside an interval of chance, without explaining how the two relate
     told = "; 20 others left the terrain model before it: 67 % if all of them reach it; chance and these together: "
     assert lost_words(found) == f"{told}{low:.0f} to {high:.0f} %"
     assert lost_words(bounds_if_lost(20, 60, 0)) == ""

@@ -1,4 +1,4 @@
-"""add-structures, through its files: the volumes of trapezoids and cones, and a DEM that is otherwise the same."""
+"""add-structures, through its files: the volumes of trapezoids and cones, and a DEM that is otherwise unchanged."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def slope(degrees: float) -> float:
 
 
 def level_volume(line, width: float, height: float, fall: float) -> float:
-    """On level ground the section at each height is the line's buffer: an integral over heights, by shapely."""
+    """On level ground, the section at each height is the line's buffer: an integral over heights, by shapely."""
     return quad(lambda z: shapely.buffer(line, width / 2 + (height - z) / fall, quad_segs=200).area, 0, height)[0]
 
 
@@ -116,7 +116,7 @@ def test_the_volume_converges_to_the_true_one_with_the_cells(tmp_path):
 @pytest.mark.parametrize("gradient", [(0.0, 0.6), (0.3, -0.4)])
 @pytest.mark.parametrize("kind", ["embankment", "ditch"])
 def test_across_a_slope_the_section_is_that_of_the_drawing_board(tmp_path, gradient, kind):
-    """Two lengths of one dam along a contour: their ends are alike, so the difference is the section times 10 m."""
+    """Two lengths of one dam along a contour: their ends are equal, so the difference is the section times 10 m."""
     dem = write_dem(tmp_path / "dem.tif", gradient)
     g = math.hypot(*gradient)
     contour = np.array([-gradient[1], gradient[0]]) / g  # the slope rises on its right
@@ -131,10 +131,10 @@ def test_across_a_slope_the_section_is_that_of_the_drawing_board(tmp_path, gradi
         assert built.rows["height_min_m"][0] == pytest.approx(2.5, abs=1e-6)
         assert built.rows["height_max_m"][0] == pytest.approx(2.5, abs=1e-6)
     up, down = (slope(70), slope(55)) if kind == "embankment" else (slope(55), slope(70))
-    if kind == "ditch":  # upside down, the ground falls where it rose: left and right change places
+    if kind == "ditch":  # inverted, the ground falls where it rose: left and right are exchanged
         up, down = slope(55), slope(70)
     section = 2.5 * 3.0 + 0.5 * (2.5 - 1.5 * g) ** 2 / (up + g) + 0.5 * (2.5 + 1.5 * g) ** 2 / (down - g)
-    # Edges that run askew through the cells are met in all their phases: four edges of 10 m, as in `sampling_error`.
+    # Edges at an angle to the cells average over all positions: four edges of 10 m, as in `sampling_error`.
     allowed = 4 * 10.0 / CELL * slope(70) * CELL**3 / 4 if gradient[0] else 4 * 10.0 * slope(70) * CELL**2 / 8
     assert volumes[1] - volumes[0] == pytest.approx(10.0 * section, abs=allowed)
 
@@ -147,9 +147,9 @@ def test_left_and_right_are_those_of_the_line(tmp_path):
     )
     across = built.moved[:, 120]  # the line runs through the centres of row 100
     assert across[98:103] == pytest.approx(4.0)
-    assert across[103:] == pytest.approx(0.0)  # north, on the left, falls upright
+    assert across[103:] == pytest.approx(0.0)  # the north side, on the left, is vertical
     assert across[90] == pytest.approx(4.0 - (5.0 - 1.0) * slope(30))
-    # Past the end the fall turns evenly from the one side's to the other's: straight on it is the mean of both.
+    # Around the end the slope changes evenly from one side to the other: straight ahead it is the mean of both.
     built = Built(
         tmp_path, dem=dem, structures=lines, height_m=4.0, crest_width_m=2.0, slope_left_deg=60.0, slope_right_deg=30.0
     )
@@ -267,7 +267,7 @@ def test_a_ditch_cuts_into_the_dam_before_it_and_a_dam_fills_the_ditch_before_it
     first = write_lines(tmp_path / "a.gpkg", [dam, ditch], kind=["embankment", "ditch"])
     second = write_lines(tmp_path / "b.gpkg", [ditch, dam], kind=["ditch", "embankment"])
     cutting, filling = (Built(tmp_path, dem=dem, structures=each, height_m=2.0) for each in (first, second))
-    # Both heights are counted from the old ground, whatever was built there before.
+    # Both heights are relative to the original ground, whatever was built there before.
     assert (cutting.moved[100, 120], filling.moved[100, 120]) == (pytest.approx(-2.0), pytest.approx(2.0))
     assert cutting.cut > filling.cut
     for built in (cutting, filling):
@@ -340,7 +340,7 @@ def test_whole_numbers_with_scale_and_offset_stay_such(tmp_path):
         assert (new.dtypes, new.scales, new.offsets, new.nodata) == (("int16",), (0.01,), (1000.0,), -32768)
     assert built.new.max() == 1234 + 300
     assert np.array_equal(built.new[-5:], built.old[-5:])
-    # Rounding to a centimetre errs by half of one a cell at most, and up as often as down.
+    # Rounding to a centimetre changes a cell by half a centimetre at most, up as often as down.
     assert built.moved.sum() * 0.01 * CELL**2 == pytest.approx(built.fill, rel=1e-3)
 
 
@@ -375,7 +375,7 @@ def test_a_side_that_never_meets_the_ground_is_refused(tmp_path):
 
 @pytest.mark.parametrize("kind", ["embankment", "ditch"])
 def test_a_side_ends_where_it_first_meets_the_ground(tmp_path, kind):
-    """On a terrace above a cliff: beyond its edge the plane of the side comes into the air again, and stays empty."""
+    """On a terrace above a cliff: beyond its edge the plane of the side is above ground again, but unfilled."""
     sign = 1.0 if kind == "embankment" else -1.0
     y = (np.arange(NY)[::-1, None] + 0.5) * CELL
     terrace = 1000.0 + sign * np.where(y > 40.0, 0.0, np.maximum(-60.0, 2.5 * (y - 40.0))) + np.zeros((NY, NX))
@@ -394,7 +394,7 @@ def test_a_side_ends_where_it_first_meets_the_ground(tmp_path, kind):
 
 
 def test_many_vertices_and_a_long_reach_change_nothing(tmp_path):
-    """The same line in 2 and in 400 segments; sides are followed step by step, or at once where a window ends."""
+    """The same line in 2 and in 400 segments; sides are followed step by step, or at once if a window ends."""
     dem = write_dem(tmp_path / "dem.tif", (0.0, 0.9))
     coarse = LineString([(35.0, 70.0), (85.0, 70.0)])
     fine = shapely.segmentize(coarse, 0.125)

@@ -1,4 +1,4 @@
-"""assess-mobilisation, through its files: planes, steps and gullies with known answers, and areas that fit them."""
+"""assess-mobilisation, through its files: planes, steps and gullies with known answers, and the corresponding areas."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_on_a_plane_everything_is_known(tmp_path, degrees, azimuth):
 
 
 def test_below_the_angle_of_friction_nothing_slides(tmp_path):
-    """The paper's condition mu < tan(slope), alone: at mu = 0.3 logs could slide above 16.7 degrees."""
+    """Only the paper's condition mu < tan(slope): at mu = 0.3 logs could slide above 16.7 degrees."""
     limit = math.degrees(math.atan(0.3))
     for degrees, expected in ((limit - 0.2, 0.0), (limit + 0.2, 1 - 0.3 / math.tan(math.radians(limit + 0.2)))):
         dem = write_raster(tmp_path / "dem.tif", plane(degrees), overwrite=True)
@@ -138,9 +138,9 @@ def test_on_any_ground_it_is_the_fit_of_least_squares(tmp_path, window, cell):
 
 
 def test_a_step_is_rough_and_a_wall_holds(tmp_path):
-    """Of a step of height H across a window of w, the fitted surface rises 3 H / (2 w), and H/4 is left as roughness.
+    """Of a step of height H across a window of w, the fitted surface rises 3 H / (2 w), and H/4 remains as roughness.
 
-    That is of endless small cells; of 21 whose middle one is the first above the step numpy's fit of a parabola tells.
+    This holds for infinitely small cells; for 21, the middle one being the first above the step, numpy fits a parabola.
     """
     x, y = grid()
     dem = write_raster(tmp_path / "dem.tif", 1000.0 + 2.0 * (y > 25.0) + 0.0 * x)
@@ -157,7 +157,7 @@ def test_a_step_is_rough_and_a_wall_holds(tmp_path):
 
 
 def test_noise_is_roughness(tmp_path):
-    """White noise of s: six of n^2 degrees of freedom are fitted away, s sqrt(1 - 6 / 441) is left."""
+    """White noise of s: the fit removes six of n^2 degrees of freedom, s sqrt(1 - 6 / 441) remains."""
     rough = np.random.default_rng(8).normal(0.0, 0.3, (NY, NX))
     dem = write_raster(tmp_path / "dem.tif", plane(40.0) + rough)
     found = Assessed(tmp_path, dem=dem, roughness_limit_m=0.6)
@@ -187,7 +187,7 @@ def test_a_gully_is_detected_by_its_depth_and_changes_no_susceptibility(tmp_path
 def test_friction_of_polygons_and_rasters_cuts_areas_to_the_cell(tmp_path):
     dem = write_raster(tmp_path / "dem.tif", plane(40.0))
     west, east = box(10.0, 10.0, 25.0, 30.0) - box(14.0, 14.0, 18.0, 20.0), box(40.0, 20.0, 45.0, 24.0)
-    diagonal = box(45.0, 24.0, 49.0, 30.0)  # touches the east one at a corner alone
+    diagonal = box(45.0, 24.0, 49.0, 30.0)  # touches the east one only at a corner
     small = box(30.0, 40.0, 34.0, 42.0)
     rest = box(-1.0, -1.0, 61.0, 51.0)
     polygons = write_layer(
@@ -232,7 +232,7 @@ def test_windows_make_no_difference(tmp_path, monkeypatch, transform):
     whole = Assessed(tmp_path, dem=dem)
     monkeypatch.setattr(mobilisation_rasters, "BLOCK", 32)
     parts = Assessed(tmp_path, dem=dem)
-    # The heights are counted from the window's mean, so rounding may differ in the last digits of a float32.
+    # The heights are relative to the window's mean, so rounding may differ in the last digits of a float32.
     for name, tolerance in (("value", 1e-5), ("slope", 1e-4), ("roughness", 1e-5), ("hollow", 1e-5)):
         assert getattr(parts, name) == pytest.approx(getattr(whole, name), abs=tolerance, nan_ok=True)
     assert np.isfinite(whole.value).sum() == (NY - 20) * (NX - 20)
@@ -408,7 +408,7 @@ def test_mapped_deadwood_is_split_by_decay_and_ground(tmp_path, said):
 
 
 def test_what_is_not_known_of_a_species_is_reported(tmp_path, said):
-    """Snags of beech are of unknown decay, so candidates; unknown species and those without a rate are reported."""
+    """The decay of beech snags is unknown: they are candidates; unknown species and those without rate are reported."""
     dem = write_raster(tmp_path / "dem.tif", plane(40.0))
     logs = write_layer(
         tmp_path / "logs.gpkg", [Point(30.0, 25.0)] * 5, years_dead=[9.0] * 5,

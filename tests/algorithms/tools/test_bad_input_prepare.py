@@ -1,6 +1,6 @@
-"""Inputs as users really provide them: every error ends in one line that says where it is and how to fix it.
+"""Inputs as users really provide them: every error ends in one line that states where it is and how to fix it.
 
-Each line goes through the tool itself, and names the file (or the option), and layer, field and row if there are
+Each line comes from the tool itself, and names the file (or the option), and layer, field and row if there are
 any. Nothing may be left under the output's name. Errors in the readers themselves are in test_layers_*.py.
 """
 
@@ -37,7 +37,7 @@ Bad = Callable[..., str]
 
 @pytest.fixture
 def bad(tmp_path, slope, said) -> Bad:
-    """Runs the tool that reads ``layer``, which must refuse, and gives its line."""
+    """Runs the tool that reads ``layer``, which must refuse it, and returns its line."""
 
     def run(layer: str, path: object, **values) -> str:
         tool, needed = TOOLS[layer]
@@ -164,7 +164,7 @@ def test_text_in_a_number_column(tmp_path, bad, layer):
     assert f"field 'dbh_cm', row 3: 'thick' is {unlike}" in line
 
 
-@pytest.mark.parametrize("layer", ["areas", "like"])  # import-trees fills gaps: that is what it is for
+@pytest.mark.parametrize("layer", ["areas", "like"])  # import-trees is meant to fill gaps
 def test_a_gap_in_a_number_column(tmp_path, bad, layer):
     line = bad(layer, points(tmp_path, dbh_cm=[40.0, None, 40.0]))
     assert "field 'dbh_cm', row 2: the value is empty; fill in a number greater than 0" in line
@@ -194,7 +194,7 @@ def test_a_trees_layer_without_its_columns_cannot_be_fitted(tmp_path, bad):
 def test_dbh_in_metres_is_a_warning(tmp_path, slope, said, layer):
     tool, needed = TOOLS[layer]
     values = {"dem": slope(), "output": str(tmp_path / "output.gpkg"), layer: points(tmp_path, dbh_cm=[0.4, 0.5, 0.6])}
-    if layer == "like":  # no tree is so thin: none is left to be like
+    if layer == "like":  # no tree is so thin: none is left as a sample
         with pytest.raises(UserError, match=r"3 have a DBH below 1 cm .*are DBH in cm and heights in m\?"):
             tool(tool.ask_from(values | needed | {"dbh_mean_cm": 40.0}), said)
         return

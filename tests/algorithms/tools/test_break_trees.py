@@ -1,4 +1,4 @@
-"""break-trees against runs of single logs in layers without the trees that they broke, one after the other."""
+"""break-trees compared with runs of single logs in layers without the trees that they broke, one after the other."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def arrivals(run: Path) -> set[tuple[int, str]]:
 
 
 def one_log_breaking(case: Case, log_id: int, capacity: float, monkeypatch: Any) -> tuple[list[str], set]:
-    """Runs of one log, each without the first tree that the run before overloaded; until none is, or it is through."""
+    """Runs of one log, each without the first tree overloaded in the previous run; until none is, or it is through."""
     seen: list[tuple[float, str]] = []
 
     def watched(self: Overloads, hits: Any, log_ids: Any, layers: Any) -> Any:
@@ -76,7 +76,7 @@ def one_log_breaking(case: Case, log_id: int, capacity: float, monkeypatch: Any)
 
 
 def test_each_log_continues_without_the_trees_that_it_breaks(case, wooded, tmp_path, monkeypatch):
-    """Fifteen logs, among them those that break most, against runs of their own."""
+    """Fifteen logs, including those that break most, compared with separate runs."""
     kept = {}
     original = breaking.break_trees
 

@@ -1,4 +1,4 @@
-"""slide-logs with trees that break: what the run tells of them, what repeats it, and what refuses it."""
+"""slide-logs with trees that break: what the run reports, how it is repeated, and what is refused."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def case(tmp_path_factory) -> Case:
 
 @pytest.fixture(scope="module")
 def rigid(case) -> Path:
-    """With the capacity, to count, but unbroken."""
+    """With the capacity for counting, but without breaking."""
     return case.run(output=str(case.folder / "rigid"), lines=case.lines, trees=case.trees, tree_capacity_kj=WEAK)
 
 
@@ -74,8 +74,8 @@ def test_the_terminal_says_that_trees_break(case, tmp_path):
 
 
 def test_reach_lies_between_rigid_trees_and_trees_that_take_nothing(case, rigid, broken, tmp_path):
-    """In the mean, not log by log: one that a tree slows may pass where a faster one is caught. So the order is judged
-    by paired intervals: more than with rigid trees, and not shown to be more than where broken trees take nothing."""
+    """On average, not log by log: one that a tree slows may pass where a faster one is caught. So the order is judged
+    by paired intervals: more than with rigid trees, and not significantly more than if broken trees take nothing."""
     outcome = break_trees.TOOL(run=str(rigid), tree_capacity_kj=WEAK, output=str(tmp_path / "b.gpkg"))
     upper = {row["line_id"]: row["n_reach_breaking"] for row in outcome.facts["reach_breaking"]}["road"]
     held, between = road(rigid), road(broken)
@@ -104,7 +104,7 @@ def test_workers_break_the_same_trees(case, broken, tmp_path):
 
 
 def test_the_value_of_a_tree_is_that_of_a_run_without_it(case, broken, tmp_path):
-    """In a run in which trees break: the others break as they do there."""
+    """In a run with breaking trees: the others break as in that run."""
     value_trees.TOOL(run=str(broken), output=str(tmp_path / "v.gpkg"))
     values = gpd.read_file(tmp_path / "v.gpkg", layer="values")
     values = values[values["line_id"] == "road"].set_index("id")
@@ -120,7 +120,7 @@ def test_the_value_of_a_tree_is_that_of_a_run_without_it(case, broken, tmp_path)
 
 
 def test_barriers_are_sited_in_the_run_with_its_law(case, broken, tmp_path):
-    """The run is slid again and compared to the bit before any barrier is put up."""
+    """The run is repeated and compared bit for bit before any barrier is added."""
     site_barriers.TOOL(run=str(broken), output=str(tmp_path / "s"), length_m="20", height_m="3", logs=40)
 
 

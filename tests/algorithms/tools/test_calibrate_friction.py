@@ -85,7 +85,7 @@ def calibrate(values: dict[str, Any], feedback=None) -> tuple[pd.DataFrame, dict
 @pytest.mark.parametrize("true", [0.505, 0.62])
 def test_on_a_plane_the_true_coefficient_is_found(plane, tmp_path, true):
     """Two logs that stopped where the closed form says, seen from the middle of the releases. In 0.025 of mu the stop
-    moves by 2.5 to 7 m; releases and places scatter by 1.4 m: the range is about that narrow."""
+    moves by 2.5 to 7 m; releases and places scatter by 1.4 m: the range is about as narrow."""
     places = [(30.3, 85.0 - stop_m(true)), (29.6, 85.5 - stop_m(true))]
     table, told = calibrate(plane.values(tmp_path / "out", observed=seen(tmp_path / "seen.gpkg", *places)))
     assert told["range"]["low"] < true < told["range"]["high"]
@@ -100,7 +100,7 @@ def test_on_a_plane_the_true_coefficient_is_found(plane, tmp_path, true):
 
 
 def test_a_stop_line_on_the_plane(plane, tmp_path):
-    """All of eight logs crossed a line at 35 m and none one at 45 m: between the coefficients that stop there."""
+    """All of eight logs crossed a line at 35 m and none one at 45 m: the result is between their coefficients."""
     v = {name: 85.0 - far for name, far in (("reached", 30.0), ("not_reached", 50.0))}
     lines = {
         name: write_layer(tmp_path / f"{name}.gpkg", [shapely.LineString([(1, at), (59, at)])], line_id=[name])
@@ -123,7 +123,7 @@ def test_a_stop_line_on_the_plane(plane, tmp_path):
 
 
 def test_an_area_in_which_logs_came_to_rest(plane, tmp_path):
-    """A road 6 m wide at the closed form's place for 0.575, from each of three logs; elsewhere the share is 0."""
+    """A road 6 m wide at the place given by the closed form for 0.575, with three logs; elsewhere the share is 0."""
     middle = 85.0 - stop_m(0.575)
     road = shapely.box(20.0, middle - 3.0, 40.0, middle + 3.0)
     path = write_layer(tmp_path / "road.gpkg", [road] * 3)
@@ -136,7 +136,7 @@ def test_an_area_in_which_logs_came_to_rest(plane, tmp_path):
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Case:
-    """Logs on 35 degrees above flat ground, through trees; those of the event are not those that are slid."""
+    """Logs on 35 degrees above flat ground, through trees; those of the event are not those of the sweep."""
     made = Case(tmp_path_factory.mktemp("case"))
     rng = np.random.default_rng(40)
     places = [(20.0 + 20.0 * a, 36.0 + 10.0 * b) for a, b in rng.random((150, 2))]
@@ -259,7 +259,7 @@ def test_observed_deposits_that_are_none(plane, tmp_path):
 
 
 def test_on_the_window_of_a_large_dem_it_finds_the_same(plane, tmp_path, said, monkeypatch):
-    """The first window is made too small, so it grows; lines of all three kinds are watched."""
+    """The first window is too small, so it grows; lines of all three kinds are watched."""
     v = {"reached": 70.0, "not_reached": 40.0, "lines": 60.0}
     lines = {
         name: write_layer(tmp_path / f"{name}.gpkg", [shapely.LineString([(1, at), (59, at)])], line_id=[name])
@@ -278,7 +278,7 @@ def test_on_the_window_of_a_large_dem_it_finds_the_same(plane, tmp_path, said, m
 
 
 def test_another_shape_slides_in_the_logs_place(plane, tmp_path):
-    """A flat block of rock, by the same closed form: mass and shape cancel in sliding."""
+    """A flat block of rock, with the same closed form: mass and shape cancel in sliding."""
     corners = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 0.3) for z in (0.0, 2.0)])
     np.savetxt(tmp_path / "block.pts", corners)
     path = seen(tmp_path / "seen.gpkg", (30.0, 85.0 - stop_m(0.55)))
@@ -310,7 +310,7 @@ def test_an_interrupted_calibration_leaves_what_it_continues_with(plane, tmp_pat
 
 
 def test_logs_out_of_sight_are_no_deposits(plane, tmp_path, said):
-    """The plane ends 5 m below where logs stop at 0.5: with less friction most leave it. Six logs stopped at 0.6."""
+    """The plane ends 5 m below the stop at 0.5: with less friction most logs leave it. Six logs stopped at 0.6."""
     cut = tmp_path / "cut.tif"
     with rasterio.open(plane.dem) as dem:
         heights, profile = dem.read(1), dem.profile
@@ -363,7 +363,7 @@ EVENTS, DEPOSITS, ERROR = 40, 12, 3.0
 
 
 def slid_with(case: Case, name: str, number: int, seed: int, **changes: Any) -> list[FrictionRun]:
-    """So many logs from one small area, slid with each coefficient by whole runs."""
+    """This number of logs from one small area, slid with each coefficient in separate runs."""
     rng = np.random.default_rng(seed)
     spots = [(22.0 + 16.0 * a, 68.0 + 8.0 * b) for a, b in rng.random((number, 2))]
     releases = write_layer(case.folder / f"{name}.gpkg", points(*spots), log_id=np.arange(number))
@@ -423,7 +423,7 @@ def test_the_range_holds_the_true_coefficient_of_synthetic_events(tmp_path, monk
 
 
 def test_a_complete_search_is_reported_with_its_conditions(plane, tmp_path, said):
-    """Logs of friction 0.45 leave the plane at its foot: without the option that speaks for nothing."""
+    """Logs of friction 0.45 leave the plane at its foot: without the option this is no evidence."""
     far = seen(tmp_path / "seen.gpkg", (30.0, 85.0 - stop_m(0.5)), (29.5, 84.5 - stop_m(0.5)))
     values = plane.values(tmp_path / "out", observed=far, friction="0.4:0.6:0.05")
     table, told = calibrate(values, said)

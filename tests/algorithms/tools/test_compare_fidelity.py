@@ -1,4 +1,4 @@
-"""compare-fidelity through files: a scene whose answer is known, the same logs as slide-logs, what decides nothing."""
+"""compare-fidelity through files: a scene with a known answer, the same logs as slide-logs, irrelevant options."""
 
 from __future__ import annotations
 
@@ -56,9 +56,9 @@ def forest(case) -> Path:
 
 @pytest.mark.parametrize("lines", ["some reach", "silent"])
 def test_on_a_plane_without_obstacles_draft_will_do(case, tmp_path, lines):
-    """One contact law, one slope, no impact: every fidelity is right, so the cheapest is recommended.
+    """One contact law, one slope, no impact: every fidelity is exact, so the cheapest is recommended.
 
-    The line that some reach lies among the releases: those above it slide over it, those below do not.
+    The line reached by some is among the releases: those above it slide over it, those below do not.
     """
     across = {"all reach": 36.0, "some reach": 52.0, "none reach": 2.0}
     wanted = {name: v for name, v in across.items() if lines == "some reach" or name != "some reach"}
@@ -76,7 +76,7 @@ def test_on_a_plane_without_obstacles_draft_will_do(case, tmp_path, lines):
     rows = table(tmp_path / "plane")
     apart = rows.loc[("draft", "deposit_distance", "")]
     assert 0.0 < apart["difference"] < apart["noise"]
-    # speeds stand for the middle of a step, and a standing log that falls over lands within one: a step of g
+    # speeds are those of the middle of a step, and a standing log that falls over lands within one: a step of g
     assert abs(rows.loc[("draft", "speed_max_mean", ""), "difference"]) < 9.81 * FIDELITIES["draft"].time_step
 
 
@@ -128,7 +128,7 @@ def test_threads_and_the_order_of_the_releases_decide_nothing(case, forest, tmp_
 def test_fewer_logs_are_the_first_of_the_hash_order(case, tmp_path):
     told = compare(case, tmp_path / "some", logs=12, seed=3, planned_logs=500)
     assert told["logs"] == {"compared": 12, "in_layer": LOGS, "planned": 500}
-    assert told["recommendation"]["fidelity"] is None  # 12 logs tell nothing
+    assert told["recommendation"]["fidelity"] is None  # 12 logs prove nothing
     assert "12 were compared" in told["recommendation"]["sentence"]
     first = gpd.read_file(case.releases).iloc[hash_order(np.arange(1, LOGS + 1), 3)[:12]]
     first.to_file(tmp_path / "first.gpkg")

@@ -55,7 +55,7 @@ def counts(cells: dict[tuple[int, int], int], at: dict[str, Any]) -> np.ndarray:
 
 @pytest.fixture
 def runs(tmp_path) -> dict[str, Path]:
-    """none: 30 of 40 reach the road; forest: 12 do, 2 of them not without; barriers, in a window: none does."""
+    """none: 30 of 40 reach the road; forest: 12 do, of which 2 do not without it; barriers, in a window: none does."""
     reached = {"none": list(range(30)), "forest": [*range(10), 30, 31], "barriers": []}
     made = {}
     for name, fan, reason in (("none", 20.0, "rest"), ("forest", 60.0, "tree"), ("barriers", 10.0, "barrier")):
@@ -132,7 +132,7 @@ def test_spread_speed_and_deposits(runs, tmp_path):
 
 
 def test_the_table_is_one_for_a_spreadsheet(tmp_path):
-    """It had a row for each scenario and 102 columns for 14 lines and releases, 17 digits, and Straße as StraÃŸe."""
+    """Before: a row for each scenario, 102 columns for 14 lines and releases, 17 digits, and Straße as StraÃŸe."""
     runs = [
         write_run(tmp_path / name, tracks(20.0), digest="same", lines={"Straße": (ROAD, hits)})
         for name, hits in (("ohne", list(range(11))), ("mit", [1, 2, 3]))
@@ -163,7 +163,7 @@ def lost_runs(tmp_path: Path) -> list[Path]:
 
 
 def test_logs_that_left_before_a_line_bound_its_reach_and_the_difference(tmp_path, said):
-    """The table gave 25 % (14 to 40) and -12.5 (-24.9 to -1.9), and did not mention the 20 logs with an unknown
+    """Before: 25 % (14 to 40) and -12.5 (-24.9 to -1.9), without mentioning the 20 logs with an unknown
     outcome.
     """
     table, outcome = compare(lost_runs(tmp_path), tmp_path / "out", said)
@@ -195,7 +195,7 @@ def test_where_no_log_left_the_bounds_are_the_values(runs, tmp_path, said):
 
 
 def test_the_mean_speed_leaves_out_logs_that_still_moved_in_either_run(tmp_path):
-    """Without forest half of the logs rolled on at 1 m/s to the limit: 8 m/s on average against 9, and were 15."""
+    """Without forest half of the logs rolled on at 1 m/s to the limit: 8 m/s on average, not 15; with forest 9."""
     ways = [tracks(20.0, speed=speed) for speed in (15.0, 9.0)]
     for row in range(0, LOGS, 2):
         ways[0][row].speed, ways[0][row].stop_reason = 1.0, "time_limit"
@@ -271,7 +271,7 @@ def test_the_changes_as_layers(runs, tmp_path):
 
 
 def test_real_runs(tmp_path):
-    """Trees on the slope: the values are those of the summaries, and --lines gives what the runs say themselves."""
+    """Trees on the slope: the values are those of the summaries, and --lines gives the results of the runs."""
     case = Case(tmp_path / "case")
     bare = case.run(output=str(tmp_path / "bare"), lines=case.lines)
     wood = case.run(output=str(tmp_path / "wood"), lines=case.lines, trees=case.trees)
@@ -296,7 +296,7 @@ def test_real_runs(tmp_path):
 
 
 def test_runs_that_slid_a_part_of_the_same_logs(tmp_path, said):
-    """With --until-ci a run ends when it has enough: those that both have are compared."""
+    """With --until-ci a run ends when it has enough logs: those that both have are compared."""
     whole = tracks(20.0)
     one = write_run(tmp_path / "one", whole, digest="same", lines={"road": (ROAD, [3])})
     other = write_run(tmp_path / "other", whole[:24], digest="same", lines={"road": (ROAD, [3])})
@@ -429,7 +429,7 @@ def test_mcnemar_is_the_sign_test():
 
 
 def test_an_interval_and_its_test_agree(tmp_path):
-    """The facts are JSON, and the paired interval leaves out 0 where McNemar's test does (score against exact: for
+    """The facts are JSON, and the paired interval excludes 0 where McNemar's test does (score compared with exact: for
     these counts both or neither)."""
     one = write_run(tmp_path / "one", tracks(20.0), digest="same", lines={"road": (ROAD, list(range(20)))})
     for gained, differs in ((3, False), (14, True)):
@@ -444,7 +444,7 @@ def test_an_interval_and_its_test_agree(tmp_path):
 
 
 def test_the_baseline_is_the_run_with_the_fewest_obstacles_unless_it_is_named(said):
-    """Whatever the order of the runs: the index of protection is of what the others have beside it."""
+    """In any order of the runs: the index of protection refers to what the others have in addition."""
     summaries = [
         {"scenario": {name: {"n": count if name == "trees" else 0} for name in OBSTACLES}} for count in (50, 0, 70)
     ]
@@ -469,7 +469,7 @@ def lying_and_upright(tmp_path: Path, columns: dict[str, str]) -> list[Path]:
 
 
 def test_an_option_that_a_column_overrides_makes_no_difference_of_two_runs(tmp_path):
-    """The layer says of every log that it stands: both runs are one scenario, whatever --orientation was."""
+    """The layer makes every log upright: both runs are the same scenario, whatever --orientation was."""
     outcome = compare(lying_and_upright(tmp_path, {"orientation": "upright"}), tmp_path / "out")[1]
     facts = json.loads((tmp_path / "out" / compare_scenarios.FACTS).read_text(encoding="utf-8"))
     scenarios = [line.partition(", ")[2].partition(",")[0] for line in outcome.lines if line.startswith("scenario of")]
@@ -479,6 +479,6 @@ def test_an_option_that_a_column_overrides_makes_no_difference_of_two_runs(tmp_p
 
 
 def test_two_runs_whose_logs_start_in_another_posture_are_not_of_the_same_logs(tmp_path):
-    """The counterpart: where no column says it, the option does."""
+    """The counterpart: without such a column, the option decides."""
     with pytest.raises(UserError, match="it was run with --orientation upright for lying"):
         compare(lying_and_upright(tmp_path, {}), tmp_path / "out")

@@ -1,4 +1,4 @@
-"""Hit counts from stored trajectories: equal to the run's own, to cells counted by hand, and to shapely's outlines."""
+"""Hit counts from stored trajectories: equal to the run's, to cells counted by hand, and to shapely's outlines."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ def test_subsets_add_up(full, tmp_path):
 
 
 def test_pieces_of_the_poses_do_not_cut_logs(full, tmp_path):
-    """Row groups that end within a log, as another program may write them, change nothing."""
+    """Row groups that end within a log, as other programs may write them, make no difference."""
     whole = counted(full, tmp_path / "all.tif")
     table = parquet.read_table(full / "poses.parquet")
     other = tmp_path / "other"
     other.mkdir()
     for name in ("manifest.json", "run.gpkg"):
         (other / name).write_bytes((full / name).read_bytes())
-    edit_manifest(other)  # not the file that the run has sealed
+    edit_manifest(other)  # not the file sealed by the run
     parquet.write_table(table, other / "poses.parquet", row_group_size=17)
     assert parquet.ParquetFile(other / "poses.parquet").num_row_groups > 20
     assert np.array_equal(counted(other, tmp_path / "cut.tif"), whole)

@@ -1,7 +1,7 @@
-"""Every row of every input layer of every tool: read = used + left out and why, in the record of what was made of it.
+"""Every row of every input layer of every tool: read = used + left out, with reasons, in the record of the result.
 
-The list of layers comes from the declarations: a new tool or a new layer has no account until it says one, and no
-case until one is written here. The numbers that are expected are those of the rows as they are written below.
+The list of layers comes from the declarations: a new tool or a new layer has no account until it reports one, and no
+case until one is written here. The expected numbers are those of the rows below.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def accounts_of(path: Path) -> dict[str, Any]:
 
 
 class Told:
-    """What tools said of their layers, and what they should have."""
+    """What tools reported about their layers, and what they should have reported."""
 
     def __init__(self, inputs: Inputs) -> None:
         self.inputs = inputs
@@ -106,7 +106,7 @@ class Told:
     def run(
         self, name: str, expected: Mapping[str, Count], record: str = "", *, fails: bool = False, **values: Any
     ) -> Path:
-        """Run a tool; ``record`` is the output that holds the record, if not the first; ``fails``: in the end."""
+        """Run a tool; ``record`` is the output that holds the record, if not the first; ``fails``: at the end."""
         tool = find(name)
         assert tool is not None
         self.number += 1
@@ -207,7 +207,7 @@ def slid(told: Told, here: Inputs) -> None:
     table = here.table("sites", {"site": ["one", "two"], "releases": [here.releases, missing]})
     by_site = {"dem": here.dem, **logs, **here.scene(), "fidelity": "draft"}
     folder = told.run("run-sites", {"sites": (2, 1, {"failed": 1})}, fails=True, **by_site, sites=table)
-    # what all sites share is in the record of each site, which is a run of slide-logs
+    # inputs shared by all sites are in the record of each site, which is a run of slide-logs
     told.take("run-sites", SCENE, folder / "sites" / "one")
     told.run("run-sites", {"releases": (24, 24, {})}, **by_site, releases=here.releases, by="release_id")
     few: dict[str, Count] = {"releases": (24, 6, {"not_run": 18})}
@@ -268,7 +268,7 @@ def evaluated(told: Told, here: Inputs) -> None:
 
 
 def test_every_layer_that_a_tool_reads_is_here(told):
-    """A tool or a layer that is new needs a case above."""
+    """A new tool or layer needs a case above."""
     declared = {(tool.name, each.name) for tool in TOOLS for each in tool.parameters() if each.kind in KINDS}
     assert declared == {(tool, parameter) for tool, parameter, _, _ in told.counts}
 

@@ -64,7 +64,7 @@ def test_the_bands_and_where_they_are_transparent(full):
 
 
 def test_above_the_line_as_many_as_reach_it_below_it_fewer(full):
-    """The reach of all logs lies between what cells above the road tell; a log that reaches it passed them before."""
+    """The reach of all logs is between the values of cells above the road; logs that reach it passed them before."""
     reached = set(layer(full, "reached_by").query("line_id == 'road'")["log_id"])
     found = read(full / "danger.tif")["road"]
     assert reached
@@ -130,7 +130,7 @@ def test_without_lines_there_is_none_and_nothing_else_changes(full, case, tmp_pa
 
 
 def test_logs_that_start_in_a_house_reach_it_there_and_not_later(case, tmp_path):
-    """The polygon around all releases: in the cells of their first outlines, and nowhere else."""
+    """The polygon around all releases: values only in the cells of their first outlines."""
     around = write_layer(
         tmp_path / "around.gpkg",
         [shapely.box(1.0, 50.0, 59.0, 95.0), shapely.LineString([(1.0, 1.0), (4.0, 1.0)])],

@@ -1,4 +1,4 @@
-"""The demo from nothing, with few logs; the picture's relief; the committed sample against the script that made it."""
+"""The demo from scratch, with few logs; the picture's relief; the committed sample compared with its script."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ def test_it_ends_with_a_report_of_the_three_forests(made):
 
 
 def test_it_ends_by_naming_explore_on_its_own_layers(made):
-    """The command that it prints last, on layers that are there."""
+    """The command that it prints last, with existing layers."""
     folder, _ = made
     program, name, *given = shlex.split(demo.TOOL.then.format(output=folder))
     assert (program, name) == ("deadwood-tool", "explore")

@@ -1,4 +1,4 @@
-"""design-values against what is reckoned by hand, from tracks whose every number is known and from the run's layers."""
+"""design-values compared with calculations by hand, from tracks with known numbers and from the run's layers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def table(run: Path, path: Path, **values) -> Any:
 
 
 def flat_run(folder: Path, tracks: list[Track], **values) -> Path:
-    """A run by hand on flat ground at 1000 m, with a road across the way at v = 50 and no barriers."""
+    """A synthetic run on flat ground at 1000 m, with a road across at v = 50 and no barriers."""
     folder.mkdir(exist_ok=True)
     dem = write_dem(folder / "dem.tif", flat=True)
     road = shapely.LineString([(0.5, 50.0), (59.5, 50.0)])
@@ -81,9 +81,8 @@ def test_a_spinning_log_has_its_energy_of_rotation_apart(tmp_path):
 
 
 def test_the_height_is_that_of_the_upper_edge_over_the_line(tmp_path):
-    """Horizontal logs, with their axis 0.5 m above the ground: across the path thicker by 0.2 m at the base, 0.1 m at
-    the tip;
-    end first the tip reaches the line.
+    """Horizontal logs, with their axis 0.5 m above the ground: across the path, with a radius of
+    0.2 m at the base and 0.1 m at the tip; end first, the tip reaches the line.
     """
     broadside = flat_run(tmp_path / "a", [Track((20.0, 70.0), (20.0, 30.0), broadside_deg=90.0)])
     head = flat_run(tmp_path / "b", [Track((20.0, 70.0), (20.0, 30.0))])
@@ -143,7 +142,7 @@ def test_without_trajectories_lines_say_why_and_barriers_stay(case, tmp_path, sa
     untold, lost = said.warnings
     assert "there are no energies at lines" in untold
     assert "percentiles of barrier" in lost  # logs left the terrain model before they came to it
-    assert "percentiles of line" not in lost  # who came to the lines is not known
+    assert "percentiles of line" not in lost  # unknown which logs came to the lines
 
 
 def test_an_unhit_barrier_has_its_rows(case, tmp_path):

@@ -1,4 +1,4 @@
-"""Inputs from which a run would come that looks right and is wrong: each is refused, or said with the fix."""
+"""Inputs with which a run would look right but be wrong: each is refused, or reported with the fix."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ def test_nothing_is_reported_of_a_steep_hillside_as_it_should_be(grid, said):
 
 
 def test_feet_show_where_the_logs_start(tmp_path, said):
-    """Of a DEM that is flat for the larger part."""
+    """With a DEM that is mostly flat."""
     path = write_dem(tmp_path / "d.tif")
     with rasterio.open(path, "r+") as made:
         heights = 1000.0 + 3.28 * np.tan(np.radians(35.0)) * np.maximum(99.5 - np.arange(100.0) - 70.0, 0.0)
@@ -261,7 +261,7 @@ def test_ids_count_from_one_everywhere(case, tmp_path):
 
 
 def test_nothing_in_an_id_is_obeyed_by_the_terminal(case, tmp_path, capsys):
-    """Escapes that clear the screen, retitle the window or turn the writing stand as text; so in errors and results."""
+    """Escapes that clear the screen, change title or text direction are shown as text, in errors and results."""
     evil = "A\x1b[2J\x1b]0;own\x07\x9b\u202e"
     one = write_layer(tmp_path / "d.gpkg", points((30, 80)), release_id=[evil], **_deposit(30, 90))
     assert cli.run(["lateral-spread", "--deposits", one, "--output", str(tmp_path / "s.gpkg")]) == 0

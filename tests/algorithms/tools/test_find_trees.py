@@ -1,4 +1,4 @@
-"""find-trees: tops against brute force, cell by cell, and what slide-logs makes of the layer."""
+"""find-trees: tops compared with brute force, cell by cell, and slide-logs on the layer."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from deadwood_algorithms.tools import find_trees
 
 
 def brute_force(heights: np.ndarray, cell: float, diameter: Callable[[float], float], least: float) -> list[tuple]:
-    """Every cell against every other one: a top is beaten by none in its circle, higher or equal and earlier."""
+    """Every cell against every other: in the circle of a top no cell is higher, or equal and earlier."""
     found = []
     for j, i in np.ndindex(heights.shape):
         h = heights[j, i]
@@ -69,7 +69,7 @@ def test_the_tops_are_those_of_brute_force(name, cell):
 
 @pytest.mark.parametrize("diameter", [0.2, 1.0, 4.0, 6.0])
 def test_whole_metres_have_the_tops_of_brute_force(diameter):
-    """Plateaus of all forms, circles that pass through cells' centres, and holes."""
+    """Plateaus of all shapes, circles through cell centres, and holes."""
     rng = np.random.default_rng(3)
     for times in (0, 1, 2):
         heights = np.round(smooth(rng, (27, 30), 12.0, times))

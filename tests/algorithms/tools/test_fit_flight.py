@@ -1,4 +1,4 @@
-"""fit-flight, through its files: the parabola of the schoolbook, the log swept along it, and what cannot have been."""
+"""fit-flight, through its files: the textbook parabola, the log swept along it, and impossible flights."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def write_dem(path: Path, profile, towards: float = 180.0, **facts) -> str:
 
 
 def at(s: float, towards: float = 180.0, aside: float = 0.0) -> tuple[float, float]:
-    """World place at a distance towards an azimuth, and aside of it to the left [m]."""
+    """Position at a distance in the direction of an azimuth, and to the left of it [m]."""
     u = np.array([math.sin(math.radians(towards)), math.cos(math.radians(towards))])
     x, y = np.array(MIDDLE) + s * u + aside * np.array([-u[1], u[0]])
     return EAST + float(x), NORTH + float(y)
@@ -66,7 +66,7 @@ def fitted(folder: Path, said=None, **values) -> tuple[gpd.GeoDataFrame, gpd.Geo
 
 
 def path_of(speed: float, degrees: float, s: float) -> float:
-    """Height of the schoolbook's parabola."""
+    """Height of the textbook parabola."""
     angle = math.radians(degrees)
     return s * math.tan(angle) - GRAVITY_MS2 * s**2 / (2 * speed**2 * math.cos(angle) ** 2)
 
@@ -78,7 +78,7 @@ def terrace(speed: float, degrees: float, distance: float):
     def profile(s):
         before = s * math.tan(math.radians(degrees))
         beyond = landing - (s - distance) * math.tan(math.radians(45.0))
-        # a cliff of one cell, so that the surface between the cells is this profile exactly where it is looked at
+        # a cliff of one cell, so that the surface between the cells equals this profile exactly where it is checked
         return np.where(s <= 0.0, before, np.where(s < distance, np.minimum(beyond, landing), beyond))
 
     return profile
@@ -106,13 +106,13 @@ def test_a_flight_is_found_from_its_two_ends(tmp_path, speed, degrees, distance)
     up = max(vz, 0.0)
     assert row["apex_rise_m"] == pytest.approx(up**2 / (2 * GRAVITY_MS2), abs=1e-5)
     assert row["apex_distance_m"] == pytest.approx(vx * up / GRAVITY_MS2, abs=1e-4)
-    # Energy is kept: the speed at the end comes of the height lost.
+    # Energy is conserved: the speed at the end results from the height lost.
     assert row["landing_speed_ms"] ** 2 == pytest.approx(speed**2 + 2 * GRAVITY_MS2 * row["fall_m"], rel=1e-6)
 
 
 @pytest.mark.parametrize("towards", [0.0, 37.0, 250.0])
 def test_the_direction_makes_no_difference(tmp_path, towards):
-    """Planes only: those are exact between the cells in any direction; the approach is one, the landing given by it."""
+    """Only planes, which are exact between cells in any direction: the approach is one, and determines the landing."""
     dem = write_dem(tmp_path / "dem.tif", lambda s: -0.4 * s, towards)
     lines = write_layer(tmp_path / "lines.gpkg", [LineString([at(0.0, towards), at(15.0, towards)])])
     slope = fitted(tmp_path, dem=dem, flights=lines)[0]["takeoff_deg"][0]
@@ -137,7 +137,7 @@ def test_the_written_path_is_the_one_of_the_equations_of_motion(tmp_path):
     )  # fmt: skip
     assert at(0.0)[1] - path[:, 1] == pytest.approx(moved.y[0], abs=1e-6)
     assert path[:, 2] == pytest.approx(moved.y[1], abs=1e-6)
-    # Half a DBH above the ground, square to it, and so by its cosine more upright.
+    # Half a DBH above the ground, perpendicular to it, so vertically divided by the cosine.
     assert path[0, 2] - 1000.0 == pytest.approx(0.2 / math.cos(math.radians(20.0)), abs=1e-9)
 
 
@@ -177,7 +177,7 @@ def test_the_papers_jump_over_the_barrier(tmp_path, height, verdict):
     assert row["verdict"] == verdict
     assert (over["flight_id"], over["barrier_id"], over["height_m"], over["free"]) == (7, "b0", height, 1)
     assert over["distance_m"] == pytest.approx(place, abs=1e-6)
-    # The tangent of the path at the barrier, half a DBH lower square to it: 3 mm from the curve of all tangents here.
+    # The tangent of the path at the barrier, half a DBH lower perpendicular to it: 3 mm from the envelope of tangents.
     slope = math.tan(math.radians(degrees)) - GRAVITY_MS2 * place / (speed * math.cos(math.radians(degrees))) ** 2
     path = path_of(speed, degrees, place) + 0.15 / math.cos(math.radians(degrees))
     assert over["clearance_m"] == pytest.approx(path - 0.15 * math.hypot(1, slope) - (-20.0 + height), abs=0.003)
@@ -226,13 +226,13 @@ def test_a_slope_that_continues_is_not_a_take_off(tmp_path):
     dem = write_dem(tmp_path / "dem.tif", lambda s: -0.7 * s)
     lines = write_layer(tmp_path / "lines.gpkg", [LineString([at(0.0), at(30.0)])])
     speeds = fitted(tmp_path, dem=dem, flights=lines)[0]["takeoff_speed_ms"]
-    # exactly on the line the speed is infinite; rounding may leave it just huge
+    # exactly on the line the speed is infinite; rounding may leave it merely huge
     assert np.isnan(speeds[0]) or speeds[0] > 1e4
 
 
 @pytest.mark.parametrize(("hump", "verdict"), [(0.2, "possible"), (2.0, "cuts_terrain")])
 def test_ground_that_stands_into_the_flight_is_found(tmp_path, hump, verdict):
-    """A ridge of one row of cells whose top is so much higher than the parabola between the two points there."""
+    """A ridge of one row of cells whose top exceeds the parabola between the two points by this height."""
     speed, degrees, distance, place = 20.0, -10.0, 30.0, 18.0
     top, plain = path_of(speed, degrees, place) + hump, terrace(speed, degrees, distance)
     dem = write_dem(tmp_path / "dem.tif", lambda s: np.where(np.abs(s - place) < 1e-6, top, plain(s)))

@@ -116,7 +116,7 @@ def test_no_two_stems_stand_nearer_than_asked(forest):
         distance = np.hypot(*(x[:, None] - x[None]).transpose(2, 0, 1))
         return float(distance[np.triu_indices(len(x), 1)].min())
 
-    assert nearest(forest(**KLOSTERS)) < 1.0  # by chance some do
+    assert nearest(forest(**KLOSTERS)) < 1.0  # by chance some are
     spaced = forest(**KLOSTERS, min_spacing_m=3.0)
     assert nearest(spaced) >= 3.0
     assert len(spaced) == 939
@@ -131,7 +131,7 @@ def test_spacing_that_leaves_no_room_is_refused_at_once(forest):
 def test_dbh_follows_the_papers_normal_cut_where_there_is_no_tree(mean, sd):
     dbh, height, redrawn = draw_sizes(Sizes(mean, sd, 200.0, 1.0, 0.0), np.arange(1, 20_000 + 1), 1)
     cut = stats.truncnorm((1.0 - mean) / sd, np.inf, mean, sd)
-    # Rounding to 0.01 cm is far below what 20 000 draws can show.
+    # Rounding to 0.01 cm is far below what 20 000 draws can resolve.
     assert stats.kstest(dbh, cut.cdf).pvalue > 1e-4
     assert dbh.min() >= 1.0
     n = 20_000
@@ -212,8 +212,8 @@ def skewed(tmp_path, slope, name: str = "skewed.gpkg") -> gpd.GeoDataFrame:
 
 
 def test_a_skewed_forest_keeps_its_moments_and_its_basal_area(tmp_path, forest, slope, outcome):
-    """As many trees are just the source's: all moments, and the relation of DBH and height. Before, of normal draws
-    that are repeated where they are no tree: mean 25 instead of 20 cm, basal area 15 % more."""
+    """The same number of trees has the source's moments and relation of DBH and height. Before, with normal draws
+    that are redrawn if they are not a tree: mean 25 instead of 20 cm, basal area 15 % more."""
     source = skewed(tmp_path, slope)
     copy = forest(like=str(tmp_path / "skewed.gpkg"), seed=4)
     assert len(copy) == len(source)

@@ -1,7 +1,7 @@
-"""Whole runs on inputs as people have them: what is said of them, and how many logs then reach the road.
+"""Whole runs on inputs as people have them: the messages about them, and how many logs then reach the road.
 
 A slope of 35 degrees, 160 x 240 m, with a road at its foot: on the true terrain model all 40 logs reach it. What is
-wrong with an input is either undone, and the 40 reach it again, or said beside the number.
+wrong with an input is either corrected, and the 40 reach it again, or reported beside the number.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Scene:
         self.releases = self.released(self.write("area.gpkg", [AREA], release_id=[1]))
         self.number = 0
 
-    def write(self, name: str, shapes: list[Any], crs: str = "EPSG:2056", **columns: Any) -> str:
+    def write(self, name: str, shapes: list[Any], /, crs: str = "EPSG:2056", **columns: Any) -> str:
         frame = gpd.GeoDataFrame(columns, geometry=shapes, crs="EPSG:2056").to_crs(crs)
         frame.to_file(self.folder / name)
         return str(self.folder / name)
@@ -97,7 +97,7 @@ def test_the_true_slope(scene, said):
 
 
 def test_nodata_mixed_into_edges_and_a_hole(scene, said, tmp_path):
-    """The hole lies in the logs' way: what they would do behind it is within the bounds, and 40 of 40 is, too."""
+    """The hole lies in the logs' way: what they would do beyond it is within the bounds, which include 40 of 40."""
     blended = heights()
     hole, rim = (slice(100, 108), slice(72, 88)), slice(0, 1)
     blended[hole] = blended[rim] = NODATA
@@ -131,7 +131,7 @@ def test_feet_are_asked_about_and_the_printed_command_mends_them(scene, said, tm
 
 
 def test_roads_of_openstreetmap(scene, said):
-    """Degrees, polygons beside lines, ways without a name."""
+    """Degrees, polygons and lines, ways without a name."""
     square = at(shapely.box(100.0, 55.0, 120.0, 65.0))
     shapes = [ROAD, square, at(shapely.LineString([(2.0, 30.0), (158.0, 30.0)]))]
     roads = scene.write("export.geojson", shapes, "EPSG:4326", name=["Dorfstrasse", None, None])
@@ -141,7 +141,7 @@ def test_roads_of_openstreetmap(scene, said):
 
 
 def test_a_track_of_a_receiver(scene, said):
-    """A GPX file always has five layers, of which one holds something."""
+    """A GPX file always has five layers, of which one is not empty."""
     place = scene.folder / "road.gpx"
     track = gpd.GeoDataFrame({"name": ["road"]}, geometry=[ROAD], crs="EPSG:2056").to_crs("EPSG:4326")
     pyogrio.write_dataframe(track, place, driver="GPX", layer="routes")

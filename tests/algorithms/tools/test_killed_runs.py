@@ -1,7 +1,7 @@
 """Killed at random moments, also while the results are written, then resumed: the same bytes as in one go.
 
-Alone, and with workers of a Dask scheduler, of which now the program is killed, now a worker. A handful of kills;
-`pytest --kills 20` asks for as many as one likes of each.
+Alone, and with workers of a Dask scheduler, killing either the program or a worker. A handful of kills;
+`pytest --kills 20` sets the number of each.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def start(case) -> Callable[..., subprocess.CompletedProcess[str]]:
 
 @pytest.fixture(scope="module")
 def whole(case, start) -> tuple[Path, int]:
-    """The run that nothing disturbs, and how many moments it has."""
+    """The undisturbed run, and its number of moments."""
     folder = case.folder / "whole"
     folder.mkdir()
     ran = start(folder)
@@ -134,7 +134,7 @@ def test_a_run_does_not_notice_a_killed_worker(start, whole, site, tmp_path, das
 
 
 def test_workers_of_a_killed_program_end_with_it(case, whole, tmp_path):
-    """Those that `--scheduler local` has started."""
+    """Workers started by `--scheduler local`."""
     words = [sys.executable, PROGRAM, int(signal.SIGKILL), whole[1] // 2, 0.0, 0, tmp_path, "slide-logs", "--config"]
     words += [case.folder / "ask.json", "--output", tmp_path / "run", "--scheduler", "local", "--workers", "1"]
     process = psutil.Popen([str(each) for each in words], env={**os.environ, "PYTHONPATH": PATHS})
@@ -149,7 +149,7 @@ def test_workers_of_a_killed_program_end_with_it(case, whole, tmp_path):
 
 
 def test_an_interrupt_keeps_the_finished_chunks(start, whole, tmp_path):
-    """Long before the ten seconds are over: the run takes less than one of them."""
+    """Long before the ten seconds have passed: the run takes less than one second."""
     _, moments = whole
     for moment in range(moments // 4, moments, 5):
         folder = tmp_path / str(moment)

@@ -1,4 +1,4 @@
-"""The last lines of a tool: the answer, the scenario that it is of, alike wherever logs slid, and what follows."""
+"""The last lines of a tool: answer and scenario, alike for all tools that slide logs, and the next command."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_the_first_sites_say_theirs_and_the_others_are_counted(case, tmp_path):
 
 
 def pasted(outcome: Outcome, folder: Path, monkeypatch) -> list[list[str]]:
-    """Run what is said to follow, as it stands; the words of each command."""
+    """Run the printed next command unchanged; returns the words of each command."""
     monkeypatch.chdir(folder)
     commands = [shlex.split(each) for each in outcome.then.split(" && ")]
     for program, *words in commands:

@@ -1,4 +1,4 @@
-"""Lateral spread through files: azimuths by hand, across north, what is left out, each release for itself."""
+"""Lateral spread through files: azimuths by hand, across north, omitted deposits, each release separately."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_the_sector_on_the_map_holds_the_counted_deposits(tmp_path):
 
 
 def test_one_log_has_a_direction_and_no_spread(tmp_path):
-    """It was 0 degrees, as if all logs of the release went one way."""
+    """Before: 0 degrees, as if all logs of the release went the same way."""
     fan, each = spread(deposits(tmp_path / "d.gpkg", [10.0, 20.0], [50.0, 5.0]), tmp_path / "s.gpkg", min_runout_m=20.0)
     assert fan["n_left_out"].tolist() == [1]
     angles = ["spread_deg", "p05_p95_deg", "p05_p95_ci_low_deg", "p05_p95_ci_high_deg", "spread_half_deg"]
@@ -142,7 +142,7 @@ def test_the_interval_and_the_halves(tmp_path):
     halves = [np.ptp(rng.permutation(angles)[:200]) for _ in range(400)]
     assert row["spread_half_deg"] == pytest.approx(np.mean(halves), abs=1.0)
     assert row["spread_half_deg"] < row["spread_deg"] - 1.0
-    # draws belong to the logs: rows in another order, or another release beside them, change nothing
+    # draws belong to the logs: rows in another order, or another release in addition, make no difference
     mixed = rng.permutation(400)
     same = {"release_x": [EAST] * 401, "release_y": [NORTH] * 401, "length_m": [10.0] * 401}
     ids = {"log_id": [*mixed, 400], "release_id": [1] * 400 + [2]}
@@ -202,7 +202,7 @@ def test_the_layers_are_those_of_the_schema(tmp_path, name):
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3])
 def test_no_line_says_nan(tmp_path, count):
-    """Few deposits, or none that counts: each gives a line, without invalid numbers."""
+    """Few deposits, or none that count: each gives a line, without invalid numbers."""
     far = [100.0] * count + [1.0] * (3 - count)
     layer = deposits(tmp_path / "d.gpkg", [170.0, 180.0, 200.0], far)
     outcome = lateral_spread.TOOL(deposits=layer, output=str(tmp_path / "s.gpkg"))

@@ -70,7 +70,7 @@ def test_the_cone_has_the_mass_properties_of_its_slices(tmp_path):
     centre = quad(lambda z: z * math.pi * radius(z) ** 2, 0, 30)[0] / volume
     axial = 300 * quad(lambda z: math.pi * radius(z) ** 4 / 2, 0, 30)[0]
     across = 300 * quad(lambda z: math.pi * (radius(z) ** 4 / 4 + (z - centre) ** 2 * radius(z) ** 2), 0, 30)[0]
-    # Quadrature of a polynomial: rounding only.
+    # Quadrature of a polynomial: only rounding errors.
     assert cone["volume_m3"] == pytest.approx(volume, rel=1e-12)
     assert cone["mass_kg"] == pytest.approx(300 * volume, rel=1e-12)
     assert cone["centre_from_base_m"] == pytest.approx(centre, rel=1e-12)
@@ -92,7 +92,7 @@ def test_the_solid_approaches_the_cone_with_the_square_of_its_vertices(tmp_path)
     for name in ("volume_m3", "mass_kg", "inertia_axial_kg_m2", "inertia_transverse_kg_m2"):
         error = np.array([1 - each["solid"][name] / each["cone"][name] for each in told])
         assert (error > 0).all()
-        # error = c / n^2 - d / n^4: halving divides it by 4 less a gap, and the gap itself by 4 (less d / n^2 again)
+        # error = c / n^2 - d / n^4: halving divides it by 4 less a rest, and the rest by 4 (less d / n^2 again)
         gap = 4.0 - error[:-1] / error[1:]
         assert 0 < gap[-1] < 0.01
         assert gap[:-1] / gap[1:] == pytest.approx(4.0, rel=0.05)

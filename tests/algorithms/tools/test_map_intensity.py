@@ -1,4 +1,4 @@
-"""map-intensity cell by cell and line by line against what is counted by hand."""
+"""map-intensity cell by cell and line by line compared with counts by hand."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def made(tmp_path) -> Path:
 
 
 def maps(run: Path, folder: Path, **values: Any) -> dict[str, np.ndarray]:
-    """Of the run's own rasters, which here are not those of its tracks, unless another least passage is given."""
+    """From the run's rasters, which here are not those of its tracks, unless another least passage is given."""
     map_intensity.TOOL(**{"run": str(run), "output": str(folder), "overwrite": True, "least_passage": 0.0} | values)
     return {each.stem: raster(each)[::-1] for each in folder.glob("*.tif")}
 
@@ -102,7 +102,7 @@ def heavy_cells(least: float) -> int:
 
 
 def test_areas_do_not_grow_with_the_number_of_logs(tmp_path):
-    """Of 500, 2000 and 8000 logs the interval of the area holds the truth; that of the largest energies grows on."""
+    """With 500, 2000 and 8000 logs the interval of the area contains the truth; that of the largest energies grows."""
     areas, largest = [], []
     for count in (500, 2000, 8000):
         run = passages(tmp_path / f"run{count}", count)
@@ -112,9 +112,9 @@ def test_areas_do_not_grow_with_the_number_of_logs(tmp_path):
         areas.append((row["at_least_ci_low_m2"], row["at_least_m2"], row["at_least_ci_high_m2"]))
         assert row["at_least_m2"] == (found == 3).sum()
         assert facts["energy"] == "energy that at least 0.5 % of the logs bring"
-        every = maps(run, tmp_path / f"e{count}", least_passage=100.0 / count)["intensity"]  # one log: the largest
+        every = maps(run, tmp_path / f"e{count}", least_passage=100.0 / count)["intensity"]  # one log: the maximum
         largest.append(int((every == 3).sum()))
-    true = 60.0 * heavy_cells(0.005)  # and 4 rows at the ends, which a part of a log's width passes
+    true = 60.0 * heavy_cells(0.005)  # and 4 rows at the ends, which are touched by a part of a log's width
     for low, estimate, high in areas:
         assert low <= 64.0 / 60.0 * true
         assert true <= high
@@ -216,7 +216,7 @@ def test_colours_stand_in_the_file_and_beside_it(made, tmp_path):
 
 
 def test_areas_of_unlike_frequency_are_counted_apart(tmp_path):
-    """One lane each, and a cell that both pass: 1 of 2 years' events of the rare, all of the frequent."""
+    """One lane each, and a cell that both pass: one event in 2 years from the rare area, all from the frequent one."""
     ways = [Track((10.0, 70.0), (10.0, 30.0), release_id="a")] * 3 + [
         Track((10.0, 70.0), (10.0, 50.0), release_id="b"),
         Track((40.0, 70.0), (40.0, 30.0), release_id="b"),
@@ -285,7 +285,7 @@ def test_other_energies_and_other_lines(made, tmp_path):
 
 
 def test_on_a_run_of_the_engine(tmp_path, said):
-    """Two areas of as many logs: their rate is that of all logs, with trajectories and without."""
+    """Two areas with equal numbers of logs: their rate is that of all logs, with trajectories and without."""
     case = Case(tmp_path / "case")
     run = case.run(lines=case.lines, trajectories="none")
     found = maps(run, tmp_path / "m", events_per_year=0.1)

@@ -179,7 +179,7 @@ def test_several_areas_without_trajectories_leave_the_ground_out(case, tmp_path)
 
 
 def test_other_lines_are_found_from_trajectories(case, run, mapped, tmp_path):
-    """The run's own lines given once more give the same."""
+    """The run's own lines, given explicitly, give the same."""
     map_origins.TOOL(run=str(run), lines=case.lines, cell_m=CELL, least=3, output=str(tmp_path / "again"))
     assert told(tmp_path / "again") == told(mapped)
     with rasterio.open(mapped / "origins.tif") as one, rasterio.open(tmp_path / "again" / "origins.tif") as two:
@@ -190,7 +190,7 @@ def test_the_cells_leave_nine_of_ten_logs_told(run, tmp_path):
     rng = np.random.default_rng(1)
     x, y = rng.random(2000) * 200.0, rng.random(2000) * 200.0  # 5 logs on 100 m2
     assert cell_for(x, y, 10) == 20.0  # 20 a cell: 10 or more in 99 %; of 15 m 11 a cell: too few in a third
-    assert cell_for(x, y, 1) == 1.0  # each log tells itself
+    assert cell_for(x, y, 1) == 1.0  # each log counts by itself
     assert cell_for(x[:3], y[:3], 10) == ROUND_CELLS[-1]
     said = Said()
     map_origins.TOOL(run=str(run), cell_m=1.0, feedback=said, output=str(tmp_path / "fine"))

@@ -1,4 +1,4 @@
-"""Reach from stored trajectories: against the run's own, against shapely, and at the edges of what reaching means."""
+"""Reach from stored trajectories: compared with the run's own, with shapely, and in borderline cases."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def both(tmp_path: Path) -> str:
 
 
 def test_arrivals_by_hand(by_hand, tmp_path):
-    """A log of 4 m in line with its way touches a road when its middle is 2 m before it, one broadside 0.2 m."""
+    """A log of 4 m along its path touches a road when its middle is 2 m before it, a broadside one 0.2 m."""
     ours, arrivals = reach(by_hand, both(tmp_path), tmp_path / "reach.gpkg")
     assert ours["n_reach"].to_dict() == {"road": 3, "house": 2}
     row = arrivals.set_index(["line_id", "log_id"]).loc

@@ -1,4 +1,4 @@
-"""reproduce-paper on tiny numbers: the folder that it leaves, resuming, the layout of a user's data, bad input."""
+"""reproduce-paper with tiny numbers: its folder, resuming, the layout of a user's data, bad input."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """Every tool that slides logs, from one declaration: killed in the middle and resumed, or slid by the workers of a
-scheduler, the same bytes as in one go; stopped, it leaves nothing but what is gone on with; a plan writes nothing; logs
+scheduler, the same bytes as in one go; stopped, it leaves only files for resuming; a plan writes nothing; logs
 that sink deep are warned about."""
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from deadwood_toolbox.shelf import TOOLS
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
 SLIDING = {tool.name: tool for tool in TOOLS if issubclass(tool.Ask, SlidingOptions)}
-SPENT = {"cost", "cpu_s", "wall_s", "rows", "recommendation"}  # what a run took, of which no two are alike
+SPENT = {"cost", "cpu_s", "wall_s", "rows", "recommendation"}  # cost of a run, which is never the same twice
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def case(tmp_path_factory) -> Case:
 
 @pytest.fixture(scope="module")
 def asked(case) -> dict[str, dict[str, Any]]:
-    """What each tool is asked; ends of the layers of one run of slide-logs."""
+    """Arguments of each tool; ends of the layers of one run of slide-logs."""
     every = case.everything() | {"time_limit_s": 20.0}
     scene = {name: value for name, value in case.values(**every).items() if name not in ("output", "trajectories")}
     run = case.run(output=str(case.folder / "slid"), **every)
@@ -59,7 +59,7 @@ def asked(case) -> dict[str, dict[str, Any]]:
 
 
 def test_these_are_all_the_tools_that_slide(asked):
-    """From one declaration: no tool has an option of the group by itself."""
+    """From one declaration: no tool declares an option of the group itself."""
     assert set(asked) == set(SLIDING)
     names = {each.name for each in fields(SlidingOptions)}
     for tool in TOOLS:
@@ -129,7 +129,7 @@ def test_killed_and_resumed_it_is_the_same(asked, tmp_path, monkeypatch, said, n
     monkeypatch.setattr(changed_scenes, "CHUNK", 20)
     tool: Tool = SLIDING[name]
     changed = {"time_limit_s": 21.0} if "dem" in asked[name] else {"seed": 1, "logs": 20}
-    if name != "run-sites":  # whose sites are slid again where their inputs changed
+    if name != "run-sites":  # whose sites are repeated if their inputs changed
         with pytest.raises(UserError, match="was begun with other"):
             tool(**{**asked[name], **changed}, output=str(killed / output), resume=True)
     tool(feedback=said, **asked[name], output=str(killed / output), resume=True)
@@ -153,7 +153,7 @@ def test_on_the_workers_of_a_scheduler_it_is_the_same(asked, tmp_path, monkeypat
 
 
 class Patient(Quiet):
-    """Gives up after a while, so that a run that waits for nothing is a failure and not a wait."""
+    """Times out, so that a run that waits for nothing fails instead of hanging."""
 
     def __init__(self, seconds: float) -> None:
         self.until = time.monotonic() + seconds
@@ -163,7 +163,7 @@ class Patient(Quiet):
 
 
 def test_work_started_ahead_on_a_scene_that_is_made_again_is_repeated(asked, tmp_path, monkeypatch):
-    """Each chunk of a coefficient has a scene of its own here: what workers began ahead is dropped, and none waits."""
+    """Each chunk of a coefficient has a scene of its own here: work started ahead is dropped, and no worker waits."""
     monkeypatch.setattr(scheduler, "_local_cluster", threads_for_workers)
     monkeypatch.setattr(chunks, "CHUNK", 8)
     monkeypatch.setattr(Ensemble, "_scene_of", lambda self, variant, on: variant.scene(on) if variant.scene else on)
@@ -175,7 +175,7 @@ def test_work_started_ahead_on_a_scene_that_is_made_again_is_repeated(asked, tmp
 
 
 class Stops(Quiet):
-    """A user who looks at the progress, and stops when logs are slid."""
+    """A user who watches the progress, and interrupts once logs are slid."""
 
     def __init__(self) -> None:
         self.shares: dict[str, list[float]] = {}
@@ -223,7 +223,7 @@ def test_a_plan_writes_nothing(asked, tmp_path, name):
 
 @pytest.mark.parametrize("name", sorted(SLIDING))
 def test_logs_that_sink_deep_are_warned_about(asked, tmp_path, monkeypatch, said, name):
-    """Here none sinks deeper than half its diameter, but many by a thousandth. Before, no tool said a word."""
+    """Here none sinks deeper than half its diameter, but many by a thousandth. Before, no tool reported it."""
     output = tmp_path / (output_of(name))
     SLIDING[name](feedback=said, **asked[name], output=str(output))
     assert not any("sank deeper" in each for each in said.warnings)

@@ -1,4 +1,4 @@
-"""run-sites: each site is the run by hand, all of them are one run over all, and a failure costs only itself."""
+"""run-sites: each site equals a separate run, all together equal one run, and a failure affects only its site."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_the_overview_says_what_the_runs_say(by):
 
 
 def test_scattered_groups_have_windows_of_their_own(case, monkeypatch, tmp_path):
-    """A region that does not fit is refused in one run, as the line says that run-sites makes of it."""
+    """A region that does not fit into memory is refused as one run, with the command of run-sites for it."""
     from deadwood_algorithms.evaluate.sites import mosaic
     from deadwood_algorithms.files.free_memory import SHARE
     from deadwood_algorithms.scene import memory, reach
@@ -323,7 +323,7 @@ def assert_same_sites(one: Path, other: Path) -> None:
 
 @pytest.fixture(scope="module")
 def start(case) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """run-sites as a program that a signal meets; see ``killed_run.py``."""
+    """run-sites as a program that gets a signal; see ``killed_run.py``."""
     given = {"dem": case.dem, **SHARED, "by": "release_id", "releases": case.releases, "lines": case.lines}
     (case.folder / "sites.json").write_text(json.dumps(given | {"trajectories": "all"}))
 
@@ -335,7 +335,7 @@ def start(case) -> Callable[..., subprocess.CompletedProcess[str]]:
 
 @pytest.fixture(scope="module")
 def whole(case, start) -> tuple[Path, int]:
-    """The run that nothing disturbs, and how many moments it has."""
+    """The undisturbed run, and its number of moments."""
     folder = case.folder / "killed"
     folder.mkdir()
     ran = start(folder)

@@ -1,4 +1,4 @@
-"""Release positions: uniform by area, inside, each log's own whatever the number, and the layer as promised."""
+"""Release positions: uniform by area, inside, independent of the number of logs, and the layer as documented."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_a_circle_is_filled_uniformly_by_area(chi_square_excess):
     assert np.hypot(x, y).max() <= radius
     even = np.full(40, 1 / 40)
     assert chi_square_excess(in_rings_and_sectors(x, y, radius), even) < 1
-    # The test has teeth: the usual mistake, uniform in the radius, fails it by far.
+    # The test can fail: the usual mistake, uniform in the radius, fails it by far.
     rng = np.random.default_rng(1)
     r, angle = radius * rng.random(n), 2 * np.pi * rng.random(n)
     assert chi_square_excess(in_rings_and_sectors(r * np.cos(angle), r * np.sin(angle), radius), even) > 50
@@ -200,7 +200,7 @@ def test_upright_logs_in_areas_of_lying_wood_are_questioned(tmp_path, sample, sa
         ({"chablis": [1]}, "but the field 'chablis' suggests lying wood"),
         ({"Zustand": ["liegend tot"]}, "but 'liegend tot' in the field 'Zustand' suggests lying wood"),
         ({"release_id": ["Bestand Nord"], "Zustand": ["stehend tot"]}, None),
-        ({"release_id": ["Windwurf Nord"], "orientation": ["upright"]}, None),  # said by the layer itself
+        ({"release_id": ["Windwurf Nord"], "orientation": ["upright"]}, None),  # given by the layer itself
     ],
 )
 def test_columns_that_tell_of_lying_wood_bring_the_same_question(tmp_path, sample, said, columns, words):
@@ -216,7 +216,7 @@ def test_mapped_deadwood_that_lies_brings_it_too(tmp_path, sample, said):
 
 
 def test_names_that_are_not_taken_are_said(tmp_path, sample, said):
-    """As of lines: before, areas with a field of names were called 1 and 2 without a word."""
+    """As for lines: before, areas with a field of names were silently called 1 and 2."""
     layer = areas(tmp_path, [RING], Name=["Hinterberg"])
     sample(layer, count=5)
     assert any("the areas are called by their rows, 1 to 1; --release-id-field 'Name'" in each for each in said.notes)

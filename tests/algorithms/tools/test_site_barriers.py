@@ -120,7 +120,7 @@ def test_what_is_left_is_what_whole_runs_leave(case, bare, lines, tmp_path, tree
 
 @pytest.mark.parametrize("fidelity", ["draft", "standard"])
 def test_long_logs_that_lie_askew_go_as_in_whole_runs(case, tmp_path, fidelity):
-    """Of 30 m: the box of such a log reaches plates that it comes nowhere near, which then shortened its steps."""
+    """30 m long: the bounding box of such a log reaches plates far from the log, which then shortened its steps."""
     more = {"lines": case.lines, "trees": case.trees, "length_m": 30.0, "fidelity": fidelity, "trajectories": "none"}
     run = case.run(output=str(tmp_path / "run"), **more)
     shapes = [shapely.LineString([(a, b), (a + 5.0, b)]) for a, b in ((8.0, 48.0), (14.0, 60.0), (40.0, 52.0))]
@@ -137,7 +137,7 @@ def test_long_logs_that_lie_askew_go_as_in_whole_runs(case, tmp_path, fidelity):
 
 
 def test_the_first_barrier_from_which_logs_rebound_shortens_every_step(case, lines, tmp_path):
-    """And so changes the way of logs that come nowhere near it; before, of these none was slid again."""
+    """And so changes the paths of logs that come nowhere near it; before, these were not slid again."""
     more = {"lines": case.lines, "trees": case.trees, "trajectories": "none", "barrier_restitution": 0.3}
     run = case.run(output=str(tmp_path / "run"), **more)
     table, _, _ = site(run, tmp_path / "out", candidates=lines, height_m="3")
@@ -160,7 +160,7 @@ def test_the_best_alone_is_the_first_chosen(bare, lines, tmp_path):
 
 
 def test_the_runs_own_barriers_stay_and_threads_change_nothing(case, lines, tmp_path):
-    """The layer holds them as well, so that a run with it is the whole answer."""
+    """The layer contains them as well, so that a run with it gives the whole result."""
     own = write_layer(
         tmp_path / "own.gpkg", [shapely.LineString([(30.0, 55.0), (40.0, 55.0)])], barrier_id=["old"], height_m=[2.0]
     )
@@ -187,7 +187,7 @@ def test_contours_give_candidates_where_most_logs_pass(case, bare, tmp_path):
     assert frame["length_m"].tolist() == pytest.approx([20.0])
     assert float(np.hypot(*np.diff(chosen, axis=0)[0])) == pytest.approx(20.0)  # and straight
     assert len(chosen) == 2
-    assert alone["angle_deg"].max() < 1.0  # of contours that are straight
+    assert alone["angle_deg"].max() < 1.0  # because the contours are straight
     for length, rows in alone.groupby(alone["length_m"].round()):
         ordered: Any = rows
         first, second = ordered.sort_values("barrier_id")["n_flux"]

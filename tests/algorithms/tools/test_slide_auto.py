@@ -32,7 +32,7 @@ def case(tmp_path_factory) -> Case:
 
 @pytest.fixture
 def early(monkeypatch) -> None:
-    """The first look is after 8 logs, so that a layer of 24 has room for a run."""
+    """The first check is after 8 logs, so that a layer of 24 has enough for a run."""
     monkeypatch.setattr(auto, "FIRST_LOOK", 8)
 
 
@@ -112,7 +112,7 @@ def test_threads_chunks_and_an_interruption_decide_nothing(case, early, tmp_path
     one = case.run(output=str(tmp_path / "one"), threads=1, **values_of(case))
     assert_same_run(one, case.run(output=str(tmp_path / "two"), threads=2, **values_of(case)))
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
-    for logs in (1, 8, 12):  # before the first look, at it, behind it
+    for logs in (1, 8, 12):  # before the first check, at it, after it
         again = tmp_path / f"again_{logs}"
         with pytest.raises(Cancelled):
             case.run(StopAfter(logs), output=str(again), **values_of(case))
@@ -157,7 +157,7 @@ def test_options_that_do_not_go_together_are_one_line(case, tmp_path, capsys, fl
 
 
 def test_a_budget_takes_what_fits_and_a_resumed_run_continues_with_its_choice(case, early, tmp_path, monkeypatch):
-    """With time for all logs at any fidelity, reference; a choice that is made is kept, though its time is over."""
+    """With time for all logs at any fidelity, reference; a choice once made is kept, although its time is over."""
     values = values_of(case, error=None, report=False)
     run = case.run(output=str(tmp_path / "long"), **values, budget="1h")
     found = summary(run)["accuracy"]["auto"]
@@ -177,7 +177,7 @@ def test_a_budget_takes_what_fits_and_a_resumed_run_continues_with_its_choice(ca
 
 
 def test_a_short_budget_is_kept_to(case, tmp_path):
-    """Many logs and little time: what slides ends in time, and says how good that is."""
+    """Many logs and little time: the run ends in time, and reports its accuracy."""
     frame = pyogrio.read_dataframe(case.releases)
     many = frame.loc[np.repeat(frame.index, 400)].reset_index(drop=True)
     many["log_id"] = np.arange(len(many))
@@ -200,7 +200,7 @@ def test_scenarios_are_compared_by_the_fidelity_that_was_chosen(case, early, tmp
 
 
 def test_what_such_a_run_asked_can_be_asked_again(case, tmp_path):
-    """By the fidelity that was chosen, and here: where it slid is no part of what it asked."""
+    """With the fidelity that was chosen, and here: where it slid is not one of its parameters."""
     from deadwood_algorithms.results.identity import seal_of_manifest
     from deadwood_algorithms.results.replay import fidelity_of, question_of
     from deadwood_algorithms.results.run_folder import MANIFEST, read_run
@@ -217,7 +217,7 @@ def test_what_such_a_run_asked_can_be_asked_again(case, tmp_path):
 
 
 def test_the_plugin_knows_every_folder_that_a_run_works_in():
-    """After Cancel it removes them, and cannot ask the toolbox, which is another Python's."""
+    """After Cancel it removes them, and cannot ask the toolbox, which runs in another Python."""
     source = (Path(cli.__file__).parent / "qgis_plugin" / "inputs.py").read_text(encoding="utf-8")
     (named,) = [
         ast.literal_eval(each.value)

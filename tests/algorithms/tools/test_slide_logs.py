@@ -137,7 +137,7 @@ def test_the_rasters(full):
         height = source.read(2)
         assert np.array_equal(np.isnan(height), untouched)
         assert np.nanmax(height) == pytest.approx(deposits["height_max_m"].max(), rel=1e-6)
-        assert (height > maps["jump_max"])[~untouched].mean() > 0.9  # over the log's middle, not below its underside
+        assert (height > maps["jump_max"])[~untouched].mean() > 0.9  # at the log's middle, not at its underside
     with rasterio.open(full / "energy_max.tif") as source:
         assert source.units == ("kJ",)
         assert source.crs.to_epsg() == 2056
@@ -212,7 +212,7 @@ def test_columns_of_the_releases_go_before_the_options(case, tmp_path):
 
 
 def test_a_log_that_fails_leaves_its_state_and_the_others_continue(case, tmp_path, monkeypatch):
-    """Faster than any fall on Earth is taken for a fault: 3000 m/s (which no layer may ask for), among logs at rest."""
+    """A speed beyond any fall on Earth counts as a defect: 3000 m/s (which no layer may give), among logs at rest."""
 
     def shot(scene, logs, *rest, **options):
         return slide(scene, replace(logs, speed=100.0 * logs.speed), *rest, **options)
@@ -407,4 +407,4 @@ def test_logs_that_ran_out_of_time_are_warned_of(case, tmp_path, said):
     assert any("24 of 24 logs still moved" in warning for warning in said.warnings)
     said.warnings.clear()
     case.run(said, output=str(tmp_path / "long"), trees=case.trees, trajectories="none", time_limit_s=300.0)
-    assert not any("still moved" in warning for warning in said.warnings)  # of those that left it is warned
+    assert not any("still moved" in warning for warning in said.warnings)  # the warning is about those that left

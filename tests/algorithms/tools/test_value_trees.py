@@ -1,4 +1,4 @@
-"""value-trees against whole runs without each thing, log by log; and with each candidate."""
+"""value-trees compared with whole runs without each object, log by log; and with each candidate."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ def full(case, lying) -> Path:
 
 @pytest.fixture(scope="module")
 def wooded(case) -> Path:
-    """Trees alone, so that many logs come through and every tree counts."""
+    """Only trees, so that many logs pass and every tree counts."""
     return case.run(output=str(case.folder / "wooded"), lines=case.lines, trees=case.trees)
 
 
 @pytest.fixture(scope="module")
 def valued(case, full) -> gpd.GeoDataFrame:
-    """Values of every thing, and of a stand of the western trees."""
+    """Values of every object, and of a stand of the western trees."""
     stands = [shapely.box(0.0, 0.0, 25.0, 100.0), shapely.box(50.0, 35.0, 60.0, 100.0)]
     stand = write_layer(case.folder / "stands.gpkg", stands, stand_id=["west", "east"])
     return values(full, case.folder / "values.gpkg", stands=stand)
@@ -95,7 +95,7 @@ def check(rows: gpd.GeoDataFrame, with_it: set, without: set, changed: str, sign
 
 
 def test_twenty_trees_are_worth_what_whole_runs_without_them_say(case, wooded):
-    """The ten that take most, and ten of the others; the interval is that of the very logs."""
+    """The ten with the largest effect, and ten others; the interval is that of the same logs."""
     trees: Any = values(wooded, case.folder / "wooded.gpkg")
     ids = trees[trees["line_id"] == "road"].sort_values("energy_taken_kj", ascending=False)["id"].tolist()
     assert len(ids) == 59  # one stands beyond the outermost cell centres, on no terrain
@@ -212,7 +212,7 @@ def test_nor_does_it_in_a_window_that_grows(case, said, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("trees", [True, False])
 def test_what_is_planted_holds_what_whole_runs_with_it_say(case, tmp_path, trees):
-    """Trees and a high stump by points, and lying logs by lines; also where nothing stands yet."""
+    """Trees and a high stump as points, and lying logs as lines; also where nothing stands yet."""
     layers = {"lines": case.lines} | ({"trees": case.trees} if trees else {})
     now = case.run(output=str(tmp_path / "now"), **layers)
     spots = [(20.0, 50.0), (30.0, 60.0), (5.0, 40.0), (33.0, 45.0)]
@@ -244,7 +244,7 @@ def test_what_is_planted_holds_what_whole_runs_with_it_say(case, tmp_path, trees
 
 
 def test_no_log_that_would_list_a_candidate_is_left_out(case, monkeypatch, tmp_path, said):
-    """812 candidates all over the slope, against poses two centimetres apart: a log whose axis comes within the
+    """812 candidates all over the slope, compared with poses two centimetres apart: a log whose axis comes within the
     engine's margin of one is slid again with it, at the run's fidelity. And with steps and outlines as short as those,
     no log that stays 20 cm farther away: the margin beyond the engine's is for these alone.
     """
@@ -294,7 +294,7 @@ def test_a_run_that_was_moved_with_its_inputs_is_found(case, tmp_path):
 
 
 def test_other_lines_and_a_draw_of_the_logs(case, wooded, tmp_path):
-    """Of a line far up, and of ten logs only: theirs are the run's."""
+    """For a line far up, and for only ten logs: their results are those of the run."""
     high = write_layer(tmp_path / "high.gpkg", [shapely.LineString([(0.5, 60.0), (59.5, 60.0)])], name=["high"])
     found = values(wooded, tmp_path / "v.gpkg", lines=high, logs=10, seed=3)
     assert set(found["line_id"]) == {"high"}

@@ -107,7 +107,7 @@ def test_the_ends_are_runs_of_slide_logs(case, ends, tmp_path):
 
 
 def test_logs_that_lie_lie_in_every_direction_and_are_the_same_logs():
-    """Of 4000 logs each quarter of the azimuths has a quarter, within four standard deviations of its count."""
+    """A quarter of 4000 logs is in each quadrant of azimuths, within four standard deviations."""
     ids = np.arange(4000)
     logs = Logs.alike(ids * 1.0, ids * 2.0, length=12.0, tilt=0.4)
     asked = Place("orientation low", {"orientation": "random-lying", "log_length_factor": 2.0})
@@ -117,7 +117,7 @@ def test_logs_that_lie_lie_in_every_direction_and_are_the_same_logs():
     quarters = np.bincount((found.azimuth // (0.5 * np.pi)).astype(int), minlength=4)
     assert np.abs(quarters - 1000).max() <= 4.0 * np.sqrt(4000 * 0.25 * 0.75)
     one = logs_at(asked, replace(Logs.alike([1.0], [2.0]), log_id=ids[77:78]), seed=7)
-    assert one.azimuth[0] == found.azimuth[77]  # whatever other logs there are
+    assert one.azimuth[0] == found.azimuth[77]  # independently of other logs
     assert (found.x == logs.x).all()
 
 
@@ -128,7 +128,7 @@ def _trees(case: Case) -> Any:
 
 
 def test_density_does_nothing(ends):
-    """Weight and friction are both as the mass: what slides does not know how heavy it is."""
+    """Weight and friction are both proportional to mass: sliding does not depend on it."""
     bars = rows(ends, "tornado.csv").set_index(["outcome", "factor"])
     mine = bars.xs("log_density_factor", level="factor")
     assert (mine["n_changed"] == 0).all()
@@ -164,7 +164,7 @@ def test_on_a_plane_the_answer_depends_on_friction(case, tmp_path):
 
 
 def _far(folder: Path) -> str:
-    """A lying log that no other comes near, so that there is something for its friction to be of."""
+    """A lying log that no log comes near, so that its friction can be varied."""
     return write_layer(folder / "far.gpkg", [shapely.LineString([(2.0, 96.0), (4.0, 96.0)])], diameter_cm=[30.0])
 
 
@@ -214,7 +214,7 @@ def test_fewer_logs_are_the_first_of_the_hash_order(case, tmp_path):
 
 
 class StopIn(Quiet):
-    """Interrupts in a run of this number."""
+    """Interrupts in the run of this number."""
 
     def __init__(self, run: int) -> None:
         self.run, self.now, self.notes = f"run {run} of", "", []
@@ -342,7 +342,7 @@ def test_files_of_factors_that_are_none(case, tmp_path, name, text, words):
 
 
 def test_on_the_window_of_a_large_dem_it_finds_the_same(case, tmp_path, monkeypatch):
-    """The first window is made too small, so it grows; the noise of the terrain is that of the whole, bit for bit."""
+    """The first window is too small, so it grows; the noise of the terrain is that of the whole, bit for bit."""
     asked = {"vary": "dem_noise_m=0:0.3,friction=0.1:0.4", "lines": case.lines, "friction": "0.3", "logs": 8}
     asked["dem"] = write_dem(tmp_path / "fine.tif", cell=0.25)
     monkeypatch.setattr(scene_read, "WHOLE_CELLS", 100)

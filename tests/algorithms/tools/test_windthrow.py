@@ -201,7 +201,7 @@ def test_what_is_assumed_is_said(place, tmp_path):
 
 
 def test_at_the_edge_of_the_terrain_stems_are_cut_or_left_out_and_counted(tmp_path, said):
-    """Of two that fall towards the edge one ends there; the other has no room, and once fell the other way."""
+    """Of two that fall towards the edge one ends there; the other has no room, and before fell the other way."""
     dem = write_dem(tmp_path / "flat.tif", flat=True)
     trees = write_layer(
         tmp_path / "trees.gpkg", points((20.0, 10.0), (30.0, 0.52), (40.0, 50.0)), tree_id=[1, 2, 3],
@@ -234,8 +234,8 @@ def test_at_the_edge_of_the_terrain_stems_are_cut_or_left_out_and_counted(tmp_pa
 
 
 def test_directions_keep_their_scatter_at_the_terrains_edge(tmp_path):
-    """A forest to the very edges: 20 degrees, to 4 standard errors; with the stems at the edge turned round, 21.9 and
-    more, for a turned one is 180 degrees off."""
+    """A forest to the very edges: 20 degrees, to 4 standard errors; with the stems at the edge reversed, 21.9 and
+    more, because a reversed one is 180 degrees off."""
     dem = write_dem(tmp_path / "flat.tif", flat=True)
     rng = np.random.default_rng(9)
     count = 4000

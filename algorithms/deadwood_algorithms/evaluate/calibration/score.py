@@ -131,7 +131,7 @@ def score(
     total = observed.sum(axis=0)
     low, high = sampling_interval(outcomes, log_id, error, seed)
     ranges, fits = np.zeros(total.size), np.zeros(total.size)
-    for k in np.flatnonzero(np.isfinite(total)).tolist():  # with the others the event is not possible at all
+    for k in np.flatnonzero(np.isfinite(total)).tolist():  # with the others, the event is impossible
         report(k / total.size)
         parts = [made_densities(each, k, number, log_id, error, seed) for number, each in enumerate(outcomes)]
         made = np.sum(parts, axis=0)

@@ -23,7 +23,7 @@ from deadwood_engine import Barriers
 
 Array = NDArray[np.float64]
 Terrain = Callable[[Array, Array], Array]  # heights [m] of places x, y [m], NaN off the terrain
-NAMED = 5  # a warning names so many candidates, then counts the rest
+NAMED = 5  # candidates that a warning names; the rest are counted
 CELLS_LOOKED_AT = 250_000  # cells of the terrain at which heights above the lines are computed for contours
 ROAD_STEP = 5.0  # [m] between the places of a line at which its height is taken
 STEPS_A_LENGTH = 4  # places along a contour are tried in steps of the shortest length divided by this

@@ -32,7 +32,7 @@ from deadwood_algorithms.results.relief import CELLS_DRAWN, Extent, coordinates_
 from deadwood_algorithms.schemas.looks import LESS_MORE, RELEASE, ROAD, RUNS
 
 LINES_SHOWN = 6
-SHORT_NAME = 14  # letters, of which three names stand abreast in a key
+SHORT_NAME = 14  # longest name [letters] for which a key has three columns
 MARGIN = 0.04
 # Inches: a map's width and greatest height, the charts, margins.
 MAP_IN, MOST_MAP_IN, CHARTS_IN = 4.6, 9.0, 4.2

@@ -1,14 +1,14 @@
-/* The answers beside the map: reach, how logs end, the paired difference, the trees that held most logs, the legend. */
+/* The results beside the map: reach, how logs end, the paired difference, the trees that held most logs, the legend. */
 
 import { difference, make, number, say, share, config } from "./words.js";
 
 const ROUND = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
 const $ = (id) => document.getElementById(id);
 
-/* The end of the scale that all bars share: the next round share above every interval. */
+/* The end of the common scale of all bars: the next round share above every interval. */
 const roundAbove = (most) => ROUND.find((each) => each >= most) || 1;
 
-/* What the fidelity itself is off by, as measured against the finest, or that nobody measured it. */
+/* The error of the fidelity itself, as measured against the finest one, or a note that it was not measured. */
 export function errorOf(fidelities, name) {
   if (name === fidelities.at(-1)?.name) return say("error_none", { fidelity: name });
   const found = fidelities.find((each) => each.name === name);
@@ -17,7 +17,7 @@ export function errorOf(fidelities, name) {
   return say("error_known", { fidelity: name, value, low, high });
 }
 
-/* A line by its name; a bare number is called a line. */
+/* The name of a line; a mere number gets the word for a line before it. */
 export function nameOf(line) {
   const name = String(line.name || line.line_id);
   return /^[\d.]+$/.test(name) ? say("line", { id: name }) : name;
@@ -52,7 +52,7 @@ export function showStops(stopped) {
     make("ul", { class: "keys" }, ...there.map((each) => make("li", {}, signOf(each), make("span", {}, each.label), make("b", {}, say("percent", { p: number(100 * stopped[each.reason] / all, 0) }))))));
 }
 
-/* The sign of a way to end, as it lies on the map. */
+/* The symbol of a way to end, as on the map. */
 export function signOf({ shape, colour }) {
   const box = document.createElementNS("http://www.w3.org/2000/svg", "svg"), path = document.createElementNS(box.namespaceURI, "path");
   const ways = { triangle: "M7 1 13 12H1z", square: "M2 2h10v10H2z", cross2: "M2 2l10 10M12 2 2 12" };
@@ -97,7 +97,7 @@ export function showDifference(scene, answer, { fell, look }) {
   place.replaceChildren(...lines, note, ...holders);
 }
 
-/* What the colours on the map say, and of how many logs at which fidelity. */
+/* The meaning of the colours on the map, for how many logs and at which fidelity. */
 export function showLegend(scene, terrain, shown, variant, answer) {
   const parts = [], done = answer ? say("legend_logs", { done: answer.done, fidelity: answer.fidelity }) : "";
   if (shown.hits && variant?.kind === "hits" && answer) {

@@ -1,4 +1,4 @@
-/* What the page knows and asks: the release, the changes of the forest, the answers, and the variants that they show. */
+/* State and requests of the page: the release, the changes of the forest, the answers, and the variants shown. */
 
 import { nameOf, showDifference, showLegend, showReach, showScene, showStops, verdictOf } from "./answers.js";
 import { boxOf, differencePicture, hitsPicture } from "./layers.js";
@@ -9,8 +9,8 @@ import { Terrain } from "./terrain.js";
 import { Hand, toolbar, TOOLS } from "./tools.js";
 import { coordinate, count, difference, fill, make, number, say, share, config } from "./words.js";
 
-const REST_MS = 140; // without a move of the pointer: then more logs are asked for
-const PATIENCE_MS = 4000; // for a preview that nobody answers
+const REST_MS = 140; // without movement of the pointer, after which more logs are requested
+const PATIENCE_MS = 4000; // for a preview without an answer
 const FLICKER_MS = 700;
 const MOST_FELLED = 100_000;
 const MOST_RADIUS = 100; // of the slider [m]
@@ -51,7 +51,7 @@ function ask(message) {
   return message.id;
 }
 
-/* What went wrong, in words; what stays is not taken away by the next answer, only by the user or the next words. */
+/* An error message; one that stays is not removed by the next answer, only by the user or the next message. */
 let staying = false;
 function warn(text, stays = false) {
   staying = stays;
@@ -59,7 +59,7 @@ function warn(text, stays = false) {
   $("alert").querySelector("p").textContent = text;
 }
 function calm() { if (!staying) warn(""); }
-function forgive() { staying = false; } // the user goes on: the next answer may take the words away
+function forgive() { staying = false; } // the user continues: the next answer may remove the message
 $("alert-close").addEventListener("click", () => warn(""));
 $("again").addEventListener("click", () => link.again());
 
@@ -88,7 +88,7 @@ function opened(scene) {
   showScene(scene);
   $("open-space").disabled = !terrain;
   refresh();
-  askChanges(); // those that the page still knows, or none: the tool's own may be of another page
+  askChanges(); // those stored in the page, or none: those of the tool may be from another page
   if (state.shape) full();
 }
 
@@ -101,7 +101,7 @@ function settingsOf({ defaults: d = {}, limits = {} }) {
 }
 const pairOf = (given, otherwise) => (Array.isArray(given) ? given.slice() : Number.isFinite(given) ? [given, given] : otherwise);
 
-/* A reload of the page goes on where it was, as long as the scene is the same. */
+/* A reload restores the state of the page, as long as the scene is the same. */
 const sceneKey = () => JSON.stringify([state.scene.crs, state.scene.origin, state.scene.extent, state.scene.data.trees_x.length]);
 function remember() {
   const { shape, settings, edits, mode } = state;
@@ -128,7 +128,7 @@ function release(n, preview) {
 }
 
 let resting = 0;
-/* While the pointer or a slider moves: few logs, one question on its way, the newest next; at rest: all of them. */
+/* While the pointer or a slider moves: few logs, one pending request, the newest next; at rest: all of them. */
 function preview() {
   clearTimeout(resting);
   resting = setTimeout(full, REST_MS);
@@ -154,13 +154,13 @@ function full() {
 
 function edited() { return state.edits.fell.length + state.edits.plant.length + state.edits.barriers.length + state.edits.lying_logs.length > 0; }
 
-/* The changes that are in force from now on; the tool answers with the difference, and does so with each later release. */
+/* The changes that apply from now on; the tool answers with the difference, also for each later release. */
 function askChanges() {
   state.editing = ask({ op: "edit", ...state.edits });
   if (state.base && edited()) busy(Boolean(state.editing));
 }
 
-/* Is this the answer to what was asked last, as a preview or in full? */
+/* Is this the answer to the latest request, as a preview or in full? */
 const isPreviewOf = (answer) => state.preview?.id === answer.id;
 const complete = () => Boolean(state.base?.final && !state.base.preview);
 
@@ -181,14 +181,14 @@ function hits(answer) {
   shown();
 }
 
-/* A preview is answered: the newest place of the movement comes next; the wait for rest goes on. */
+/* A preview is answered: the newest place of the movement is next; the wait for rest continues. */
 function answered() {
   state.preview = null;
   busy(state.wanted);
   if (state.wanted) askPreview();
 }
 
-/* All logs are listed, with the changes where there are any. */
+/* All logs are listed, with the changes if there are any. */
 function settled() {
   busy(false);
   speak();
@@ -222,13 +222,13 @@ function differed(answer) {
   shown();
 }
 
-/* The difference as a variant of the map; made when it is looked at. */
+/* The difference as a variant of the map; made when it is shown. */
 function gapOf(after) {
   const { base } = after, picture = differencePicture(base.box, after.box, after.concerned ?? after.done, config.colours, state.gapCanvas);
   return { picture, edited: true, kind: "difference", deposits: after.deposits, moves: movesOf(base.deposits, after.deposits) };
 }
 
-/* From where each log lay to where it lies now, of those that lie elsewhere. */
+/* From the former to the present position of each log that has come to rest elsewhere. */
 function movesOf(before, after) {
   const out = [];
   if (!before || !after || before.x.length !== after.x.length) return out;
@@ -245,7 +245,7 @@ function refused(answer) {
   busy(false);
   const changed = Boolean(answer.id) && answer.id === state.editing;
   if (changed) state.editing = 0;
-  if (changed && state.past.length) take(state.past.pop()); // what cannot be is not kept
+  if (changed && state.past.length) take(state.past.pop()); // an invalid change is not kept
   $("keep").querySelector("button").disabled = !complete();
   if ($("kept").textContent === say("saving")) $("kept").replaceChildren();
   warn(answer.text, changed);
@@ -309,7 +309,7 @@ const changes = {
   },
 };
 
-/* The number in a field; a wrong one is said, and NaN. */
+/* The number in a field; an invalid one is reported and gives NaN. */
 function valueOf(id) {
   const field = $(id);
   if (field.value !== "" && field.checkValidity()) return field.valueAsNumber;
@@ -400,7 +400,7 @@ function shown() {
   map.draw();
 }
 
-/* How the logs of a variant ended, counted from its deposits where the answer does not say it. */
+/* How the logs of a variant ended, counted from its deposits if it is not in the answer. */
 function stopsOf(answer) {
   if (!answer) return null;
   if (answer.stopped) return answer.stopped;
@@ -418,7 +418,7 @@ function look(tree) {
 
 function speakText(text) { $("spoken").textContent = text; }
 
-/* The answer in a sentence, for those who hear the page. */
+/* The answer in a sentence, for screen readers. */
 function speak() {
   const { base, after, scene } = state;
   const lineOf = (each) => nameOf(scene.lines.find((one) => one.line_id === each.line_id) || each);
@@ -594,7 +594,7 @@ function layerBoxes() {
 
 // --- moving logs ---------------------------------------------------------------------------------------------------------------
 
-/* Of which question, variant and changes the poses are. */
+/* The request, variant and changes to which the poses belong. */
 function posesKey() {
   const after = Boolean(state.after) && state.mode !== "before";
   return `${state.full} ${after ? `after ${JSON.stringify(state.edits)}` : "before"}`;
@@ -608,7 +608,7 @@ function askPoses() {
   state.posesId = ask({ op: "poses", max: 100, variant: wanted.split(" ")[1] });
 }
 
-/* Logs that moved for an older question are taken away; those that play go on when the new ones are there. */
+/* Moving logs of an older request are removed; a playing animation continues when the new ones are there. */
 function stopMoving() {
   if (!state.motion) return;
   state.startWhenThere ||= state.playing;
@@ -729,5 +729,5 @@ $("keys").append(...[
 ].flatMap(([keys, words]) => [make("dt", {}, make("kbd", {}, keys)), make("dd", {}, say(words))]));
 
 shown();
-/* For tests, and for whoever wants to look from the console. */
+/* For tests, and for use in the console. */
 window.deadwoodExplore = { state, map, hand };

@@ -1,4 +1,4 @@
-/* Pictures and indices that are made once an answer comes, so that drawing the map only copies them. */
+/* Pictures and indices that are made once per answer, so that drawing the map only copies them. */
 
 import { canvasOf, rgb } from "./terrain.js";
 
@@ -17,8 +17,8 @@ function fitted(canvas, columns, rows) {
   return canvas;
 }
 
-/* The hits of so many logs as a picture: of each cell the share of the logs, on the scale of shares that every map of
-   the toolbox has; `ramp` are its colours, each with its share. */
+/* The hits of this number of logs as a picture: the share of logs in each cell, on the scale of shares that all maps of
+   the toolbox have; `ramp` are its colours, each with its share. */
 export function hitsPicture(box, logs, ramp, canvas) {
   const picture = fitted(canvas, box.columns, box.rows), brush = picture.getContext("2d");
   if (!box.values.length) { brush.clearRect(0, 0, 1, 1); return picture; }
@@ -42,7 +42,7 @@ function tintsOf(ramp, logs, most, alpha) {
 
 /* After less before, as a picture: coloured where the interval excludes 0, else grey. Per cell only the counts of both
    runs are known, not their pairs; their difference is at most as uncertain as that of independent runs, and of logs
-   that the change did not concern nothing is. So the map is cautious: it greys too much rather than too little. */
+   that the change did not affect, none is. So the map is conservative: rather too much of it is grey. */
 export function differencePicture(before, after, concerned, colours, canvas) {
   const west = Math.min(before.column, after.column), north = Math.min(before.row, after.row);
   const east = Math.max(before.column + before.columns, after.column + after.columns);
@@ -76,7 +76,7 @@ function packed(colour, alpha) {
   return ((alpha << 24) | (b << 16) | (g << 8) | r) >>> 0;
 }
 
-/* Points sorted into squares, so that those in view or nearest to the pointer are found at once. */
+/* Points sorted into squares, so that those in view or nearest to the pointer are found quickly. */
 export class Squares {
   constructor(x, y, extent, side) {
     Object.assign(this, { x, y, side });

@@ -1,4 +1,4 @@
-/* The connection to the tool: questions go out as JSON, answers come in as binary frames. */
+/* The connection to the tool: requests are sent as JSON, answers arrive as binary frames. */
 
 const KINDS = {
   f4: Float32Array, f8: Float64Array, u1: Uint8Array, i1: Int8Array, u2: Uint16Array, i2: Int16Array, u4: Uint32Array,

@@ -1,11 +1,11 @@
-/* The map: a view that moves, tiles of the relief, and what lies on them, drawn on one canvas when something changed. */
+/* The map: a movable view, tiles of the relief, and the objects on them, drawn on one canvas when something changes. */
 
 import { inside, Squares } from "./layers.js";
 import { canvasOf } from "./terrain.js";
 import { nameOf } from "./answers.js";
 
 const MOST_TILES = 260;
-const MANY_TREES = 12_000; // in view: from there on they come from one picture
+const MANY_TREES = 12_000; // in view: above this number, one picture is used
 const OVERVIEW = 2048; // pixels, of that picture's longer side
 const CLOSEST = 60; // pixels a metre
 
@@ -28,7 +28,7 @@ export class SlopeMap {
     this.scene = scene;
     this.terrain = terrain;
     this.tiles.clear();
-    this.stamp = stampOf(scene); // or the browser would show the relief that it kept of another scene at this address
+    this.stamp = stampOf(scene); // otherwise the browser would show a cached relief of another scene
     this.squares = new Squares(scene.data.trees_x, scene.data.trees_y, scene.extent, 16);
     this.overview = null;
     if (fresh) this.whole();
@@ -37,7 +37,7 @@ export class SlopeMap {
 
   // --- the view ---------------------------------------------------------------------------------------------------
 
-  /* Width and height, kept: to ask the canvas at each of a thousand points would cost more than to draw them. */
+  /* Width and height, cached: asking the canvas for each of a thousand points would take longer than drawing them. */
   measure() { this.size = [this.canvas.clientWidth, this.canvas.clientHeight]; }
 
   /* The panes side by side, each with the variant that it shows: {x, width, variant}. */
@@ -78,7 +78,7 @@ export class SlopeMap {
 
   pan(dx, dy) { this.moveTo({ ...this.view, x: this.view.x - dx / this.view.scale, y: this.view.y + dy / this.view.scale }); }
 
-  /* Nearer or farther, with the place under the pointer held. */
+  /* Zooms, keeping the place under the pointer fixed. */
   zoom(factor, px, py) {
     const [x, y] = this.place(px, py), before = this.view.scale;
     this.moveTo({ ...this.view, scale: before * factor });
@@ -120,7 +120,7 @@ export class SlopeMap {
   relief(brush, pane, ratio) {
     const { cell, rows, columns, extent } = this.scene, size = this.scene.tile || 256, top = extent[3];
     const levels = Math.max(1, this.scene.levels || 1), [, height] = this.size;
-    const pixel = this.view.scale * cell * ratio; // of the screen, a cell
+    const pixel = this.view.scale * cell * ratio; // of the screen per cell
     const wanted = Math.min(levels - 1, Math.max(0, Math.floor(-Math.log2(pixel) + 0.4)));
     const [west, north] = this.place(pane.x, 0), [, south] = this.place(pane.x, height);
     const east = west + pane.width / this.view.scale;
@@ -179,7 +179,7 @@ export class SlopeMap {
   pane(brush, pane, ratio) {
     const { shown, content, config } = this, variant = pane.variant || {};
     this.relief(brush, pane, ratio);
-    // pale, as under the report's maps, for what lies on it; by night a grey that keeps the darkest hits apart
+    // pale, as under the report's maps, for contrast; in the dark theme a grey from which the darkest hits differ
     const [, , wide, tall] = this.scene.extent, { scale } = this.view;
     brush.fillStyle = this.dark ? "rgba(116, 122, 128, 0.55)" : "rgba(238, 238, 238, 0.39)";
     brush.fillRect(...this.seen(0, tall, pane), wide * scale, tall * scale);
@@ -201,7 +201,7 @@ export class SlopeMap {
     if (variant.label) this.badge(brush, pane, variant.label);
   }
 
-  /* A picture whose north-west corner is that cell; pixels stay sharp from near, unless they are smooth by nature. */
+  /* A picture whose north-west corner is that cell; pixels stay sharp when zoomed in, except in smooth pictures. */
   image(brush, pane, picture, column, row, cell, smooth) {
     const [x, y] = this.seen(column * cell, this.scene.extent[3] - row * cell, pane), size = cell * this.view.scale;
     brush.imageSmoothingEnabled = smooth || size < 1;
@@ -245,7 +245,7 @@ export class SlopeMap {
       this.squares.each(...box, (k) => {
         if (gone.has(k)) return;
         const [px, py] = this.seen(x[k], y[k], pane), r = Math.max(dbh[k] / 200 * scale, least * (0.7 + dbh[k] / 55));
-        if (r * ratio < 2) { brush.fillRect(px - 0.9 * r, py - 0.9 * r, 1.8 * r, 1.8 * r); return; } // tells no one it is no disc
+        if (r * ratio < 2) { brush.fillRect(px - 0.9 * r, py - 0.9 * r, 1.8 * r, 1.8 * r); return; } // too small to be distinguished from a disc
         discs.moveTo(px + r, py);
         discs.arc(px, py, r, 0, 2 * Math.PI);
       });
@@ -357,7 +357,7 @@ export class SlopeMap {
     if (variant.moves) {
       brush.beginPath();
       for (const [ax, ay, bx, by] of variant.moves) { brush.moveTo(...this.seen(ax, ay, pane)); brush.lineTo(...this.seen(bx, by, pane)); }
-      const dense = Math.min(0.35, Math.max(0.08, 25 / variant.moves.length)); // many are not to hide the cells
+      const dense = Math.min(0.35, Math.max(0.08, 25 / variant.moves.length)); // many lines must not hide the cells
       brush.strokeStyle = `rgba(${this.dark ? "255, 255, 255" : "20, 20, 20"}, ${dense})`;
       brush.lineWidth = 1;
       brush.stroke();
@@ -380,7 +380,7 @@ export class SlopeMap {
   holders(brush, pane) {
     const { trees_x: x, trees_y: y, trees_dbh_cm: dbh } = this.scene.data;
     for (const { tree, n } of this.content.holders) {
-      const planted = this.content.edits?.plant[tree - x.length]; // numbered behind the layer's own
+      const planted = this.content.edits?.plant[tree - x.length]; // numbered after those of the layer
       if (tree >= x.length && !planted) continue;
       const [at, wide] = planted ? [[planted.x, planted.y], planted.dbh_cm] : [[x[tree], y[tree]], dbh[tree]];
       const [px, py] = this.seen(...at, pane), r = Math.max(4, wide / 200 * this.view.scale + 2) + Math.min(6, Math.sqrt(n));
@@ -478,7 +478,7 @@ export class SlopeMap {
     brush.fillText(words, x, y);
   }
 
-  // --- asked of the map ---------------------------------------------------------------------------------------------
+  // --- queries ---------------------------------------------------------------------------------------------
 
   treesWithin(ring) {
     const xs = ring.map((each) => each[0]), ys = ring.map((each) => each[1]), found = [];
@@ -510,7 +510,7 @@ function disc(brush, x, y, r, inner, edge, width) {
   if (edge) { brush.strokeStyle = edge; brush.lineWidth = width; brush.stroke(); }
 }
 
-/* A deposit's sign: circle, triangle, square or cross, so that colour is not all that tells. */
+/* A deposit's sign: circle, triangle, square or cross, so that meaning does not depend on colour alone. */
 function sign(path, shape, x, y, r) {
   if (shape === "triangle") { path.moveTo(x, y - r * 1.2); path.lineTo(x + r * 1.1, y + r * 0.8); path.lineTo(x - r * 1.1, y + r * 0.8); path.closePath(); }
   else if (shape === "square") path.rect(x - r * 0.9, y - r * 0.9, 1.8 * r, 1.8 * r);

@@ -19,7 +19,7 @@ export class Motion {
     this.last = this.logs.reduce((most, each) => Math.max(most, t[each.to - 1] - t[each.from]), 0);
   }
 
-  /* Base and tip of a log so long after its start [s]; after its last pose it lies. */
+  /* Base and tip of a log so long after its start [s]; after its last pose it is at rest. */
   ends(log, time) {
     const { t, base, tip } = this, at = t[log.from] + time;
     let low = log.from, high = log.to - 1;
@@ -36,7 +36,7 @@ export class Motion {
 
   at(time) { return this.logs.map((log) => ({ ends: this.ends(log, time), radius: log.radii[0] })); }
 
-  /* The ways of all logs as one path in map metres. */
+  /* The tracks of all logs as one path in map metres. */
   trails() {
     if (this._trails) return this._trails;
     const path = new Path2D(), { base, tip } = this;
@@ -48,7 +48,7 @@ export class Motion {
   }
 }
 
-/* The scene as the report's view takes it: metres from the middle, heights above the lowest. `edits` are in it. */
+/* The scene in the form of the report's view: metres from the middle, heights above the lowest, including `edits`. */
 export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposits, drapes, colours }) {
   const { columns: nx, rows: ny, cell, z: heights } = terrain, [, , , top] = scene.extent;
   let low = Infinity, high = -Infinity;
@@ -128,7 +128,7 @@ function evenly(motion, origin) {
   return { step, low, scale, poses, speed, logs };
 }
 
-/* What lies on the terrain of the 3-D view: the relief from the map's coarse tiles, alone and with the hits over it. */
+/* Texture of the terrain in the 3-D view: the relief from the map's coarse tiles, alone and with the hits over it. */
 export async function drapesOf(map, terrain, variant) {
   const { scene } = map, { cell, levels, rows, columns } = scene, size = scene.tile || 256;
   const wide = terrain.columns * terrain.cell, tall = terrain.rows * terrain.cell, ratio = DRAPE / Math.max(wide, tall);

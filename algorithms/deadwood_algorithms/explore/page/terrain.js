@@ -1,4 +1,4 @@
-/* What the page makes itself of the scene's thinned heights: contours, slope, and the height under the pointer. */
+/* Derived in the page from the scene's thinned heights: contours, slope, and the height under the pointer. */
 
 const STEPS = [1, 2, 5, 10, 20, 50, 100, 200];
 
@@ -28,7 +28,7 @@ export class Terrain {
     return this._step;
   }
 
-  /* Contours as paths in local metres: every step, and every fifth apart. */
+  /* Contours as paths in local metres: every step, and every fifth separately. */
   contours() {
     if (this._contours) return this._contours;
     const { rows, columns, cell, top, z, step } = this, fine = new Path2D(), bold = new Path2D();

@@ -1,11 +1,11 @@
-/* What the pointer and the keys do on the map: each tool turns them into a release or a change of the forest. */
+/* Actions of the pointer and the keys on the map: each tool turns them into a release or a change of the forest. */
 
 import { make, say } from "./words.js";
 
-const NEAR = 9; // pixels, to take hold of the rim or close an area
+const NEAR = 9; // pixels, for grabbing the rim or closing an area
 const STILL = 5; // pixels within which a press is a click
 
-/* Name, key, drawing, and what stands in the strip while the tool is chosen. */
+/* Name, key, icon, and the hint shown while the tool is selected. */
 export const TOOLS = [
   { name: "move", key: "v", icon: "M10 2v16M2 10h16M7.5 4.5 10 2l2.5 2.5M7.5 15.5 10 18l2.5-2.5M4.5 7.5 2 10l2.5 2.5M15.5 7.5 18 10l-2.5 2.5" },
   { name: "circle", key: "r", icon: "M17 10a7 7 0 1 1-14 0 7 7 0 0 1 14 0zM10 9.5v1M9.5 10h1" },
@@ -29,7 +29,7 @@ export function icon(path) {
   return box;
 }
 
-/* The pointer on the map. `act` has what the tools lead to: release, fell, toggle, plant, barrier, lay, preview. */
+/* The pointer on the map. `act` has the actions of the tools: release, fell, toggle, plant, barrier, lay, preview. */
 export class Hand {
   constructor(map, act) {
     Object.assign(this, { map, act, tool: "circle", points: [], pointers: new Map(), drag: null, space: false });
@@ -61,7 +61,7 @@ export class Hand {
 
   cross(on) { this.map.content.cross = on; this.map.draw(); }
 
-  /* What is being drawn is let go. */
+  /* The current drawing is discarded. */
   cancel() {
     this.points = [];
     this.drag = null;
@@ -93,7 +93,7 @@ export class Hand {
     map.canvas.classList.toggle("held", this.drag?.kind === "pan");
   }
 
-  /* A second finger came: what the first began ends without effect. */
+  /* A second finger was added: the action of the first ends without effect. */
   letGo() {
     if (this.drag?.kind === "press") this.map.content.draft = this.points.length ? { points: this.points, closed: DRAWN[this.tool]?.closed } : null;
     this.drag = null;
@@ -164,7 +164,7 @@ export class Hand {
     map.draw();
   }
 
-  /* A click, or the key that stands for it at the middle of the map. */
+  /* A click, or the key for a click at the middle of the map. */
   click(at, pixels = 14) {
     const { map, tool, points } = this;
     if (tool === "fell") {

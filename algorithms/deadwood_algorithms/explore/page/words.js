@@ -4,7 +4,7 @@ export const config = JSON.parse(document.getElementById("config").textContent);
 const language = config.language || "en";
 document.documentElement.lang = language;
 
-/* A phrase with its gaps filled; with n = 1 the phrase for one, where there is one. */
+/* A phrase with its gaps filled; with n = 1 the singular phrase, if there is one. */
 export function say(name, gaps = {}) {
   const phrase = gaps.n === 1 && config.words[`${name}_one`] !== undefined ? config.words[`${name}_one`] : config.words[name];
   if (phrase === undefined) return name;
@@ -27,7 +27,7 @@ export function number(value, digits, signed = false) {
 export const coordinate = (value) => String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, "\u2009");
 export const count = (value) => number(value, Number.isInteger(value) ? 0 : 2);
 
-/* Digits after the point that an interval of that width [points] bears. */
+/* Number of decimals justified by an interval of that width [points]. */
 const digitsOf = (width) => (width >= 10 ? 0 : width >= 0.5 ? 1 : 2);
 
 export function share({ p, ci_low, ci_high }) {

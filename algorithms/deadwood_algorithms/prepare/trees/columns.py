@@ -6,7 +6,6 @@ that tool decides what to do about them.
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ import shapely
 from deadwood_algorithms.files.columns import id_column, number_column, where_of
 from deadwood_algorithms.files.quantities import read_sizes
 from deadwood_algorithms.files.units import named
+from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.sources import ROLES, Layout, names_of, plain_name, plain_names_of
@@ -118,7 +118,7 @@ def refuse_unread(source: pandas.DataFrame, name: str, unread: np.ndarray) -> No
     row = int(np.argmax(unread))
     words = list(dict.fromkeys(str(cell).strip() for cell in source[name][unread]))
     rows = f" and {unread.sum() - 1} more" if unread.sum() > 1 else ""
-    wanted = shlex.quote("; ".join(f"{word}=NUMBER" for word in words[:UNREAD_SHOWN]))
+    wanted = quoted("; ".join(f"{word}=NUMBER" for word in words[:UNREAD_SHOWN]))
     more = f", and {len(words) - UNREAD_SHOWN} words more" if len(words) > UNREAD_SHOWN else ""
     raise UserError(
         f"{where_of(source)}, field '{name}', row {int(source.index[row]) + 1}{rows}: '{words[0]}' is neither a size "

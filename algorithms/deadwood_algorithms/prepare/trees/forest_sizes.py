@@ -148,9 +148,8 @@ def take_sizes(source: Source, items: np.ndarray, seed: int) -> tuple[np.ndarray
     """
     number = source.dbh.size
     times = -(-items.size // number)
-    cards = items[:1] + np.arange(
-        times * number if items.size else 0
-    )  # the trees of a ground are numbered consecutively
+    # the trees of a ground are numbered consecutively
+    cards = items[:1] + np.arange(times * number if items.size else 0)
     drawn = draws.uniforms(seed, cards, draws.TREE_SOURCE)[0].reshape(-1, number)
     row = np.argsort(drawn, axis=1, kind="stable").ravel()[: items.size]
     return np.round(source.dbh[row], 2), np.round(source.height[row], 2), 0

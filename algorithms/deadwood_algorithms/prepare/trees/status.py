@@ -7,7 +7,6 @@ each are data of its `sources.Layout`.
 from __future__ import annotations
 
 import re
-import shlex
 from collections import Counter
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deadwood_algorithms.files.columns import where_of
+from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.columns import find
@@ -78,7 +78,7 @@ def status_of(
         if unread := passed_over(source):
             feedback.warn(
                 f"{where}: all trees count as living, but the field '{unread}' holds words such as "
-                f"'{_telling_word(source[unread])}'; --status-field {shlex.quote(unread)} reads it"
+                f"'{_telling_word(source[unread])}'; --status-field {quoted(unread)} reads it"
             )
         return np.full(len(source), LIVE)
     words = [code_of(value) for value in source[name]]

@@ -163,7 +163,9 @@ def account_sample(dbh: np.ndarray, height: np.ndarray, living: np.ndarray, wher
     sized = np.isfinite(dbh) & np.isfinite(height)
     dead, gaps = int((~living).sum()), int((living & ~sized).sum())
     if dead or gaps:
-        feedback.note(f"{where}: of the sample's {dbh.size} trees {dead} are dead and {gaps} lack a size: left out")
+        feedback.note(
+            f"{where}: of the sample's {counted(dbh.size, 'tree')}, left out: {dead} dead, {gaps} without a size"
+        )
     account("dbh_sample", count_of(dbh.size, (living & sized).sum(), {"dead": dead, "no_size": gaps}))
 
 

@@ -1,4 +1,4 @@
-"""A range that one coefficient alone makes is no measurement of its ends: the sweep is coarser than the event."""
+"""The ends of a range with a single coefficient are not measured: the sweep is coarser than the event."""
 
 from __future__ import annotations
 

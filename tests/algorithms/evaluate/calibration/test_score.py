@@ -66,7 +66,7 @@ def test_a_yes_has_the_share_of_the_logs_that_do_it():
 
 
 def test_a_made_event_does_without_its_own_log():
-    """By hand, for every event: the log that stands for the observed one is taken out of every density."""
+    """By hand, for every event: the log in the role of the observed one is removed from every density."""
     x, y = deposits(np.random.default_rng(2), 12)
     points = Observation(np.arange(12), (0.0, 0.0), x, y)
     ids = np.arange(12)
@@ -104,7 +104,7 @@ def test_rows_in_another_order_score_alike():
 @pytest.mark.parametrize("observed", [1, 3])
 def test_the_range_holds_the_true_coefficient_in_95_percent_of_events(observed, monkeypatch):
     """120 events of one or three logs, made by the closed form with coefficients drawn from the sweep: held by the
-    range in 95 %; 0.88 is 3.5 standard errors below. The wrong ones are mostly not: the range is worth something."""
+    range in 95 %; 0.88 is 3.5 standard errors below. Most wrong ones are not in it, so the range is informative."""
     monkeypatch.setattr(friction_score, "EVENTS", 150)
     monkeypatch.setattr(friction_score, "sampling_interval", lambda *_: (np.zeros(9), np.zeros(9)))
     rng = np.random.default_rng(10 + observed)
@@ -172,7 +172,7 @@ def test_the_sampling_interval_is_that_of_other_logs():
 
 
 def test_a_p_value_counts_the_observed_event_among_the_made_ones():
-    """The share of 1 + n events: of n made ones none worse is 1 / (n + 1), never 0, and a tie counts."""
+    """The share of 1 + n events: if none of n simulated ones is worse, 1 / (n + 1), never 0; a tie counts."""
     made = np.array([-4.0, -3.0, -2.0, -1.0])
     for seen, no_better in ((-5.0, 0), (-4.0, 1), (-3.5, 1), (-2.0, 3), (0.0, 4)):
         assert share_below(made, seen) == (1 + no_better) / 5
@@ -222,7 +222,7 @@ def test_the_ends_of_a_range():
 
 @pytest.mark.parametrize("p", [1.0, 0.04, 0.0])  # of a coefficient with which no log did what the event did
 def test_a_range_ends_before_a_coefficient_that_cannot_have_made_the_event(p):
-    """Its p-value says nothing then, and counts as 0: the end lies where 1 falls to 0.05, and is never infinite."""
+    """Its p-value is then meaningless and counts as 0: the end lies where 1 falls to 0.05, and is never infinite."""
     likely = np.array([-np.inf, 0.0, -1.0, -np.inf])
     found = range_of(np.array([0.1, 0.2, 0.3, 0.4]), Scores(likely, likely, likely, np.array([p, 1.0, 1.0, p]), likely))
     assert found is not None
@@ -231,7 +231,7 @@ def test_a_range_ends_before_a_coefficient_that_cannot_have_made_the_event(p):
 
 
 def test_a_coefficient_with_which_the_event_is_not_possible_has_no_share_of_events_like_it():
-    """No log comes to rest in sight with the first: the range began at "-inf", of a share of 1 there."""
+    """With the first, no log comes to rest in sight: the range began at "-inf", because of a share of 1 there."""
     x, y = deposits(np.random.default_rng(4), 40)
     found = np.ones(x.shape, bool)
     found[0] = False
@@ -258,8 +258,8 @@ def with_losses(rng: np.random.Generator, lost_share: float) -> tuple[np.ndarray
 @pytest.mark.parametrize("lost_share", [0.6, 1.0])
 def test_a_coefficient_with_which_most_logs_leave_did_not_make_an_event_that_stayed(lost_share):
     """Ten deposits, all on the terrain model. With 60 % lost that is 0.4^10 = 1e-4 as likely as without, and fewer
-    than one in a thousand of its own events look so. Its made events used to put another deposit in the place of each
-    log that was out of sight, so that it stayed in the range, with none in sight at p = 1."""
+    than one in a thousand of its own events look so. Its simulated events used to replace each
+    log out of sight by another deposit, so that it stayed in the range, even with none in sight, at p = 1."""
     rng = np.random.default_rng(8)
     x, y = with_losses(rng, lost_share)
     rows = np.arange(LOGS)
@@ -285,7 +285,7 @@ def test_a_log_that_left_the_terrain_is_a_separate_outcome():
 
 @pytest.mark.parametrize("lost_share", [0.6, 0.95])
 def test_of_deposits_found_here_the_share_that_leaves_reports_nothing(lost_share):
-    """The same event: both coefficients scatter their deposits alike, so neither is better, and both stay."""
+    """The same event: both coefficients scatter their deposits alike, so neither is better and both are kept."""
     rng = np.random.default_rng(8)
     x, y = with_losses(rng, lost_share)
     rows = np.arange(LOGS)
@@ -297,7 +297,7 @@ def test_of_deposits_found_here_the_share_that_leaves_reports_nothing(lost_share
 
 
 def test_given_in_sight_the_logs_that_left_are_as_if_they_had_not_been_released():
-    """Densities, made events and the bootstrap without those rows altogether; the density's mass is one."""
+    """Densities, simulated events and the bootstrap are those without these rows; the density's mass is one."""
     rng = np.random.default_rng(12)
     x, y = with_losses(rng, 0.6)
     x[1], y[1] = np.where(np.isnan(x[0]), np.nan, x[1]), np.where(np.isnan(y[0]), np.nan, y[1])

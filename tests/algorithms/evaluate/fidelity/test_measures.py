@@ -55,7 +55,7 @@ def test_jaccard_distance():
 
 
 def test_the_noise_of_a_run_is_its_distance_from_the_truth():
-    """Normal run-outs, whose true distribution is known: the noise told from halves is that of whole runs."""
+    """Normal run-outs, whose true distribution is known: the noise derived from halves is that of whole runs."""
     rng = np.random.default_rng(3)
     truth = rng.normal(100.0, 15.0, 200_000)
     runs = rng.normal(100.0, 15.0, (40, N))

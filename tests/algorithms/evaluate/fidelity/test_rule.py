@@ -132,7 +132,7 @@ def test_too_thin_to_recommend():
     )
     assert "until then fine is the safe choice" in thin.sentence
     assert "release more" not in advice(*rows, available=20_000).sentence
-    hopeless = advice(*(reach(name, 0.025, 0.04) for name in NAMES[:2]))  # no number of logs shows what is not so
+    hopeless = advice(*(reach(name, 0.025, 0.04) for name in NAMES[:2]))  # no number of logs can show what is false
     assert (hopeless.fidelity, hopeless.logs_needed) == (None, None)
     assert "Compare more logs" in hopeless.sentence
 

@@ -39,7 +39,7 @@ def test_the_flight_is_the_motion_of_a_point_under_gravity(flight):
 
 @pytest.mark.parametrize("flight", FLIGHTS)
 def test_nothing_of_the_log_is_lower_than_its_underside(flight):
-    """Logs drawn every 4 cm of the way: the lowest of their outlines over a place, to what such a step leaves."""
+    """Logs drawn every 4 cm of the way: the lowest of their outlines over a place, to the accuracy of such a step."""
     radius, length = 0.4, 3.0
     drawn = [
         shapely.Polygon(outline(flight, s, length, radius)) for s in np.linspace(-5.0, flight.distance + 5.0, 2000)
@@ -83,7 +83,7 @@ def test_the_angle_is_the_slopes_before_the_take_off_or_the_mapped_one():
 
 @pytest.mark.parametrize(("tolerance", "verdict"), [(1.99, "cuts_terrain"), (2.01, "possible")])
 def test_the_terrain_may_stand_into_a_flight_by_the_tolerance(tolerance, verdict):
-    """A wall of the flight's own height and 2 m more, half way."""
+    """A wall as high as the flight, and one 2 m higher, half way."""
     flight = Flight(30.0, -23.0, -0.5)
 
     def hump(x: np.ndarray) -> np.ndarray:
@@ -101,7 +101,7 @@ def test_a_flight_that_touches_nothing_needs_no_tolerance():
 
 
 def test_a_barrier_that_is_just_touched_is_hit(monkeypatch):
-    """No number of a barrier makes a clearance of nothing to the last digit, so it is put in."""
+    """No height of a barrier gives a clearance of exactly zero, so it is inserted."""
     passed = on_terrain._crossings
 
     def touched(*given: Any) -> Any:
@@ -158,7 +158,7 @@ def test_barriers_are_passed_in_the_order_of_the_flight_with_the_clearance_of_it
 
 @pytest.mark.parametrize(("s", "free"), [(1.0, False), (15.0, True), (29.5, False)])
 def test_a_log_is_free_where_both_its_ends_have_left_the_ground_and_not_come_back(s, free):
-    """6 m long: half of it in plan before the take-off or behind the landing is no flight."""
+    """6 m long: half of its plan length before the take-off or behind the landing does not count as flight."""
     barrier = Barrier("b", shapely.LineString([(s, -1.0), (s, 1.0)]), 0.1)
     found = follow(mapped(), [barrier], terrain(cliff), slope_over_m=4.0, tolerance_m=30.0)
     slope = float(found.flight.slope(s))

@@ -1,4 +1,4 @@
-"""What a hazard map says of its events and of logs that left: two areas' frequencies add up, and it is said."""
+"""What a hazard map reports on its events and on logs that left: the frequencies of two areas add up, as stated."""
 
 from __future__ import annotations
 

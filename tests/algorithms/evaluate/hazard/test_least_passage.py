@@ -1,4 +1,4 @@
-"""How many of the logs a cell's energy must be brought by: the ranks of a share, each number of logs tried."""
+"""How many of the logs must reach a cell's energy: the ranks of a share, for every number of logs."""
 
 from __future__ import annotations
 

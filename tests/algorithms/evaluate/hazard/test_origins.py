@@ -1,4 +1,4 @@
-"""Origins on arrays: counts cell by cell, and bounds that hold what stands on them."""
+"""Origins on arrays: counts cell by cell, and bounds that include values equal to them."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_a_source_whose_share_is_the_bound_is_one():
 
 @pytest.mark.parametrize(("least", "cells"), [(0.1, 3), (0.1 + 1e-6, 2), (0.2, 2), (1.0, 1), (0.0, 4)])
 def test_ground_that_exactly_this_number_pass_is_affected(monkeypatch, least, cells):
-    """0.1 of 30 logs are 3, which 0.1 * 30 is not in floating point; a cell that none passes never counts."""
+    """0.1 of 30 logs are 3, which 0.1 * 30 is not in floating point; a cell that no log passes never counts."""
     grid = Grid.empty((1, 5), 1.0, 0.5, 0.5, CRS)
     hits = np.array([[0, 1, 3, 6, 30]])
     monkeypatch.setattr(hazard_origins, "_hits_by_area", lambda *_: [("a", 30, hits)])

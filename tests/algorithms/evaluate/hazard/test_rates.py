@@ -119,7 +119,7 @@ def test_classes_are_named_and_the_matrix_has_its_corners():
 @pytest.mark.parametrize("ramp", [WARM, COLD])
 @pytest.mark.parametrize("number", [2, 3, 4, 5])
 def test_classes_beside_each_other_are_told_apart_on_a_grey_printer_too(ramp, number):
-    """Each is darker by a tenth of the way from white to black (CIE's L*) or more; a fiftieth can be seen."""
+    """Each is darker by at least a tenth of the range from white to black (CIE L*); a fiftieth can be seen."""
     colours = [colour for _, colour, _ in class_rows([str(k) for k in range(number)], ramp)]
     parts = np.array([[int(each[k : k + 2], 16) / 255.0 for k in (1, 3, 5)] for each in colours])
     linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)

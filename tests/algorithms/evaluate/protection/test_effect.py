@@ -1,4 +1,4 @@
-"""What obstacles keep away, on arrays: who must slide again, what is counted, and ranks, all by brute force."""
+"""The effect of obstacles, on arrays: which logs must slide again, what is counted, and ranks, by brute force."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_the_logs_to_slide_again_are_those_to_which_it_mattered_before_they_were
 
 
 def wood(trees: int) -> Any:
-    """A scene with a number of trees, as far as the rule of steps uses it; one more was there and was removed."""
+    """A scene with a number of trees, as far as the rule for steps uses it; one more tree has been removed."""
     solid = np.full(trees, CORE_TREE, [("kind", np.int8)])
     cores = SimpleNamespace(solid=solid, index=SimpleNamespace(items=np.arange(trees)))
     return SimpleNamespace(scene=SimpleNamespace(arrays=SimpleNamespace(cores=cores)), dem=SimpleNamespace(cell=0.5))
@@ -66,8 +66,8 @@ def wood(trees: int) -> Any:
     ],
 )
 def test_all_slide_again_without_the_last_obstacle_that_rules_steps(monkeypatch, step, left, rebound, every):
-    """Half of the list's margin is the longest step that a scene without any obstacle takes as one with it; and where
-    nothing that rebounds is left, steps are longer."""
+    """Half of the list's margin is the longest step that is the same in a scene without any obstacle; and if
+    nothing is left from which logs rebound, steps are longer."""
     fidelity = FIDELITIES["standard"]._replace(travel_cells=step * NEAR_MARGIN / 0.5)
     laws = {"restitution": 0.0, "tree_restitution": rebound, "barrier_restitution": None}
     question = Rerun(cast("Any", SimpleNamespace(fidelity=fidelity, laws=laws)), cast("Any", range(7)))
@@ -116,7 +116,7 @@ def test_groups_are_cut_after_they_are_full(monkeypatch):
 
 @pytest.mark.parametrize("planted", [False, True])
 def test_changes_add_up_by_obstacle_and_line(planted):
-    """Three tasks of two obstacles, two lines; what is in the run holds what it held there, a candidate now."""
+    """Three tasks of two obstacles, two lines; an obstacle of the run holds what it held there, a candidate now."""
     things = [obstacle(TREE, "a", 0), obstacle(BARRIER, "n", -1, -2)]
     reach = np.array([[True, False], [True, True], [False, False], [True, False]])
     it = known(
@@ -154,7 +154,7 @@ def test_the_gain_is_of_the_logs_that_reach_without_it():
     assert value == 7 / 200
     assert (low, high) == paired_interval(2, 9, 200)
     assert one.n_changed == 37
-    # whatever the logs did that left the terrain model: the 5 of the run all reach it, or the 3 without the tree do
+    # whatever the logs that left the terrain model did: the 5 of the run all reach it, or the 3 without the tree do
     assert one.gain_if_lost() == (2 / 200, 10 / 200)
 
 

@@ -22,7 +22,7 @@ TOTAL = 40
 
 
 def effects(seed: int) -> list[Effect]:
-    """Of three obstacles at two lines, any counts that can be."""
+    """Random possible counts of three obstacles at two lines."""
     rng = np.random.default_rng(seed)
     found = []
     for number, kind in enumerate((TREE, TREE, BARRIER)):
@@ -36,8 +36,8 @@ def effects(seed: int) -> list[Effect]:
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_gain_is_of_the_logs_that_the_obstacle_keeps_away(seed, sign):
-    """Taken away (1) the logs that reach more are its effect, put up (-1) those that reach less; an interval's ends
-    change places with the sign, and what the lost logs may have done lies around the gain."""
+    """If it is removed (1), its effect is the logs that reach more; if added (-1), those that reach less. An interval's
+    ends change places with the sign, and the bounds from lost logs enclose the gain."""
     found = effects(seed)
     layers: Any = SimpleNamespace(dem=SimpleNamespace(plan_crs=pyproj.CRS("EPSG:2056")))
     frame = frame_of(found, layers, "n_reach_changed", sign)
@@ -63,7 +63,7 @@ def test_a_gain_is_of_the_logs_that_the_obstacle_keeps_away(seed, sign):
 @pytest.mark.parametrize("fidelity", list(FIDELITIES))
 @pytest.mark.parametrize("cell", [0.25, 0.5, 2.0])
 def test_what_the_engine_lists_is_near_a_kept_pose(fidelity, cell):
-    """A random walk in steps of the longest travel: poses are stored as soon as the point is a trace step away
+    """A random walk in steps of the longest travel: a pose is stored as soon as the point is a trace step away
     from the last one, and an object is listed from any pose and from the predicted one.
     """
     row, rng = FIDELITIES[fidelity], np.random.default_rng(4)

@@ -50,7 +50,7 @@ def outcomes_of(reach: np.ndarray, near: np.ndarray) -> LogOutcomes:
 
 
 class Paper(Siting):
-    """A siting whose logs are stopped by a candidate where a table says so, whatever else stands."""
+    """A siting in which a table defines which logs a candidate stops, independently of other barriers."""
 
     def __init__(self, near: np.ndarray, stops: np.ndarray, candidates: list[Candidate]) -> None:
         self.near, self.stops, self.candidates = near, stops, candidates
@@ -160,7 +160,7 @@ def test_what_chance_alone_does_is_not_built(kept, among, built):
 
 
 def test_a_candidate_along_a_chosen_one_is_not_free():
-    """It may run beside it for 3 m within 1 m, as at a joint."""
+    """It may run within 1 m of it for 3 m, as at a joint."""
     shapes = [[(0, 0), (20, 0)], [(17.9, 0.5), (40, 0.5)], [(16.0, 0.5), (40, 0.5)], [(0, 1.2), (20, 1.2)]]
     siting = Paper(np.zeros((1, 4), bool), np.zeros((1, 4), bool), [
         Candidate(str(k), shapely.LineString(each), 3.0, 1.0) for k, each in enumerate(shapes)
@@ -215,7 +215,7 @@ def test_polygons_are_watched_by_their_rings_and_parts_by_their_thing():
 
 @dataclass
 class BarrierLayers:
-    """What of a scene `with_barriers` changes."""
+    """The part of a scene that `with_barriers` changes."""
 
     engine_barriers: Barriers
     barriers: Items
@@ -245,7 +245,7 @@ def test_candidates_stand_behind_the_runs_own_barriers_each_with_its_line_and_he
 
 
 class Started(SimpleNamespace):
-    """Where logs start: what of the releases is asked."""
+    """Where logs start: the part of the releases that is used."""
 
     def __len__(self) -> int:
         return len(self.x)
@@ -337,7 +337,7 @@ def test_a_line_over_a_spur_is_not_level_because_its_ends_are():
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_places_where_most_pass_are_apart_and_none_is_passed_over(seed):
-    """By brute force: the piece with most logs, then of those not within half a length of one taken, the next."""
+    """By brute force: the piece with most logs, then the next of those not within half a length of a chosen one."""
     rng = np.random.default_rng(seed)
     pieces = [shapely.LineString([(3.0 * k, 0.0), (3.0 * k + 20.0, 0.0)]) for k in range(30)]
     passed = rng.random((50, 30)) < rng.uniform(0.0, 0.4, 30)
@@ -361,7 +361,7 @@ def test_a_candidate_that_brings_more_logs_is_reported_to():
 
 
 def test_the_chart_has_the_lengths_that_were_requested():
-    """Marks of two heights stand side by side on paper only; before, up to 4 % further right."""
+    """Marks of two heights are side by side only within the drawing's accuracy; before, up to 4 % too far right."""
     asked = [20.0, 40.0]
     rows = [
         {"length_m": length, "height_m": height, "p": 0.5, "ci_low": 0.4, "ci_high": 0.6}

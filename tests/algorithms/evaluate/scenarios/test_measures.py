@@ -1,4 +1,4 @@
-"""Measures of two scenarios on arrays: lost logs by trying every outcome of theirs, intervals by independent sums."""
+"""Measures of two scenarios on arrays: lost logs by trying all their outcomes, intervals by independent sums."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def difference_interval(row: ScenarioRow) -> tuple[float, float]:
 
 
 def outcomes(share: Share) -> list[np.ndarray]:
-    """Everything that the logs may have done, for each way in which those lost from sight may have gone on."""
+    """All possible outcomes of the logs, for each way in which the lost ones may have continued."""
     found = []
     for more in itertools.product((False, True), repeat=int(share.lost.sum())):
         did = share.did.copy()
@@ -133,7 +133,7 @@ def test_the_interval_of_a_mean_is_the_normal_one_of_its_standard_error():
 
 
 def test_the_tail_is_drawn_over_the_same_logs_in_both():
-    """Each log gains 3 kJ: so does the tail, in every resample; independent draws would give it a width."""
+    """Each log gains 3 kJ, and so does the tail in every resample; independent draws would give an interval."""
     before = np.random.default_rng(3).lognormal(3.0, 1.0, 200)
     ids = np.arange(200)
     row = tail_row("b", "energy_max", "kJ", before + 3.0, before, ids, 0)
@@ -182,7 +182,7 @@ def test_means_largest_and_moves_are_those_of_the_logs():
 
 
 def test_what_ended_a_log_is_unknown_of_those_that_left_but_for_the_time_limit():
-    """A log that left may have been held beyond; that it would have moved on to the limit is nothing to ask of it."""
+    """A log that left may have been held beyond; whether it would have moved until the time limit is not asked."""
     reasons = ["rest", "tree", "left_dem", "left_dem", "time_limit", "barrier"]
     reach = np.array([[True], [False], [True], [False], [False], [False]])
     one = scenario("a", reach, reasons)
@@ -234,7 +234,7 @@ def test_the_spread_of_a_release_and_from_how_many_logs_its_range_is_reported(n)
         assert (row.value, row.difference, row.n_lost) == pytest.approx((45.0, 27.0, 2))
         (low, high), ends = own_interval(row), difference_interval(row)
         assert low <= row.value <= high
-        # The same resample in both: the difference is in each 30/50 of the own range.
+        # The same resample in both: the difference is 30/50 of the range in each.
         assert ends == pytest.approx((0.6 * low, 0.6 * high))
 
 

@@ -78,7 +78,7 @@ def test_enough_factors_are_named_that_one_of_them_is_the_strongest():
 
 
 def indexed(total: list[float], low: list[float], high: list[float], scatter: float) -> Indices:
-    """Indices by hand, whose resamples scatter so much."""
+    """Indices by hand, with this scatter of their resamples."""
     ends, none = np.array([low, high]), np.full(3, np.nan)
     draws = np.array(total) + scatter * np.random.default_rng(2).standard_normal((400, 3))
     pair = np.full((2, 3), np.nan)
@@ -102,7 +102,7 @@ def test_the_indices_decide_where_there_are_some():
 
 
 def with_indices(first: list[float], total: list[float], crossed: tuple[bool, ...] = (False,) * 3) -> Measured:
-    """Friction moves most alone; the indices say otherwise."""
+    """Friction alone has the largest swing; the indices disagree."""
     one, ends, draws = measured(60, 5, 0), np.array([[0.1] * 3, [1.0] * 3]), np.tile(total, (10, 1))
     known = np.array(first), ends, np.array(total), ends, draws, np.array(crossed)
     return replace(one, indices=Indices(0.4, 0.01, 0.005, 0.02, *known))
@@ -123,7 +123,7 @@ def test_every_table_has_the_factors_in_the_order_of_the_picture():
 
 
 def test_every_outcome_has_the_factors_in_one_order():
-    """That of the outcome whose sentence stands for all; before, each outcome had its own."""
+    """The order of the outcome whose sentence is given for all; before, each outcome had its own."""
     weak, strong = measured(30, 2, 0, share=False), measured(5, 60, 0)
     both, names = [weak, strong], ["rolling_friction", "friction", "log_density_factor"]
     answers = [most_influential(each, LOGS) for each in both]
@@ -136,7 +136,7 @@ def test_every_outcome_has_the_factors_in_one_order():
 
 
 def test_a_bar_never_hides_another():
-    """Both ends of a range may move the outcome the same way, even as far."""
+    """Both ends of a range may change the outcome in the same direction, even by the same amount."""
     axes = Figure().subplots()
     show_ends(axes, 0.0, 10.0, 7.0, 7.0)
     show_ends(axes, 1.0, 10.0, 7.0, 12.0)
@@ -177,7 +177,7 @@ def test_as_it_is_says_of_which_logs_and_at_which_fidelity():
 
 def test_a_change_beyond_chance_is_not_denied_where_no_index_is():
     """Before: "no factor changes it beyond chance ... friction, -27 points (-40 to -14)"; and the largest change was
-    said of the factor with the largest index.
+    attributed to the factor with the largest index.
     """
     one = with_indices([0.0, 0.1, 0.0], [0.1, 0.3, 0.0])
     assert one.indices is not None

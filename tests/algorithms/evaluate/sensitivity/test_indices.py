@@ -56,7 +56,7 @@ def found_for(function, factors: int, design: str, rows: int, seed: int, count: 
 @pytest.mark.parametrize("name", KNOWN)
 @pytest.mark.parametrize(("design", "off"), [("sobol", 0.03), ("latin", 0.06)])
 def test_the_indices_of_functions_that_are_known(name, design, off):
-    """4096 rows: an estimate's standard error is about 1/sqrt(4096) = 0.016 times what its terms scatter, 1 to 2."""
+    """4096 rows: an estimate's standard error is about 1/sqrt(4096) = 0.016 times the scatter of its terms, 1 to 2."""
     function, factors, known = KNOWN[name]
     first, total, variance = known()
     found = found_for(function, factors, design, 4096, seed=1)
@@ -67,7 +67,7 @@ def test_the_indices_of_functions_that_are_known(name, design, off):
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_the_intervals_hold_what_is_known(name):
-    """60 designs of 256 rows: of their 95 % intervals at least 85 % hold the truth (3 sd of 60 draws is 8.4 %)."""
+    """60 designs of 256 rows: at least 85 % of their 95 % intervals contain the truth (3 sd of 60 draws is 8.4 %)."""
     function, factors, known = KNOWN[name]
     first, total, _ = known()
     held = np.zeros((2, factors))
@@ -90,7 +90,7 @@ def test_a_factor_that_does_nothing_has_nothing():
 
 def noisy(rng: np.random.Generator, rows: int, logs: int) -> tuple[np.ndarray, ...]:
     """Logs that reach with 0.3 + 0.4 u0 + 0.1 u1 + 0 u2: half of the logs keep their coin, half toss again in each run,
-    as chaotic ones do. The share of what there is: 16/17, 1/17 and nothing."""
+    as chaotic ones do. The shares of the explainable variance: 16/17, 1/17 and 0."""
     a, b = (latin_hypercube(rows, 3, int(rng.integers(2**31))) for _ in range(2))
     mixed = np.stack([np.where(np.arange(3) == k, b, a) for k in range(3)])
     kept = rng.random(logs)
@@ -104,7 +104,7 @@ def noisy(rng: np.random.Generator, rows: int, logs: int) -> tuple[np.ndarray, .
 
 
 def test_the_noise_of_the_logs_is_taken_off():
-    """Without that the factor without effect has 0.1 and more: half of 0.25/50 toss again, of a variance of 0.0142."""
+    """Otherwise the factor without effect has an index of 0.1 and more: half of 0.25/50, of a variance of 0.0142."""
     rng = np.random.default_rng(5)
     rows, logs = 64, 50
     found, held, raw = [], np.zeros(3), []
@@ -150,7 +150,7 @@ def test_sobols_sequence_wants_a_power_of_two_and_scipy(monkeypatch):
 
 
 def test_the_variance_is_that_of_all_runs_of_both_samples():
-    """The second sample scatters three times as far as the first, which chance makes of few rows; logs count alike."""
+    """The second sample scatters three times as much as the first, by chance of few rows; all logs count equally."""
     rng = np.random.default_rng(12)
     a, b = rng.normal(0.0, 1.0, (6, 1)), rng.normal(1.0, 3.0, (6, 1))
     found = indices_of(a, b, np.stack([b]), weights_of(np.arange(1), 0, 50), rows_drawn(6, 0, 50))
@@ -159,7 +159,7 @@ def test_the_variance_is_that_of_all_runs_of_both_samples():
 
 
 def test_a_resample_of_one_log_counts_all_once():
-    """The noise of a mean takes two logs: of three, a resample has fewer than two in one of five."""
+    """The noise of a mean needs two logs; a resample of three has fewer in one case of five."""
     drawn = weights_of(np.arange(3), 0)
     assert drawn.shape == (3, RESAMPLES)
     assert drawn.sum(axis=0).min() >= 2.0

@@ -14,7 +14,7 @@ def test_deviation_and_correlation(cell, length):
     found = np.stack([error_surface((120, 120), (0, 0), cell, length, 1, k) for k in range(40)])
     assert abs(found.mean()) < 0.05
     assert found.std() == pytest.approx(1.0, abs=0.03)
-    assert np.std(found, axis=0).mean() == pytest.approx(1.0, abs=0.05)  # nowhere more than elsewhere
+    assert np.std(found, axis=0).mean() == pytest.approx(1.0, abs=0.05)  # equal everywhere
     for lag in (1, 2, 4):
         expected = np.exp(-((lag * cell / length) ** 2))
         for one, other in (

@@ -1,4 +1,4 @@
-"""Many sites say of lost logs what the run of each says, and the sum of all sites what all lost logs may do."""
+"""Each site reports lost logs like its own run, and the sum of all sites the possible effect of all lost logs."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def test_windows_side_by_side_share_nothing():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_merged_rasters_are_those_of_all_cells_one_by_one(monkeypatch, seed):
-    """Three runs that store windows of one grid: counts add up, maxima are the largest, no ground is no ground."""
+    """Three runs that store windows of one grid: counts add up, maxima are the largest, nodata stays nodata."""
     rng = np.random.default_rng(seed)
     shape = (12, 14)
     pieces, parts, layers = [], [], {}

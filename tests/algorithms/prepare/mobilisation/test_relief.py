@@ -23,7 +23,7 @@ LIMITS = Limits(
 
 @pytest.mark.parametrize("radius", [1, 3])
 def test_each_window_is_fitted_by_least_squares(radius):
-    """numpy.linalg.lstsq of each window on its own: slope, what is left, second derivative along the contour."""
+    """numpy.linalg.lstsq for each window separately: slope, residual, second derivative along the contour."""
     rng = np.random.default_rng(radius)
     n, cell = 2 * radius + 1, 2.0
     heights = 1500.0 + rng.normal(0.0, 0.7, (n + 4, n + 5)) + 0.4 * cell * np.arange(n + 5)
@@ -54,7 +54,7 @@ def test_a_window_has_the_odd_number_of_cells_next_to_its_width(window, cell, ra
 
 
 def test_the_susceptibility_is_the_product_of_its_factors():
-    """Of 2000 cells, by hand: the drive is the share of gravity's pull along the slope that friction leaves."""
+    """For 2000 cells, by hand: the drive is the share of the downslope force that friction leaves."""
     rng = np.random.default_rng(5)
     slope, rough, friction = rng.uniform(0.0, 1.5, 2000), rng.uniform(0.0, 0.8, 2000), rng.uniform(0.0, 0.6, 2000)
     slope[:3] = 0.0
@@ -107,7 +107,7 @@ def test_stages_at_the_ends_of_what_is_critical(word, expected):
 
 
 def test_mapped_wood_takes_the_values_of_its_cell_and_is_split_by_them():
-    """Each of 60 points by hand: which window holds its cell, and why it could not slide."""
+    """Each of 60 points by hand: the window of its cell, and why it could not slide."""
     rng = np.random.default_rng(8)
     n, shape, threshold = 60, (9, 7), 0.5
     row, column = rng.integers(0, 9, n), rng.integers(0, 7, n)
@@ -126,7 +126,7 @@ def test_mapped_wood_takes_the_values_of_its_cell_and_is_split_by_them():
         set(parts["candidates"]["id"]),
         dict(zip(parts["others"]["id"], parts["others"]["reason"], strict=True)),
     )
-    assert 5 in could  # just the threshold
+    assert 5 in could  # exactly the threshold
     for k in range(n):
         value = values[row[k], column[k]] if row[k] >= 0 else math.nan
         sound, steep = kinds[k] != decay.OUTSIDE, value >= threshold

@@ -31,7 +31,7 @@ def write(path: Path, *bands: np.ndarray, dtype: str = "float32") -> Path:
 @pytest.mark.parametrize("block", [1024, 16])
 @pytest.mark.parametrize("least", [4.0, 24.0])
 def test_each_area_has_what_its_cells_have(tmp_path, monkeypatch, least, block):
-    """Also where an area lies in several windows, and where it has just the least ground (or the least gully)."""
+    """Also if an area lies in several windows, and if it has exactly the least area (or the least gully)."""
     monkeypatch.setattr(module, "BLOCK", block)
     rng = np.random.default_rng(3)
     mask = rng.random((NY, NX)) < 0.5
@@ -69,7 +69,7 @@ def test_each_area_has_what_its_cells_have(tmp_path, monkeypatch, least, block):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_blocks_change_no_area(tmp_path, monkeypatch, seed):
-    """Snakes, rings and corners across the borders of blocks: the same ground, of as many corners."""
+    """Snakes, rings and corners across the borders of blocks: the same area and the same number of corners."""
     rng = np.random.default_rng(seed)
     mask = rng.random((NY, NX)) < 0.62
     paths = (

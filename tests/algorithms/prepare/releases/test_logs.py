@@ -1,4 +1,4 @@
-"""What released logs are like: sizes follow their distributions, mapped deadwood its rows, random axes the sphere."""
+"""Properties of released logs: sizes follow their distributions, mapped deadwood its rows, random axes the sphere."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from deadwood_algorithms import schemas
 from deadwood_algorithms.params.tool import UserError
 
 EAST, NORTH = 2_783_000.0, 1_190_000.0
-# A test that right draws fail once in 10 000 seeds; the seed is fixed.
+# Correct draws fail such a test once in 10 000 seeds; the seed is fixed.
 LEVEL = 1e-4
 
 

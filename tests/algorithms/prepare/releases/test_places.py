@@ -1,4 +1,4 @@
-"""Places by weights: in proportion to them, inside the areas, each log's own; and how many logs an area gets."""
+"""Places by weights: in proportion to them, inside the areas, independent of other logs; number of logs per area."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_places_are_as_dense_as_the_weights(sample, raster, chi_square_excess):
     assert counts[shares == 0].sum() == 0
     seen = shares > 0
     assert chi_square_excess(counts[seen], shares[seen] / shares.sum()) < 1
-    # The test has teeth: areas without the weights fail it by far.
+    # The test can fail: areas without the weights fail it by far.
     even = np.where(seen, size, 0)
     assert chi_square_excess(counts[seen], even[seen] / even.sum()) > 10
     assert frame["release_id"].unique().tolist() == [1]
@@ -149,7 +149,7 @@ def test_logs_per_hectare(tmp_path, sample, outcome):
     frame = sample(areas(tmp_path, big, small, circle), logs_per_ha=200.0)
     assert frame["release_id"].value_counts().to_dict() == {1: 200, 2: 8, 3: round(200 * np.pi * 100 / 1e4)}
     assert outcome["last"].lines[0] == "214 logs in 3 release areas, 6 to 200 each (200 a hectare)"
-    # The ids are those that --count would give, so that the same logs stand at the same places.
+    # The ids are those given by --count, so that the same logs are at the same places.
     assert ((frame["log_id"] - 1) % 3 + 1 == frame["release_id"]).all()
     assert frame["log_id"].is_monotonic_increasing
     by_count = sample(areas(tmp_path, big, small, circle), count=6)
@@ -170,7 +170,7 @@ def test_logs_per_hectare_of_weighted_cells_and_of_too_little(tmp_path, sample, 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_cells_of_a_span_are_all_that_reach_into_it(seed):
-    """Each cell looked at by itself; also of spans that lie partly, or wholly, beside the raster."""
+    """Each cell is checked separately; also for spans that lie partly or completely outside the raster."""
     rng = np.random.default_rng(seed)
     origin, cell, count = 100.0, 2.5, 12
     low, high = np.sort(rng.uniform(80.0, 150.0, 2)).tolist()

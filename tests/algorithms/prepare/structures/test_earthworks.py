@@ -1,4 +1,4 @@
-"""Earthworks on arrays: the surface cell by cell from the drawing, and what is moved."""
+"""Earthworks on arrays: the surface cell by cell from the drawing, and the volumes moved."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def by_hand(x: float, y: float, ends: Any, level: float, half: float, left: floa
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("ends", [((20.0, 20.0), (40.0, 20.0)), ((22.25, 14.0), (34.5, 33.25))])
 def test_on_level_ground_each_cell_is_that_of_the_drawing(sign, ends):
-    """A dam, and a ditch as a dam upside down: every cell, fill and cut by their sums over the cells."""
+    """A dam, and a ditch as an inverted dam: every cell, and fill and cut as sums over the cells."""
     half, left, right, rise = 1.25, 0.8, 1.4, 3.0
     ground = grid_of(lambda x, y: 100.0 + 0.0 * x + 0.0 * y)
     structure = made(shapely.LineString(ends), ground, sign=sign, rise=rise, half=half, left=left, right=right)
@@ -57,7 +57,7 @@ def test_on_level_ground_each_cell_is_that_of_the_drawing(sign, ends):
         if above > 1e-9:
             expected[j, i] += sign * above
     assert current == pytest.approx(expected, abs=1e-9)
-    # A cell whose drawn height is the ground's to the last digits may count either way.
+    # A cell whose designed height equals the ground to the last digits may count either way.
     assert np.array_equal(changed, np.abs(expected - 100.0) > 1e-9)
     moved = float(np.abs(expected - 100.0).sum()) * CELL**2
     assert (work.fill_m3, work.cut_m3) == pytest.approx((moved, 0.0) if sign > 0 else (0.0, moved))
@@ -131,7 +131,7 @@ def test_stations_are_dense_and_a_vertex_twice_is_one():
 
 
 def test_earth_that_lies_there_already_is_not_moved_again():
-    """The same dam twice, then one 1 m higher on it: only what the heights rise by is filled."""
+    """The same dam twice, then one 1 m higher on it: only the rise in height is filled."""
     ground = grid_of(lambda x, y: 100.0 + 0.0 * x + 0.0 * y)
     line = shapely.LineString([(20.0, 20.0), (40.0, 20.0)])
     work, current = Work(), ground.values.copy()

@@ -44,7 +44,7 @@ def test_each_law_undoes_itself_and_gives_a_tree(name):
     law, crown = PUBLISHED[name], one(4.0)
     dbh = law.dbh(one(20.0), crown)
     assert law.height(dbh, crown)[0] == pytest.approx(20.0, rel=1e-12)
-    assert 8 < dbh[0] < 70  # of 20 m; the laws differ by more than a factor of two, as the description warns
+    assert 8 < dbh[0] < 70  # at 20 m; the laws differ by more than a factor of two, as the description warns
     assert f"``{name}``" in laws_described()
 
 
@@ -94,7 +94,7 @@ def test_a_fit_agrees_with_numpys_polynomial():
 
 def test_the_inverse_is_a_fit_of_its_own_with_its_own_correction():
     """Trees drawn from H = a DBH^b exp(N(0, s)): heights by the law have the mean of the drawn ones (as above, the
-    other way round). Neither the inverse of the law of DBH nor the fit without correction has it."""
+    other way round). Neither the inverse of the law of DBH nor the fit without correction does."""
     rng = np.random.default_rng(4)
     n, spread = 20_000, 0.35
     dbh = rng.uniform(15.0, 80.0, n)

@@ -190,7 +190,7 @@ def test_a_sheet_is_named_by_its_header_below_a_title():
         ["Summe", "40", None],
     ]
     sheet = sheet_table(pd.DataFrame(cells, columns=["Field1", "Field2", "Field3"]))
-    # one value of three stands beside the word: that is no row of blanks, so it stays
+    # one value of three is beside the word: the row is not blank, so it stays
     assert sheet.columns.tolist() == ["Nr", "BHD", "Art"]
     cells[-1] = ["Summe", None, None]
     sheet = sheet_table(pd.DataFrame(cells, columns=["Field1", "Field2", "Field3"]))
@@ -222,7 +222,7 @@ def test_a_class_counts_as_its_middle_in_any_brackets_and_words(imported, cell):
 
 @pytest.mark.parametrize("cell", [">60", "< 20", "60+", "≥ 60", "Starkholz", "über 60", "10.05.2026"])
 def test_an_open_class_is_refused_with_the_option_that_explains_it(imported, said, cell):
-    """The command that the message prints, with a number put in, gives that number; with nothing, a gap."""
+    """The command in the message, with a number inserted, gives that number; without one, a gap."""
     rows = (f"{cell};27", "30;20", f"{cell};31")
     with pytest.raises(UserError, match=r"field 'dbh', row 1 and 1 more: .* --read-as") as refused:
         imported(table("x;y;dbh;h", *rows))

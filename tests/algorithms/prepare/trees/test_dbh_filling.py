@@ -1,4 +1,4 @@
-"""Which law fills a missing DBH: given, published, of the zone, with the crown, or fitted; and the notes on it."""
+"""Which law fills a missing DBH: given, published, by zone, with the crown, or fitted; and the notes on it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trees found twice: the tallest stays, whatever the order, and every tree that goes has a reason."""
+"""Trees found twice: the tallest stays, in any order, and every removed tree has a reason."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_the_taller_of_two_stays_and_then_the_thicker_and_then_the_first():
 
 
 def test_a_tree_that_goes_takes_none_with_it():
-    # The middle one goes for the left one; the right one is far from the left one and stays.
+    # The middle one is removed because of the left one; the right one is far from the left one and stays.
     assert duplicates(on_a_line(0, 0.9, 1.8), np.array([30.0, 29, 28]), NONE, 1.0, None).tolist() == [
         False,
         True,
@@ -50,9 +50,9 @@ def test_a_thousand_trees_in_any_order():
     goes = duplicates(places, height, nothing, 2.0, None)
     distance = np.hypot(*(xy[:, None] - xy[None]).transpose(2, 0, 1))
     near = (distance <= 2.0) & ~np.eye(1000, dtype=bool)
-    assert not near[np.ix_(~goes, ~goes)].any()  # none of those that stay is near another
+    assert not near[np.ix_(~goes, ~goes)].any()  # no two that stay are close to each other
     reason = near & (height[None] > height[:, None]) & ~goes[None]
-    assert reason[goes].any(axis=1).all()  # each that goes is near a taller one that stays
+    assert reason[goes].any(axis=1).all()  # each removed one is near a taller one that stays
     assert 100 < goes.sum() < 900
     order = rng.permutation(1000)
     assert (duplicates(places[order], height[order], nothing, 2.0, None) == goes[order]).all()

@@ -1,4 +1,4 @@
-"""The surface of a DEM, a bit a patch, against the heights themselves."""
+"""The surface of a DEM, one bit per patch, compared with the heights themselves."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def small_squares(monkeypatch):
 
 
 def grid(holes: int = 30) -> Grid:
-    """55 x 70 cells of 2 m: a square of 16 x 16 patches whole, one of nodata, the others with holes."""
+    """55 x 70 cells of 2 m: one square of 16 x 16 patches complete, one of nodata, the others with holes."""
     rng = np.random.default_rng(5)
     values = rng.normal(900.0, 20.0, (55, 70)).astype(np.float32)
     values[rng.integers(17, 55, holes), rng.integers(17, 70, holes)] = np.nan

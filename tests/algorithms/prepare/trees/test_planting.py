@@ -1,4 +1,4 @@
-"""Trees planted on arrays: which of them are moved, and that earlier ones do not depend on later ones."""
+"""Trees planted on arrays: which are moved, and that earlier ones do not depend on later ones."""
 
 from __future__ import annotations
 

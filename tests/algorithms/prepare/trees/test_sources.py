@@ -1,4 +1,4 @@
-"""Each source of single trees, on a small file in its true layout: told by itself, and read the same when named."""
+"""Each source of single trees, with a small file in its true layout: recognised, and read the same if named."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_lidr_crown_metrics(read):
 
 
 def test_lidr_tiles_with_repeating_ids_and_the_seam_merged(imported, outcome):
-    # Tree 2 of the west tile is tree 1 of the east tile, found 30 cm beside and 10 cm lower.
+    # Tree 2 of the west tile is tree 1 of the east tile, found 30 cm away and 10 cm lower.
     x = [EAST, EAST + 10, EAST + 10.3, EAST + 20]
     tops = frame([Point(e, NORTH, 20.0) for e in x], treeID=[1, 2, 1, 2], Z=[18.0, 25.0, 24.9, 30.0])
     trees = imported(tops, "tiles.gpkg", merge_within_m=1.0)
@@ -150,7 +150,7 @@ def test_fint_treefile_in_fixed_width_has_heights_only(imported, tmp_path, colum
     trees = imported(text, "treefile.txt", source="fint")
     assert trees["height_m"].tolist() == [20.5, 8]
     assert trees["dbh_cm"].tolist() == pytest.approx([by_law(20.5), by_law(8)])
-    # Rockyfor3D's tree file has the same shape and holds DBH: nothing is guessed.
+    # Rockyfor3D's tree file has the same shape and holds DBH: it is not guessed.
     with pytest.raises(
         UserError,
         match=r"treefile.txt: the table has no header and . columns; name the program that wrote it \(--source fint",

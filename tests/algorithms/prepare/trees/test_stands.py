@@ -1,4 +1,4 @@
-"""Stands with numbers of their own: planted apart, never twice where they overlap, and each by its own distribution."""
+"""Stands with their own numbers: planted separately, not twice in overlaps, and each by its own distribution."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.tools.generate_forest import TOOL
 
 EAST, NORTH = 2_783_000.0, 1_190_000.0
-LEVEL = 1e-4  # right draws fail once in 10 000 seeds; the seeds are fixed
+LEVEL = 1e-4  # correct draws fail once in 10 000 seeds; the seeds are fixed
 
 
 def local(x0: float, y0: float, x1: float, y1: float) -> Polygon:
@@ -92,7 +92,7 @@ def test_stems_keep_their_distance_across_the_border_of_stands(forest):
         west, east = (np.asarray(frame[frame.within(each)].geometry.array) for each in (WEST, MIDDLE_EAST))
         return float(shapely.distance(west[:, None], east[None]).min())
 
-    assert nearest(forest([WEST, MIDDLE_EAST], columns)) < 1.5  # by chance some stand close
+    assert nearest(forest([WEST, MIDDLE_EAST], columns)) < 1.5  # by chance some are close together
     spaced = forest([WEST, MIDDLE_EAST], columns, min_spacing_m=2.0)
     assert nearest(spaced) >= 2.0
     assert len(spaced) == 1350
