@@ -246,7 +246,9 @@ def test_an_outcome_that_nothing_changes_has_its_table_and_no_empty_figure(case,
         row["at_low"] = row["at_high"] = row["as_it_is"]
     source = SimpleNamespace(answers=SimpleNamespace(tree_effect={}, folders={"vary": (still, facts, {})}))
     drawn = answer_figures.drawings_of_answers(source, Words("en"), "r0")  # type: ignore[arg-type]
-    assert set(drawn) == {f"varied_{k}" for k in range(1, len(answer_figures.outcomes_of(facts)))}
+    assert "varied_0" not in drawn
+    last = len(answer_figures.outcomes_of(facts)) - 1  # the run-out, which friction changes
+    assert f"varied_{last}" in drawn
 
 
 def test_in_german_no_english_class_is_left(case, run, results):
