@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
@@ -60,7 +60,8 @@ STYLE: Any = {
     "path.simplify": False,
     "image.composite_image": False,  # otherwise overlapping layers are merged into one
 }
-PERCENTILES = {"-": (50,), ":": (5, 95)}  # of a histogram, by the style of their lines
+# Of a histogram, by the style of their lines
+PERCENTILES: dict[Literal["-", ":"], tuple[int, ...]] = {"-": (50,), ":": (5, 95)}
 LABEL = 40  # letters of an axis label beside which another figure stands
 PROFILE_IN = 3.6  # of the width that a profile takes
 

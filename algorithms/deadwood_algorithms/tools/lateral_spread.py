@@ -88,7 +88,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         at = Deposits(log_id.astype(np.int64), release_id, release_x, release_y, nearest, left, near)
         records, azimuths = spreads(deposits, at, ask.seed)
-        n, near_by = (int(records[name].sum()) for name in ("n", "n_left_out"))
+        n, near_by = (int(records[name].to_numpy().sum()) for name in ("n", "n_left_out"))
         account("deposits", count_of(len(deposits), n - near_by, {"near_release": near_by}))
         write_vector(path, {"spread": records, "azimuths": azimuths})
     facts = [{name: row[name] for name in row if name != "geometry"} for row in records.to_dict("records")]
