@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, SupportsIndex
+from typing import Any, Protocol, SupportsIndex
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+
+class Rows(Protocol):
+    """Row numbers from 0: a list, or an array."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, part: slice, /) -> Any: ...
+
 
 ROWS_NAMED = 5  # a message names this many rows, then counts the rest
 
@@ -26,7 +30,7 @@ def none_of(number: int, one: str) -> str:
     return f"no {one}" if number == 1 else f"none of the {number} {one}s"
 
 
-def rows_named(rows: Sequence[SupportsIndex] | NDArray[np.intp]) -> str:
+def rows_named(rows: Rows) -> str:
     """``row 7`` or ``rows 1, 2, 3, 4, 5 and 12 more``; the first row is row 1."""
     shown = ", ".join(str(int(row) + 1) for row in rows[:ROWS_NAMED])
     more = f" and {len(rows) - ROWS_NAMED} more" if len(rows) > ROWS_NAMED else ""
