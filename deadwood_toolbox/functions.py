@@ -3619,8 +3619,8 @@ def make_report(
     Parameters
     ----------
     runs : required
-        Folders of the runs; the first is the baseline. Each a folder of slide-logs, separated by commas. On the
-        command line they may also be given without the option.
+        Folders of the runs. Each a folder of slide-logs, separated by commas. On the command line they may also
+        be given without the option.
     names : optional
         Names of the runs, separated by commas. Default: the names of the folders.
     results : optional

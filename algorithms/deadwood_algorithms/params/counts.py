@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Protocol, SupportsIndex
 
 
@@ -14,7 +15,7 @@ class Rows(Protocol):
     def __getitem__(self, part: slice, /) -> Any: ...
 
 
-ROWS_NAMED = 5  # a message names this many rows, then counts the rest
+NAMED = 5  # a message names this many, then counts the rest
 
 
 def counted(number: SupportsIndex, one: str, several: str = "") -> str:
@@ -30,11 +31,19 @@ def none_of(number: int, one: str) -> str:
     return f"no {one}" if number == 1 else f"none of the {number} {one}s"
 
 
+def first_of(names: Sequence[str], number: int, most: int = NAMED) -> str:
+    """``a, b`` or ``a, b, c, d, e and 12 more``.
+
+    names : at least the first of them; number : how many there are
+    """
+    more = f" and {number - most} more" if number > most else ""
+    return f"{', '.join(names[:most])}{more}"
+
+
 def rows_named(rows: Rows) -> str:
     """``row 7`` or ``rows 1, 2, 3, 4, 5 and 12 more``; the first row is row 1."""
-    shown = ", ".join(str(int(row) + 1) for row in rows[:ROWS_NAMED])
-    more = f" and {len(rows) - ROWS_NAMED} more" if len(rows) > ROWS_NAMED else ""
-    return f"row{'s' if len(rows) > 1 else ''} {shown}{more}"
+    shown = first_of([str(int(row) + 1) for row in rows[:NAMED]], len(rows))
+    return f"row{'s' if len(rows) > 1 else ''} {shown}"
 
 
 def significant(value: float, digits: int, *, sign: bool = False) -> str:

@@ -116,10 +116,9 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
 
 def place_of(row: Mapping[str, Any], words: Words) -> str:
     """A barrier's name; of one that the tool placed, whose size has a column of its own, where it is."""
-    number_there = str(row["barrier_id"]).rpartition(", ")[2]
-    if row.get("above_m") is None or not number_there.isdigit():
+    if not row.get("place"):
         return str(row["barrier_id"])
-    return words.say("candidate_place", above=decimal(row["above_m"], words), k=number_there)
+    return words.say("candidate_place", above=decimal(row["above_m"], words), k=row["place"])
 
 
 def energy_of(row: Mapping[str, Any], words: Words) -> str:

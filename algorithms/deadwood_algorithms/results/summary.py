@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import account
-from deadwood_algorithms.params.counts import counted, significant
+from deadwood_algorithms.params.counts import counted, first_of, significant
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import ledger_records, obstacle_record
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, reach_records
@@ -216,7 +216,7 @@ def spreadless_lines(records: list[dict[str, Any]]) -> list[str]:
     without = [str(record["release_id"]) for record in records if not np.isfinite(record["spread_deg"])]
     if not without:
         return []
-    shown = ", ".join(without[:FEW_NAMED]) + (f" and {len(without) - FEW_NAMED} more" if without[FEW_NAMED:] else "")
+    shown = first_of(without, len(without), FEW_NAMED)
     which = f"release {shown}" if len(without) == 1 else f"releases {shown}"
     return [f"{which}: no lateral spread, for fewer than two logs went farther than the minimum run-out"]
 

@@ -282,6 +282,7 @@ SITED_TABLE = TableFile(
         a_number("length_m", "Its length in plan", 0),
         a_number("height_m", "Its height", 0),
         a_number("above_m", "Height of its contour above the nearest place of a line; empty for a given line"),
+        a_number("place", "Its place on that contour, from 1, the one that most logs pass; 0: a given line", 0),
         a_number("angle_deg", "Angle between it and the contours of the ground under it, in plan", 0, 90),
         a_number(
             "n_flux", "Logs that touch its line without the barrier, and then or later a road, railway or house", 0

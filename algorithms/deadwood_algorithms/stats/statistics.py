@@ -201,6 +201,19 @@ def points_with_interval(difference: float, low: float, high: float) -> str:
     return f"{points} ({bottom} to {top})" if math.isfinite(low) else points
 
 
+def points_if_lost_words(
+    difference: float, interval: tuple[float, float], possible: tuple[float, float], with_intervals: tuple[float, float]
+) -> str:
+    """As ``points_with_interval``; with ``[-70 to -10]`` behind it if lost logs could bring it out of its interval.
+
+    possible : least and largest difference, whatever the lost logs did; with_intervals : the outer ends of theirs
+    """
+    text = points_with_interval(difference, *interval)
+    if not (possible[0] < interval[0] or possible[1] > interval[1]):
+        return text
+    return f"{text} [{' to '.join(percent(each, *interval, sign=True) for each in with_intervals)}]"
+
+
 def lost_words(record: Mapping[str, Any], joint: str = "; ") -> str:
     """``; 12 others left the terrain model before it: 51 % if all of them reach it; ...``, with ``joint`` before each.
 

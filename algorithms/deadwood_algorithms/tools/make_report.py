@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     runs: str = tool.folders(
-        "Folders of the runs; the first is the baseline",
+        "Folders of the runs",
         positional=True,
         help="Each a folder of slide-logs, separated by commas. On the command line they may also be given "
         "without the option.",

@@ -221,15 +221,16 @@ def test_no_name_on_a_map_covers_another():
 
 
 def test_a_placed_barrier_is_named_by_its_place_and_any_other_by_its_name():
-    placed = {"barrier_id": "30 m above, 40 m long, 3 m high, 2", "above_m": 30.0}
+    placed = {"barrier_id": "30 m above, 40 m long, 3 m high, place 2", "above_m": 30.0, "place": 2}
     assert place_of(placed, Words("de")) == "30 m oberhalb, Nr. 2"
-    assert place_of({"barrier_id": "net, 2", "above_m": None}, Words("de")) == "net, 2"
+    assert place_of({"barrier_id": "net, 2", "above_m": None, "place": 0}, Words("de")) == "net, 2"
+    assert place_of({"barrier_id": "net, 2", "above_m": None}, Words("de")) == "net, 2"  # before version 0.3
 
 
 def test_what_was_varied_stands_with_the_run_of_the_same_scene(case, run, results, tmp_path):
     """Before: with the first run of the page, so that 23 % "as it is" stood below a reach of 88 %."""
     bare = case.run(output=str(tmp_path / "bare"), lines=case.lines)
-    page = page_of(f"{run},{bare}", [results["varied"]], tmp_path / "both.html")
+    page = page_of(f"{run},{bare}", [results["varied"]], tmp_path / "both.html", baseline=run.name)  # it comes first
     assert 'id="r1-varied"' in page
     assert 'id="r0-varied"' not in page
     assert "The run that was varied differs" not in page

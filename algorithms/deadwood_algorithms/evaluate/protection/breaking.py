@@ -32,8 +32,7 @@ from deadwood_algorithms.stats.endings import left_dem
 from deadwood_algorithms.stats.statistics import (
     IN_BRACKETS,
     paired_interval,
-    percent,
-    points_with_interval,
+    points_if_lost_words,
     share_if_lost_words,
 )
 from deadwood_engine import Result
@@ -196,11 +195,12 @@ def lines_of(frames: Mapping[str, Any], broken: Broken, capacity: Capacity) -> t
         rigid, breaking = (
             share_if_lost_words(row[f"n_reach{of}"], row["n_total"], row[f"n_lost{of}"]) for of in ("", "_breaking")
         )
-        points = points_with_interval(row["gain_p"], row["ci_low"], row["ci_high"])
-        if row["gain_p_low_if_lost"] < row["ci_low"] or row["gain_p_high_if_lost"] > row["ci_high"]:
-            bounds = (row["ci_low_if_lost"], row["ci_high_if_lost"])
-            ends = (percent(each, row["ci_low"], row["ci_high"], sign=True) for each in bounds)
-            points += f" [{' to '.join(ends)}]"
+        points = points_if_lost_words(
+            row["gain_p"],
+            (row["ci_low"], row["ci_high"]),
+            (row["gain_p_low_if_lost"], row["gain_p_high_if_lost"]),
+            (row["ci_low_if_lost"], row["ci_high_if_lost"]),
+        )
         shown.append(
             f"{row['line_id']}: {rigid} with unbreakable trees, {breaking} if those that would break take no energy; "
             f"{points} points"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import schema_column, where_of
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.counts import first_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.items import Items, ids_of, paths_of, shared_words
 from deadwood_algorithms.scene.layers import SceneLayers
@@ -23,7 +24,6 @@ from deadwood_engine import Barriers
 
 Array = NDArray[np.float64]
 Terrain = Callable[[Array, Array], Array]  # heights [m] of places x, y [m], NaN off the terrain
-NAMED = 5  # candidates that a warning names; the rest are counted
 CELLS_LOOKED_AT = 250_000  # cells of the terrain at which heights above the lines are computed for contours
 ROAD_STEP = 5.0  # [m] between the places of a line at which its height is taken
 STEPS_A_LENGTH = 4  # places along a contour are tried in steps of the shortest length divided by this
@@ -37,12 +37,14 @@ class Candidate:
     """A barrier that could be built: its line, height and length in plan [m].
 
     above : [m] its contour's height above the nearest place of a line; NaN where it was given
+    place : number of its place on that contour, from the one that most logs pass; 0 where it was given
     """
 
     id: str
     shape: Any
     height: float
     above: float
+    place: int = 0
 
     @property
     def length(self) -> float:
@@ -70,10 +72,7 @@ def read_given(path: str, heights: Sequence[float], layers: SceneLayers, feedbac
     angles = [contour_angle(shape, layers.scene.terrain_height) for _, shape in named]
     bare = [name for (name, _), angle in zip(named, angles, strict=True) if not np.isfinite(angle)]
     if bare:
-        more = f" and {len(bare) - NAMED} more" if len(bare) > NAMED else ""
-        feedback.warn(
-            f"{where_of(frame)}: the DEM has no height under {', '.join(bare[:NAMED])}{more}: no log meets it"
-        )
+        feedback.warn(f"{where_of(frame)}: the DEM has no height under {first_of(bare, len(bare))}: no log meets it")
     why = {OFF_DEM: len(frame) - on.size, NO_TERRAIN: len(bare)}
     account("candidates", count_of(len(frame), np.isfinite(angles).sum(), why))
     taken = {str(each) for each in layers.barriers.ids} & {each.id for each in found}
@@ -216,7 +215,7 @@ def contour_candidates(
                     name = f"{level:g} m above, {length:g} m long, {height:g} m high, place {k}"
                     while name in taken:
                         name += " new"
-                    found.append(Candidate(name, shape, height, level))
+                    found.append(Candidate(name, shape, height, level, k))
     return found
 
 

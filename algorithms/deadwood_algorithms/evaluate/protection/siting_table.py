@@ -67,6 +67,7 @@ def row_of(
         "length_m": each.length,
         "height_m": each.height,
         "above_m": each.above,
+        "place": each.place,
         "angle_deg": contour_angle(each.shape, siting.plain.scene.terrain_height),
         "n_flux": flux,
         "n_near": int(trial.rows.size),

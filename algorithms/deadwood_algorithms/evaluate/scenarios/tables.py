@@ -15,7 +15,7 @@ from deadwood_algorithms.stats.statistics import (
     decimals_of,
     percent,
     percent_of,
-    points_with_interval,
+    points_if_lost_words,
     share_if_lost_words,
 )
 
@@ -128,14 +128,12 @@ def share_words(row: ScenarioRow) -> str:
 
 def difference_words(row: ScenarioRow) -> str:
     """``-45 (-62 to -25)``, with its bounds where logs were lost that could change it."""
-    text = points_with_interval(row.difference, row.diff_ci_low, row.diff_ci_high)
-    if not (row.difference_low_if_lost < row.diff_ci_low or row.difference_high_if_lost > row.diff_ci_high):
-        return text
-    ends = (
-        percent(each, row.diff_ci_low, row.diff_ci_high, sign=True)
-        for each in (row.diff_ci_low_if_lost, row.diff_ci_high_if_lost)
+    return points_if_lost_words(
+        row.difference,
+        (row.diff_ci_low, row.diff_ci_high),
+        (row.difference_low_if_lost, row.difference_high_if_lost),
+        (row.diff_ci_low_if_lost, row.diff_ci_high_if_lost),
     )
-    return f"{text} [{' to '.join(ends)}]"
 
 
 def share_of_end(row: ScenarioRow) -> str:
