@@ -171,11 +171,15 @@ def options_of_others(told: str, tool: Tool) -> set[str]:
     named_there = [tool, *(each for each in TOOLS if each.name in told)]
     own = {flag for each in named_there for one in each.parameters() for flag in (one.flag, *one.old_flags)}
     foreign = re.findall(r"rio [^;]*", told)  # a printed command of another program
-    return set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", told)) - own - set(re.findall(r"--[a-z-]+", " ".join(foreign)))
+    return set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]+", told)) - own - set(re.findall(r"--[a-z0-9-]+", " ".join(foreign)))
 
 
 def test_an_option_of_another_tool_is_found():
     tool = shelf.find("lateral-spread")
     assert tool is not None
     assert options_of_others("--min-runout-m is -1; --dbh-cm is not", tool) == {"--dbh-cm"}
+    make_log = shelf.find("make-log")
+    assert make_log is not None
+    assert not options_of_others("--density-kg-m3 is '0x10'", make_log)
+    assert options_of_others("--density-kg-m3 is '0x10'", tool) == {"--density-kg-m3"}
     assert not options_of_others("run slide-logs with --trajectories all", tool)
