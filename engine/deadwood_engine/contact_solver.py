@@ -127,15 +127,17 @@ def block_impulse(c, cn, ct, cu):
 
 
 @inlined
-def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
+def solve(contacts, count, state, rolling, until, lines, used=0):
     """Update the impulses of all contacts until no contact velocity changes by more than the tolerance (eq. 5 to 9).
 
     The velocities of the state must already include the impulses in the tables (warm start); they are updated in place.
-    rolling : the moment that resists rolling, a ROLLING; lines : whether there are lines of contacts along which the
-    pressure is distributed (``pressure``); used : sweeps made before.
+    rolling : the moment that resists rolling, a ROLLING; until : (tolerance [m/s], most sweeps)
+    lines : whether there are lines of contacts along which the pressure is distributed (``pressure``)
+    used : sweeps made before
 
     Returns (sweeps used, largest change of a contact velocity in the last sweep [m/s]).
     """
+    tolerance, sweeps = until
     vx, vy, vz = state[VX], state[VY], state[VZ]
     wx, wy, wz = state[WX], state[WY], state[WZ]
     dx, dy, dz = state[DX], state[DY], state[DZ]
@@ -147,7 +149,7 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
         change, most, slow = 0.0, 0.0, used > slow_from
         same = before = now = 0.0
         if lines:
-            vx, vy, vz, wx, wy, wz, change = press(contacts, count, vx, vy, vz, wx, wy, wz)
+            (vx, vy, vz), (wx, wy, wz), change = press(contacts, count, (vx, vy, vz), (wx, wy, wz))
         for k in range(count):
             c = contacts[k]
             pn, pt, pu = c.pn, c.pt, c.pu
@@ -209,7 +211,7 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
         if slow and used % EXTRAPOLATE_EVERY == 0 and used < min(sweeps, EXTRAPOLATE_UNTIL):
             times = before_unloading(contacts, count, min(sweeps_ahead(same, before, now), EXTRAPOLATE_MOST))
             if times > 1.0:
-                vx, vy, vz, wx, wy, wz = go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz)
+                (vx, vy, vz), (wx, wy, wz) = go_ahead(contacts, count, times, (vx, vy, vz), (wx, wy, wz))
     rolling.moment = moment
     state[VX], state[VY], state[VZ] = vx, vy, vz
     state[WX], state[WY], state[WZ] = wx, wy, wz

@@ -60,10 +60,11 @@ def before_unloading(contacts, count, times):
 
 
 @kernel
-def go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz):
+def go_ahead(contacts, count, times, v, w):
     """Advance all impulses by a multiple of their last change and project them onto their cones; returns the
-    velocities.
+    velocities (v, w) [m/s, 1/s].
     """
+    (vx, vy, vz), (wx, wy, wz) = v, w
     for k in range(count):
         c = contacts[k]
         pn = max(0.0, c.pn + times * c.last_n)
@@ -79,4 +80,4 @@ def go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz):
         wx += c.bnx * qn + c.btx * qt + c.bux * qu
         wy += c.bny * qn + c.bty * qt + c.buy * qu
         wz += c.bnz * qn + c.btz * qt + c.buz * qu
-    return vx, vy, vz, wx, wy, wz
+    return (vx, vy, vz), (wx, wy, wz)

@@ -150,11 +150,13 @@ def _linear(contacts, first, after, total, moment):
 
 
 @inlined
-def press(contacts, count, vx, vy, vz, wx, wy, wz):
+def press(contacts, count, v, w):
     """Update the normal impulses of every line, distributed linearly along it (eq. [m]).
 
-    Returns (velocities, largest change of the velocity at an end of a line [m/s]).
+    v, w : velocities of the log [m/s, 1/s]
+    Returns (v, w, largest change of the velocity at an end of a line [m/s]).
     """
+    (vx, vy, vz), (wx, wy, wz) = v, w
     change, start = 0.0, 0
     while start < count:
         number = contacts[start].line
@@ -192,4 +194,4 @@ def press(contacts, count, vx, vy, vz, wx, wy, wz):
                 wy += c.bny * q + c.bty * t + c.buy * u
                 wz += c.bnz * q + c.btz * t + c.buz * u
         start += max(number, 1)
-    return vx, vy, vz, wx, wy, wz, change
+    return (vx, vy, vz), (wx, wy, wz), change
