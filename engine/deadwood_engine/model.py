@@ -1,12 +1,13 @@
 """What the kernels take, by what changes and when; as in MuJoCo Warp and Box2D.
 
-argument  what                                                        changes
-model     the scene and the settings of the run (``Model``)           never
-log       one log: its frame, its body, its rings (``Log``)           never while it slides
-state     its pose and velocities, 16 numbers (``rotation``)          in every step
-scratch   the rest of its slide, ``scratch.way[0]``, and the worker's in every step; its contents mean nothing to the
-          memory (``scratch.Scratch``)                                next log
-out       what it leaves behind (``trace.Output``)                    grows
+argument  what                                                                   changes
+model     the scene and the settings of the run (``Model``)                      never
+log       one log: its frame, body and rings (``Log``)                           never while it slides
+state     its pose and velocities, 16 numbers (``rotation``)                     in every step
+scratch   the rest of its slide (``way``) and the worker's memory (``scratch``)  in every step
+out       what it leaves behind (``trace.Output``)                               grows
+
+Numba passes such a record word by word: a kernel that is called often and not inlined takes the parts that it needs.
 """
 
 from __future__ import annotations

@@ -179,6 +179,7 @@ class StageKeeper:
 
 @kernel
 def _copy(values, place):
+    """Copy the values of one array into another."""
     for k in range(values.shape[0]):
         place[k] = values[k]
 
