@@ -123,6 +123,26 @@ def along_u(c, v, w):
 
 
 @kernel
+def pushed(c, v, w, p):
+    """Velocities (v, w) [m/s, 1/s] of a body after a contact's impulse p = (n, t, u), per mass [m/s] (eq. 5):
+    v + n p_n + t p_t + u p_u,  w + I^-1 (r x n p_n + r x t p_t + r x u p_u).
+    """
+    pn, pt, pu = p
+    return (
+        (
+            v[0] + (c.nx * pn + c.tx * pt + c.ux * pu),
+            v[1] + (c.ny * pn + c.ty * pt + c.uy * pu),
+            v[2] + (c.nz * pn + c.tz * pt + c.uz * pu),
+        ),
+        (
+            w[0] + (c.bnx * pn + c.btx * pt + c.bux * pu),
+            w[1] + (c.bny * pn + c.bty * pt + c.buy * pu),
+            w[2] + (c.bnz * pn + c.btz * pt + c.buz * pu),
+        ),
+    )
+
+
+@kernel
 def set_normal(c, state, smooth):
     """Lever arm of the normal, and velocity along it before the step, of a contact whose point and normal are set.
 

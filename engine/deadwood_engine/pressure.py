@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
-from .contacts import along_normal
+from .contacts import along_normal, pushed
 from .limits import LINE_BEND, LINE_ROOM, LINE_STEP, LINE_TURN
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 from .vectors import dot
@@ -156,7 +156,6 @@ def press(contacts, count, v, w):
     v, w : velocities of the log [m/s, 1/s]
     Returns (v, w, largest change of the velocity at an end of a line [m/s]).
     """
-    (vx, vy, vz), (wx, wy, wz) = v, w
     change, start = 0.0, 0
     while start < count:
         number = contacts[start].line
@@ -171,8 +170,7 @@ def press(contacts, count, v, w):
             before_last = (moment - a.along * total) / length
             one, other = _ends(
                 contacts, start, last,
-                along_normal(a, (vx, vy, vz), (wx, wy, wz)) - a.target,
-                along_normal(b, (vx, vy, vz), (wx, wy, wz)) - b.target,
+                along_normal(a, v, w) - a.target, along_normal(b, v, w) - b.target,
                 total - before_last, before_last,
             )  # fmt: skip
             change = max(change, a.gnn * abs(one - total + before_last), b.gnn * abs(other - before_last))
@@ -187,11 +185,6 @@ def press(contacts, count, v, w):
                     t, u = -c.pt, -c.pu
                     c.pt, c.pu = 0.0, 0.0
                 c.pn, c.pressed = p, q
-                vx += c.nx * q + c.tx * t + c.ux * u
-                vy += c.ny * q + c.ty * t + c.uy * u
-                vz += c.nz * q + c.tz * t + c.uz * u
-                wx += c.bnx * q + c.btx * t + c.bux * u
-                wy += c.bny * q + c.bty * t + c.buy * u
-                wz += c.bnz * q + c.btz * t + c.buz * u
+                v, w = pushed(c, v, w, (q, t, u))
         start += max(number, 1)
-    return (vx, vy, vz), (wx, wy, wz), change
+    return v, w, change
