@@ -18,7 +18,7 @@ from thread_workers import STARTED, threads_for_workers
 from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene import layers, reach
-from deadwood_algorithms.simulate import chunks, scheduler, windows, workers
+from deadwood_algorithms.simulate import chunks, crew, scheduler, windows, workers
 from deadwood_algorithms.tools import (
     break_trees,
     compare_fidelity,
@@ -312,7 +312,7 @@ def test_lost_workers_are_no_fault_of_a_site(case, said, tmp_path, monkeypatch):
 
     def lost_at_b(self, sliding, *words):
         if sliding.name.endswith("-b"):
-            raise workers.NobodySlides("--scheduler local: the scheduler is lost; start it again")
+            raise crew.NobodySlides("--scheduler local: the scheduler is lost; start it again")
         return plain(self, sliding, *words)
 
     monkeypatch.setattr(workers.Workers, "slide", lost_at_b)
