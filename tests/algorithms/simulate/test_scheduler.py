@@ -360,13 +360,13 @@ def test_without_dask_the_fix_is_reported(case, tmp_path, monkeypatch):
 
 
 def test_a_worker_that_computes_other_bits_is_not_used(case, tmp_path, monkeypatch):
-    plain = workers.Workers.__init__
+    plain = crew.Crew.__init__
 
     def begin(self, *words, **named) -> None:
         plain(self, *words, **named)
         self._bits = "of another processor"
 
-    monkeypatch.setattr(workers.Workers, "__init__", begin)
+    monkeypatch.setattr(crew.Crew, "__init__", begin)
     with pytest.raises(UserError, match="no worker can be used: the same engine gives other bits"):
         case.run(output=str(tmp_path / "run"), scheduler="local", workers=1)
 
