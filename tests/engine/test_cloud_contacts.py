@@ -49,7 +49,7 @@ def found(plain, scene, cloud, state, slip=0.0):
     law = law._replace(friction_max=2.0, friction_kappa=1.0 if slip else 0.0)
     scratch.way[0].slip = slip
     body = cloud.bodies(np.array([2000.0]))[0]
-    model = Model(*scene.arrays._replace(cloud=cloud.cloud), law)
+    model = Model._make((*scene.arrays._replace(cloud=cloud.cloud), law))
     log = Log(np.zeros(2, np.int64), body, 0)
     count, whole = plain("cloud_contacts").cloud_terrain_contacts(model, log, state, scratch, step)
     return scratch.contacts[:count], scratch.keys[:count], whole, scratch

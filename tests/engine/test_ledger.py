@@ -62,7 +62,7 @@ def pushes(scene, hits, number, time, *contacts, velocity=(-6.0, 0.0, -FALL), st
     summary, way = scratch.summary[0], scratch.way[0]
     way.time, way.dt, way.fall, way.count, summary.steps, summary.hits = time, DT, FALL, len(contacts), step, number
     log = Log(np.zeros(2, np.int64), np.zeros(9), 8)
-    return note_pushes(Model(*scene, SETTINGS), log, state, scratch, hits, summary, energy)
+    return note_pushes(Model._make((*scene, SETTINGS)), log, state, scratch, hits, summary, energy)
 
 
 def test_a_pause_ends_a_hit_and_another_stem_is_another(scene):
