@@ -100,7 +100,7 @@ def test_a_repair_that_fails_gives_back_what_was_there(told, case, words):
     outcome = told[case]
     assert not outcome["worked"]
     assert words in outcome["message"]
-    assert outcome["message"].endswith("The environment from before is back.")
+    assert outcome["message"].endswith("The previous environment has been restored.")
     assert outcome["left"] == ["deadwood-toolbox"]
     assert outcome["found"] == "the plugin's own environment"
 

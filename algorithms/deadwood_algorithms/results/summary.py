@@ -247,7 +247,7 @@ def loss_of_run(summary: dict[str, Any]) -> str | None:
     for record in summary["spread"]:
         moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
         if moved or many(record["n_left_dem"], record["n"]):
-            phrases.append(f"the spread of release {record['release_id']} refers to the places where they left")
+            phrases.append(f"the spread of release {record['release_id']} uses the places where they left")
     if many(lost, released):
         phrases.append("their deposits and run-outs end where they left")
     return lost_warning(lost, released, phrases)

@@ -332,7 +332,7 @@ def lines_of(frame: geopandas.GeoDataFrame | None, grid: Grid, feedback: Feedbac
     words = [str(each) for each in frame.select_dtypes(include=["object", "string"]).columns]
     if words and "line_id" not in frame and "name" not in frame:
         feedback.note(
-            f"{where_of(frame)}: without a field line_id or name the lines are called by their rows, 1 to "
+            f"{where_of(frame)}: without a field line_id or name the lines are named by their rows, 1 to "
             f"{len(frame)}; rename '{words[0]}' if it holds their names"
         )
     return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths, feedback)

@@ -242,7 +242,7 @@ class Workers:
         there = self._addresses()
         for address in set(self._good) - set(there):
             del self._good[address]
-            self.feedback.note(f"--scheduler: the worker {address} is gone; its work is sent out again")
+            self.feedback.note(f"--scheduler: the worker {address} was lost; its work is sent out again")
             for each in self._lying.values():
                 each.at.discard(address)
         for address in set(there) - {*self._good, *self._refused, *self._looking}:
@@ -290,7 +290,7 @@ class Workers:
             ours = {"version": VERSION, "engine": engine_digest(), "bits": self._bits}
             if facts == ours:
                 self._good[address] = threads
-                self.feedback.note(f"--scheduler: the worker {address} ({counted(threads, 'thread')}) joins in")
+                self.feedback.note(f"--scheduler: the worker {address} ({counted(threads, 'thread')}) joins")
                 return
             if (facts["version"], facts["engine"]) != (VERSION, engine_digest()):
                 why = f"it has engine {facts['engine']}, version {facts['version']}; here it is engine "
@@ -344,7 +344,9 @@ class Workers:
         if now - self._heard <= (0.0 if hopeless else WAIT_S):
             return
         if self._good and self.wanted > 1:
-            self.feedback.warn(f"--workers {self.wanted}: only {len(self._good)} have come; the run begins with them")
+            self.feedback.warn(
+                f"--workers {self.wanted}: only {len(self._good)} have connected; the run begins with them"
+            )
             self.wanted = 1
             return
         why = next(iter(self._refused.values()), "none has come; start one: dask worker ADDRESS-OF-THE-SCHEDULER")
@@ -418,8 +420,8 @@ class Workers:
         piece.tries += 1
         if piece.tries >= MOST_TRIES:
             raise UserError(
-                f"--scheduler {self.where}: the workers of {piece.words} died {piece.tries} times; look at their own "
-                "messages, and whether they have the memory that the scene needs"
+                f"--scheduler {self.where}: the workers of {piece.words} died {piece.tries} times; check their "
+                f"messages, and whether they have enough memory for the scene"
             )
         self._again.append(piece)
 

@@ -1,9 +1,9 @@
-"""Find the trees of a canopy height model, or of a surface and a terrain model, and make the trees layer of them.
+"""Find the trees of a canopy height model, or of a surface and a terrain model, and write them as a trees layer.
 
 A cell is a tree top if it is the highest within a circle around it whose diameter follows from its own height
 (Popescu and Wynne 2004; as lidR's ``locate_trees`` with ``lmf`` does on a raster). ``--window`` names a published law
 of the diameter D[m] from the height H[m], ``--window-m`` gives a constant diameter instead; the eight neighbours are
-always compared. Of equal cells beside each other one is the tree: the southernmost, and of these the westernmost.
+always compared. Of adjacent cells of equal height one is the tree: the southernmost, and of these the westernmost.
 
 - ``mixed``: D = 2.51503 + 0.00901 H^2, deciduous trees and pines together
 - ``deciduous``: D = 3.09632 + 0.00895 H^2
@@ -15,7 +15,7 @@ undeclared nodata), which are counted in a note. The tree stands at the centre o
 The DBH follows from the height as in ``import-trees`` (``--dbh-law``, or ``--dbh-a`` and ``--dbh-b``), which lists the
 laws and imports trees found by other programs. The method finds local maxima: small trees below others are not seen, a
 wide crown may count twice, and a building counts as a tree. Fill the pits of a canopy model beforehand, and choose the
-window by trees that were counted in the field.
+window by comparison with trees counted in the field.
 
 With a canopy model: ``deadwood-tool find-trees --chm chm.tif --output trees.gpkg``; with a surface and a terrain model:
 ``deadwood-tool find-trees --dsm dsm.tif --dem dem.tif --window deciduous --output trees.gpkg``.
@@ -84,7 +84,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.vectors import write_vector
 
     if bool(ask.chm) == bool(ask.dsm) or bool(ask.dsm) != bool(ask.dem):
-        raise UserError("the canopy is --chm, or --dsm and --dem together; give one of the two ways")
+        raise UserError("give either --chm, or --dsm and --dem together")
     law = chosen_law(ask.dbh_law, ask.dbh_a, ask.dbh_b, None)
     window = WINDOWS[ask.window] if ask.window_m is None else Window(ask.window_m)
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
@@ -137,7 +137,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         f"DBH computed from the height: {law}; median {np.median(dbh):.1f} cm",
     ]
     if dropped:
-        lines.append(f"{counted(dropped, 'tree')} dropped: by the law, a DBH that no tree has")
+        lines.append(f"{counted(dropped, 'tree')} dropped: the law gives a DBH that no tree has")
     facts = {"trees": int(dbh.size), "dropped": dropped, "cells_too_high": tops.too_high}
     return Outcome({"output": Path(ask.output)}, facts, tuple(lines))
 

@@ -110,7 +110,7 @@ def test_each_log_continues_without_the_trees_that_it_breaks(case, wooded, tmp_p
     every = [tree for each in broken for tree in each]
     assert trees.to_dict() == {tree: every.count(tree) for tree in every}
     assert f"{(numbers > 0).sum()} of 60 logs would break a tree" in outcome.lines[0]
-    assert outcome.lines[0].endswith(f"of 40 cm DBH takes {WEAK:g} kJ and others (DBH / 40 cm)^2 times that")
+    assert outcome.lines[0].endswith(f"of 40 cm DBH absorbs {WEAK:g} kJ and others (DBH / 40 cm)^2 times that")
 
 
 def test_trees_that_hold_everything_change_nothing_and_without_any_hold_it_is_the_bare_slope(case, wooded, tmp_path):

@@ -194,7 +194,7 @@ def test_a_published_law_of_the_dbh(tmp_path):
 def test_what_cannot_be_is_refused_in_one_line(tmp_path):
     chm, flat = write(tmp_path / "chm.tif", cones()), write(tmp_path / "flat.tif", np.zeros((60, 60)))
     wrong = {
-        "give one of the two ways": [
+        "give either --chm, or --dsm and --dem together": [
             {},
             {"chm": chm, "dsm": chm, "dem": flat},
             {"dsm": chm},

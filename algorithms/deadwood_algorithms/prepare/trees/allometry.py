@@ -128,7 +128,7 @@ PUBLISHED: dict[str, PowerLaw | CrownLaw] = {
 POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, PowerLaw)}
 ABOUT = {
     "fint-ch": "FINT-CH, for all of Switzerland; the default",
-    "fint": "pyFINT's default until March 2021; since then it is that of fint-ch (of 35 m 50 instead of 85 cm)",
+    "fint": "pyFINT's default until March 2021; since then it is that of fint-ch (50 cm instead of 85 for 35 m)",
     "chablais-spruce": "Chablais 3, spruce, 29 trees, rmse 6.4 cm",
     "chablais-fir": "fir, 21 trees, 4.3 cm",
     "chablais-beech": "beech, 47 trees, 3.8 cm",

@@ -152,8 +152,8 @@ def test_the_table_itself_may_be_the_sample(imported, tmp_path, outcome):
 def test_samples_that_bear_no_law(imported, tmp_path, said):
     for rows, words in (
         ("20;30\n25;40\n", "of the sample's 2 trees, 2 have a DBH and a height; a fit needs 3"),
-        ("20;30\n20;40\n20;50\n", "all of one height or DBH"),
-        ("20;50\n25;40\n30;30\n", "in the sample the DBH falls with the height"),
+        ("20;30\n20;40\n20;50\n", "all trees of the sample have the same height or DBH"),
+        ("20;50\n25;40\n30;30\n", "in the sample the DBH decreases with the height"),
     ):
         (tmp_path / "sample.csv").write_text("h;dbh\n" + rows)
         with pytest.raises(UserError, match=words):
@@ -184,7 +184,7 @@ def test_a_law_that_has_nothing_to_do_is_reported(imported, said):
     assert said.warnings == []
     for values in ({"dbh_law": "fint"}, {"dbh_a": 2.0}):
         imported(known, "t.gpkg", **values)
-        assert "so the law is not used; --replace-dbh applies it" in said.warnings.pop()
+        assert "so the law is not used; --replace-dbh uses it" in said.warnings.pop()
         imported(known, "t.gpkg", **values, replace_dbh=True)
         assert said.warnings == []
 
