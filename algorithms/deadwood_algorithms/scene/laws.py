@@ -31,7 +31,7 @@ def capacity_of(at_40_cm: float | None, power: float, dbh_cm: Array) -> Array:
 
 @dataclass(frozen=True)
 class Breaking:
-    """Trees that break: energy that one of 40 cm DBH absorbs in a hit [kJ], and the power of DBH with which it grows."""
+    """Trees that break: energy that one of 40 cm DBH absorbs in a hit [kJ], and the power of DBH by which it grows."""
 
     capacity_kj: float
     power: float

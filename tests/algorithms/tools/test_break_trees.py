@@ -8,7 +8,7 @@ from typing import Any
 import geopandas as gpd
 import numpy as np
 import pytest
-from slope_case import Case, layer, points, write_layer
+from slope_case import Case, arrivals, layer, points, write_layer
 
 from deadwood_algorithms.evaluate.protection import breaking
 from deadwood_algorithms.params.tool import UserError
@@ -31,14 +31,6 @@ def case(tmp_path_factory) -> Case:
 @pytest.fixture(scope="module")
 def wooded(case) -> Path:
     return case.run(output=str(case.folder / "wooded"), lines=case.lines, trees=case.trees)
-
-
-def arrivals(run: Path) -> set[tuple[int, str]]:
-    try:
-        table = layer(run, "reached_by")
-    except Exception:  # no log reached a line
-        return set()
-    return set(zip(table["log_id"].tolist(), table["line_id"].tolist(), strict=True))
 
 
 def one_log_breaking(case: Case, log_id: int, capacity: float, monkeypatch: Any) -> tuple[list[str], set]:
