@@ -210,8 +210,7 @@ class Setup(QObject):
     def _end(self, worked: bool, message: str) -> None:
         self.steps = None
         if worked:
-            self._discard(self.before)
-            self.ended.emit(True, message)
+            self._discard(self.before, lambda: self.ended.emit(True, message))  # then no longer busy
             return
         self._discard(self.place, lambda: self._back(message))
 

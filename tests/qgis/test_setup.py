@@ -71,6 +71,11 @@ def test_the_environment_is_made_and_found(told):
     assert max(made["percents"]) > 80
 
 
+def test_nothing_is_in_progress_when_the_end_is_reported(told):
+    """The window then shows the new state; before, it kept *Cancel* and "no environment" after an installation."""
+    assert [name for name, outcome in told.items() if outcome["busy_at_its_end"]] == []
+
+
 @pytest.mark.parametrize(
     ("case", "words"),
     [
