@@ -242,7 +242,7 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     ),
     "Web Mercator": (
         lambda f: tif(f / "d.tif", crs="EPSG:3857", transform=from_origin(1.1e6, 5.9e6, 2.0, 2.0)),
-        ("map of the whole world", "its metres are 0.69 m", "--dst-crs EPSG:2056", "--res 1.37"),
+        ("maps of the whole world", "its metres are 0.69 m", "--dst-crs EPSG:2056", "--res 1.37"),
     ),
     "no CRS on Earth": (lambda f: tif(f / "d.tif", crs='LOCAL_CS["quarry",UNIT["metre",1]]'), ("not a projected one",)),
     "rotated": (lambda f: tif(f / "d.tif", transform=TURNED), ("rotated", "rio warp", "--res 2")),

@@ -151,7 +151,7 @@ def test_the_table_itself_may_be_the_sample(imported, tmp_path, outcome):
 
 def test_samples_that_bear_no_law(imported, tmp_path, said):
     for rows, words in (
-        ("20;30\n25;40\n", "of the sample's 2 trees, 2 have a DBH and a height; a fit needs 3"),
+        ("20;30\n25;40\n", "of the sample's 2 trees, 2 have both a DBH and a height; a fit needs at least 3"),
         ("20;30\n20;40\n20;50\n", "all trees of the sample have the same height or DBH"),
         ("20;50\n25;40\n30;30\n", "in the sample the DBH decreases with the height"),
     ):
