@@ -38,7 +38,7 @@ def test_a_law_with_the_crown_leaves_trees_without_one_to_the_other():
     height, crown = np.array([20.0, 20.0, 25.0]), np.array([5.0, np.nan, np.nan])
     done = fill_sizes(np.array([np.nan, np.nan, 40.0]), height, CrownLaw(1.0, 0.7), crown, otherwise=PowerLaw(2.0, 1.0))
     assert done.dbh.tolist() == pytest.approx([100**0.7, 40, 40])
-    assert done.said == ("1 of these have no crown diameter, there DBH[cm] = 2 * H[m]^1 serves",)
+    assert done.said == ("1 of these have no crown diameter; for them DBH[cm] = 2 * H[m]^1 is used",)
 
 
 def test_a_published_law_by_name(imported, outcome):
