@@ -98,8 +98,7 @@ def _more(one: float, other: float) -> str:
 
 
 def _of_factor(results: Row, group: str) -> str:
-    """``0.05: +0.4, 0.2: +1.9 points (the same as changing mu by -0.01 ± 0.00)``, by value; empty where not "
-    "measured."""
+    """``0.05: +0.4, 0.2: +1.9 points (the same as changing mu by -0.01 ± 0.00)``; empty if nothing is measured."""
     rows = tables.of_group(results, group)
     each = ", ".join(f"{tables.points(row['delta'])} at {SETTINGS[name].value:g}" for name, row in rows)
     most = max((row for _, row in rows), key=lambda row: abs(row["delta"]), default=None)
