@@ -57,6 +57,13 @@ def test_no_text_has_the_idiom(pattern):
     assert places == []
 
 
+def test_no_docstring_has_the_seam_of_two_strings():
+    """Six were once broken into two lines like an expression, quotation marks included."""
+    seam = re.compile(r'^\s+f?"[^"]+"""$', re.M)
+    places = [path for path in texts() if path.suffix == ".py" and seam.search(path.read_text(encoding="utf-8"))]
+    assert places == []
+
+
 def test_the_changelog_says_nothing_twice():
     """A merge once left two wordings of one entry: runs of words that stand in two entries are one entry twice."""
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")

@@ -73,8 +73,7 @@ def layers_in(folder: Path) -> set[str]:
 
 @dataclass(frozen=True)
 class Run:
-    """A run that was read back: its deposits (one row for each log), its grid without values, and where its poses "
-    "are."""
+    """A run that was read back: its deposits (one row for each log), its grid without values, the place of its poses."""
 
     path: Path
     deposits: geopandas.GeoDataFrame
