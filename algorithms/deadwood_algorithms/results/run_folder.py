@@ -73,7 +73,7 @@ def layers_in(folder: Path) -> set[str]:
 
 @dataclass(frozen=True)
 class Run:
-    """A run that was read back: its deposits (one row for each log), its grid without values, the place of its poses."""
+    """A run that was read back: its deposits (one row for each log), its grid without values, and its poses' place."""
 
     path: Path
     deposits: geopandas.GeoDataFrame

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -85,9 +86,10 @@ def answers(session: Session) -> list[Frame]:
     session.edit(
         {"op": "edit", "id": 2, "fell": [*range(0, 220, 5)], "barriers": [barrier]}, frames.append, lambda: False
     )
-    for each in (before, frames[-1]):
-        each.arrays["deposits_y"] = each.arrays["deposits_y"] + np.float32(south)
-    return [before, frames[-1]]
+    return [
+        replace(each, arrays={**each.arrays, "deposits_y": each.arrays["deposits_y"] + np.float32(south)})
+        for each in (before, frames[-1])
+    ]
 
 
 def test_the_answer_there_is_that_on_the_whole(layers, said):
