@@ -37,7 +37,7 @@ from deadwood_algorithms import schemas
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
-from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS
+from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS, with_name
 from deadwood_algorithms.prepare.trees.dbh_filling import chosen_law, warn_of_another_region
 from deadwood_algorithms.prepare.trees.tops import ROUNDED_M, WINDOWS, Tops, Window, find_tops
 from deadwood_algorithms.results.identity import writing
@@ -150,7 +150,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         f"{counted(dbh.size, 'tree')} of {ask.min_height_m:g} m or more found on {significant(hectares, 4)} ha, window "
         f"{window}, heights "
         f"{height.min():.1f} to {height.max():.1f} m, median {np.median(height):.1f} m",
-        f"DBH computed from the height: {law}; median {np.median(dbh):.1f} cm",
+        f"DBH computed from the height: {with_name(law)}; median {np.median(dbh):.1f} cm",
     ]
     if dropped:
         lines.append(f"{counted(dropped, 'tree')} dropped: by the law, a DBH that no tree has")
