@@ -110,7 +110,7 @@ def by_height(found: dict[str, Any]) -> str:
 
 
 def from_r(path: Path) -> Any:
-    import rdata
+    import rdata  # pyright: ignore[reportMissingImports]
 
     return next(iter(rdata.conversion.convert(rdata.parser.parse_file(path)).values()))
 
@@ -131,7 +131,7 @@ def canopy_of(path: Path, resolution: float, radius: float) -> Canopy:
 
 def canopy_of_points(path: Path, resolution: float, radius: float) -> Canopy:
     """The highest point in each cell, each point counting at eight places on a circle around it."""
-    import laspy
+    import laspy  # pyright: ignore[reportMissingImports]
 
     points = laspy.read(path)
     x, y, z = (np.asarray(points[each], np.float64) for each in "xyz")

@@ -25,8 +25,8 @@ def refuse_missing(path: str | Path, what: str) -> None:
             parts = str(path).split(",")
             if len(parts) > 1 and all(Path(part.strip()).exists() for part in parts):
                 raise UserError(
-                    f"{path}: the {what} input is one file, and these are {len(parts)}; join them first (in QGIS: Vector, "
-                    "Data Management Tools, Merge Vector Layers)"
+                    f"{path}: the {what} input is one file, and these are {len(parts)}; join them first (in QGIS: "
+                    "Vector, Data Management Tools, Merge Vector Layers)"
                 )
             raise UserError(f"{path}: the {what} file does not exist (looked in {place.absolute().parent})")
         if is_special(place):

@@ -13,9 +13,7 @@ def test_several_files_where_one_is_read_are_refused_with_a_way_out(tmp_path):
     one, other = tmp_path / "a.gpkg", tmp_path / "b.gpkg"
     for each in (one, other):
         each.write_bytes(b"x")
-    with pytest.raises(
-        UserError, match=r"the trees input is one file, and these are 2; join them first \(in QGIS"
-    ):
+    with pytest.raises(UserError, match=r"the trees input is one file, and these are 2; join them first \(in QGIS"):
         refuse_missing(f"{one},{other}", "trees")
     with pytest.raises(UserError, match="the trees file does not exist"):
         refuse_missing(f"{one},{tmp_path / 'c.gpkg'}", "trees")
