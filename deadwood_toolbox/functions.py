@@ -593,6 +593,7 @@ def find_trees(
     dem: TerrainInput | None = None,
     window: Literal["mixed", "deciduous"] = "mixed",
     window_m: float | None = None,
+    window_growth: float = 0.0,
     min_height_m: float = 2.0,
     dbh_a: float = 2.52,
     dbh_b: float = 0.84,
@@ -617,11 +618,11 @@ def find_trees(
     """Find the trees of a canopy height model, or of a surface and a terrain model, and write them as a trees
     layer.
 
-    A cell is a tree top if it is the highest within a circle around it whose diameter follows from its own
-    height (Popescu and Wynne 2004; as lidR's ``locate_trees`` with ``lmf`` does on a raster). ``window`` names
-    a published law of the diameter D[m] from the height H[m], ``window_m`` gives a constant diameter instead;
-    the eight neighbours are always compared. Of adjacent cells of equal height one is the tree: the
-    southernmost, and of these the westernmost.
+    A cell is a tree top if none is higher within a circle around it whose diameter follows from its own height
+    (Popescu and Wynne 2004; as lidR's ``locate_trees`` with ``lmf`` does on a raster). ``window`` names a
+    published law of the diameter D[m] from the height H[m]; ``window_m`` gives a constant diameter instead, to
+    which ``window_growth`` adds metres per metre of height. The eight neighbours are always compared. Of equal
+    tops beside each other one is the tree: the southernmost, and of these the westernmost.
 
     - ``mixed``: D = 2.51503 + 0.00901 H^2, deciduous trees and pines together
     - ``deciduous``: D = 3.09632 + 0.00895 H^2
@@ -655,6 +656,9 @@ def find_trees(
         Law of the window's diameter.
     window_m : m, 0 < x <= 100
         Constant diameter of the window instead.
+    window_growth : m/m, 0 <= x <= 10, default 0
+        Growth of the constant diameter with the height. D = window_m + growth * H, as lidR and ForestTools
+        often have it.
     min_height_m : m, 1.3 <= x <= 150, default 2
         Minimum height of a tree. Below breast height there is no DBH.
     dbh_a : > 0, default 2.52

@@ -48,7 +48,7 @@ ANSWER_PHRASES = {
     "intensity": "Classes of intensity and probability",
     "intensity_rule": (
         "The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations "
-        "for falls of rock (BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's. Which hazard "
+        "for rockfall (BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's. Which hazard "
         "follows, and whether they suit wood, is for an expert to decide."
     ),
     "intensity_map": "Energy of the logs",

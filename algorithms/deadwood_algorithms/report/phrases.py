@@ -9,17 +9,8 @@ from __future__ import annotations
 from deadwood_algorithms.report.answer_phrases import ANSWER_PHRASES
 from deadwood_algorithms.report.sheet_phrases import QGIS_PHRASES, SHEET_PHRASES
 from deadwood_algorithms.results.modelled import CLAUSES
+from deadwood_algorithms.schemas.results import STOPS
 
-STOPS = {
-    "rest": "at rest on the terrain",
-    "tree": "held by a tree",
-    "lying_log": "held by a lying log",
-    "block": "held by a boulder",
-    "barrier": "held by a barrier",
-    "left_dem": "left the terrain model",
-    "time_limit": "still moving at the time limit",
-    "failed": "calculation failed",
-}
 PHRASES = {
     "title": "Sliding deadwood: {names}",
     "subtitle": "Simulation of sliding logs, Deadwood Toolbox",

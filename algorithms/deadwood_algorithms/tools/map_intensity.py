@@ -45,7 +45,7 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
 
 RULE = (
-    "30 and 300 kJ, and 30, 100 and 300 years, are the classes of the Swiss federal recommendations for falls of rock "
+    "30 and 300 kJ, and 30, 100 and 300 years, are the classes of the Swiss federal recommendations for rockfall "
     "(BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's"
 )
 DECIDES = "an expert decides which hazard a field of the matrix stands for, and whether these classes suit wood"

@@ -165,7 +165,7 @@ def sizes(
     elif law_options.dbh_sample:
         sample = fitted_law(law_options.dbh_sample, *measured_trees(law_options.dbh_sample, feedback), feedback)
     law = chosen_law(law_options.dbh_law, law_options.dbh_a, law_options.dbh_b, sample)
-    named = str(law)
+    named = allometry.with_name(law)
     if law_options.dbh_zones:
         law, named = zoned(law, law_options.dbh_zones, source.places, frame.crs, crs, feedback)
     if law_options.replace_dbh:
