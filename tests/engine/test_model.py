@@ -5,6 +5,8 @@ import re
 from pathlib import Path
 
 import deadwood_engine
+from deadwood_engine.model import Model
+from deadwood_engine.scene import SceneArrays
 
 MOST = 7
 # Geometry of the ground in plain coordinates, as the rings of a log take it
@@ -38,3 +40,8 @@ def test_what_changes_together_comes_in_one_order():
         places = [order.index(each) for each in arguments if each in order]
         if "model" in arguments:
             assert places == sorted(places), (file, name, arguments)
+
+
+def test_a_model_is_a_scene_and_settings():
+    """``slide`` makes it of both, field by field."""
+    assert Model._fields == (*SceneArrays._fields, "settings")

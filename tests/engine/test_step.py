@@ -21,7 +21,7 @@ from deadwood_engine.rotation import drift, set_axis
 from deadwood_engine.scratch import Scratch
 from deadwood_engine.surroundings import know_nothing
 from deadwood_engine.trace import POSE_WIDTH, Marks, Output
-from deadwood_engine.way import SUMMARY, WAY
+from deadwood_engine.way import SUMMARY
 
 G, DT, TRAVEL = 9.81, 0.01, 0.2
 SETTINGS = Settings(DT, TRAVEL, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
@@ -53,17 +53,6 @@ def memory(cores=0):
     way = scratch.way[0]
     way.travel, way.whole = math.inf, True
     return scratch, way
-
-
-def test_every_number_of_a_state_must_be_one(plain):
-    finite = plain("trajectory").is_finite
-    assert finite(flying(0))
-    for k in range(16):
-        for value in (np.nan, np.inf, -np.inf):
-            state = flying(0)
-            state[k] = value
-            with np.errstate(invalid="ignore"):
-                assert not finite(state)
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -241,19 +230,3 @@ def test_a_step_without_contacts_is_airborne(plain, model):
     summary, way, _, _ = booked(plain, model)
     assert (summary.airborne, summary.contacts, way.work, way.old_count) == (1.0, 0.0, 0.0, 0)
     assert not way.pressed
-
-
-def test_no_book_of_the_log_before_stays_open(plain, model):
-    """What ``begin`` leaves as it was is set in every step before it is read."""
-    scratch, _ = memory(len(model.cores.solid))
-    for name in WAY.names or ():
-        scratch.way[0][name] = 77
-    state, summary = flying(3), np.zeros(1, SUMMARY).view(np.recarray)[0]
-    plain("trajectory").begin(model, WHERE, state, scratch, summary)
-    left = {name for name in WAY.names or () if scratch.way[0][name] == 77}
-    assert left == {"dt", "kick", "fall", "fastest", "bend", "residual", "tolerance", "count"}
-    assert summary.started_in_contact == 0.0
-    assert summary.speed_max == pytest.approx(np.linalg.norm(state[7:10]))
-    state[:3] = 5.0, 5.0, 9.0  # in a stem
-    plain("trajectory").begin(model, WHERE, state, scratch, summary)
-    assert summary.started_in_contact == 1.0
