@@ -1,16 +1,20 @@
-"""Widgets that QGIS does not have: a list of folders (`folder_lists`), and a number that a layer may replace.
+"""Widgets that QGIS does not have: a list of folders (`folder_lists`), a number that a layer may replace, and a layer
+that is only proposed if it is named like what is asked for (`proposals`).
 
 Named in the metadata of a parameter's definition (`definitions`), from which Processing's dialogs make them.
 """
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from processing.gui.wrappers import DIALOG_BATCH, DIALOG_MODELER, DIALOG_STANDARD, dialogTypes
-from qgis.gui import QgsGui, QgsProcessingGui
+from qgis.gui import QgsGui, QgsMapLayerComboBox, QgsProcessingGui
 
-from . import folder_lists
+from . import folder_lists, proposals
+from .finding import read_manifest
+from .language import translated
 
 
 def _of_qgis(definition: Any, dialog: Any) -> Any:
@@ -42,6 +46,34 @@ class NumberOrLayer:
 
         made.createWrappedLabel = without_optional
         return made
+
+
+class LikelyLayer:
+    """QGIS's widget for a layer, which begins with the layer that is probably meant, or empty."""
+
+    def __new__(cls, definition: Any, dialog: Any, row: int = 0, col: int = 0, *, kind: str) -> Any:
+        made = _of_qgis(definition, dialog)
+        is_standard = dialogTypes.get(dialog.__class__.__name__, DIALOG_STANDARD) == DIALOG_STANDARD
+        if not is_standard or not hasattr(made, "createWrappedWidget"):
+            return made
+        with_first = made.createWrappedWidget
+
+        def with_likely(context: Any) -> Any:
+            widget = with_first(context)
+            for layers in widget.findChildren(QgsMapLayerComboBox) if widget is not None else []:
+                shown = [each for k in range(layers.count()) if (each := layers.layer(k)) is not None]
+                found = [(each.name(), each.source()) for each in shown]
+                number = proposals.proposed(kind, _known_kinds(), found)
+                layers.setLayer(None if number is None else shown[number])
+            return widget
+
+        made.createWrappedWidget = with_likely
+        return made
+
+
+@lru_cache(maxsize=1)
+def _known_kinds() -> dict[str, list[str]]:
+    return proposals.kinds(translated(each) for each in read_manifest()["tools"] if each["qgis_id"])
 
 
 class FolderList:

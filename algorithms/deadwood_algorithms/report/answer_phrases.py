@@ -52,14 +52,14 @@ ANSWER_PHRASES = {
         "follows, and whether they suit wood, is for an expert to decide."
     ),
     "intensity_map": "Energy of the logs",
-    "class_and_above": "this class and above [ha]",
+    "class_and_above": "this class and above",
     "least_passage": "Where at least {share} % of the logs bring that energy; more logs do not make the areas larger.",
     "largest_energy": (
         "The largest energy of all logs, which grows with their number, and with it the area of each class."
     ),
     "passage_map": "Share of the logs that pass",
     "return_map": "Return period of a passage",
-    "class_ground": "ground [ha]",
+    "class_ground": "ground",
     "at_least": "at least [kJ]",
     "return_period": "return period [years]",
     "longer_than": "over {years}",

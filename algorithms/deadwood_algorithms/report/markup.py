@@ -7,11 +7,13 @@ import html
 import io
 import json
 import math
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 QUALITY = 78
 LONG = 45  # length of a cell from which it counts as a sentence
+NBSP = "\u00a0"
 SHORT = 8  # tables up to this number of rows are not split between pages
 
 
@@ -44,13 +46,12 @@ def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | Non
     rows = list(rows)
     # a column of sentences is left-aligned, including its header
     kinds = ["text" if any(len(str(row[k])) > LONG for row in rows) else None for k in range(len(head))]
-    top = element(
-        "tr", *(element("th", each, scope="col", class_=kind) for each, kind in zip(head, kinds, strict=True))
-    )
+    cells = (element("th", whole_unit(each), scope="col", class_=kind) for each, kind in zip(head, kinds, strict=True))
+    top = element("tr", *cells)
     body = [
         element(
             "tr",
-            element("th", row[0], scope="row"),
+            element("th", whole_unit(row[0]), scope="row"),
             *(element("td", two_lines(each), class_=kind) for each, kind in zip(row[1:], kinds[1:], strict=True)),
         )
         for row in rows
@@ -58,6 +59,13 @@ def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | Non
     title = [element("caption", caption)] if caption else []
     whole = element("table", *title, element("thead", top), element("tbody", *body))
     return scrolled(whole, caption or str(head[0]), short=len(rows) <= SHORT)
+
+
+def whole_unit(name: Any) -> Any:
+    """A name whose unit, ``[kN s]``, is not torn at the end of a line."""
+    if isinstance(name, Markup):
+        return name
+    return re.sub(r"\[[^]]*\]", lambda unit: unit[0].replace(" ", NBSP), str(name))
 
 
 def two_lines(cell: Any) -> Any:

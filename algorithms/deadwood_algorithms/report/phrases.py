@@ -208,7 +208,9 @@ PHRASES = {
         "or of the log's upper edge at the line, above the terrain. No safety factor is included; deadwood-tool "
         "design-values writes them as a table."
     ),
-    "design_more": "{value}; {n} more hits needed",
+    "design_more": "further hits needed for an interval",
+    "more_hits": "for an interval {n} more hits",
+    "more_logs": "for an interval {n} more logs",
     "design_energy": "energy",
     "design_translation": "of translation",
     "design_rotation": "of rotation",

@@ -78,8 +78,13 @@ def legend_of_map(figure: Figure, handles: list[Any]) -> None:
 
 def has_room_beside(extent: Extent, width: float) -> bool:
     """Whether a map is so tall that its legend fits beside it in a figure so wide [in]."""
+    return width_with_legend(extent) <= width + 1e-6
+
+
+def width_with_legend(extent: Extent) -> float:
+    """Width of a figure [in] with a map of the greatest height and its legend beside it."""
     west, south, east, north = extent
-    return LONGEST * (east - west) / (north - south) + SIDES_IN + BESIDE_IN <= width
+    return LONGEST * (east - west) / (north - south) + SIDES_IN + BESIDE_IN
 
 
 def legend_below(figure: Figure, handles: list[Any]) -> None:
@@ -101,7 +106,8 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     """An empty map with the coordinates of its CRS along its sides."""
     west, south, east, north = extent
     tall = float(np.clip((width - 1.6) * (north - south) / (east - west), SHORTEST, LONGEST))
-    below = 0.6 if has_room_beside(extent, width) else 1.1
+    beside = has_room_beside(extent, width)
+    width, below = (width_with_legend(extent), 0.6) if beside else (width, 1.1)  # no empty strips beside a narrow map
     figure = Figure(figsize=(width, tall + below), layout="compressed")  # around a map, whose aspect ratio is kept
     axes = figure.subplots()
     axes.set_aspect("equal")
