@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Callable
 from functools import partial
@@ -18,6 +19,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from deadwood_algorithms.files.pictures import (
+    limits_of_ends,
+    lines_of_shapes,
     scale_and_north,
     show_dots,
     show_ends,
@@ -31,7 +34,6 @@ from deadwood_algorithms.report.plan import (
     MOST_DOTS,
     draw_relief,
     legend_of_map,
-    lines_of_shapes,
     map_frame,
     roads,
     thinned_rows,
@@ -215,6 +217,8 @@ def tornado_figure(facts: dict[str, Any], outcome: str, words: Words) -> Figure:
         show_ends(axes, k, base, scale * row["at_low"], scale * row["at_high"])
         axes.text(1.01, k, swing_words(row, scale, words), transform=axes.get_yaxis_transform(), va="center")
     axes.axvline(base, color=INK, linewidth=1.2, zorder=3)
+    ends = [scale * row[each] for row in rows for each in ("at_low", "as_it_is", "at_high")]
+    axes.set_xlim(*limits_of_ends(ends, 100.0 if outcome.startswith("reach_") else math.inf))
     axes.set_yticks(range(len(rows)), ["\n".join(map(plain, each)) for each in labels])
     axes.set(ylim=(len(rows) - 0.4, -0.6), xlabel=plain(outcome_words(outcome, words)))
     axes.grid(axis="y", visible=False)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.pictures import (
     colours_of,
+    lines_of_shapes,
     scale_and_north,
     show_dots,
     show_lines,
@@ -149,14 +150,6 @@ def show_layer(axes: Any, source: ReportedRun, name: str, **more: Any) -> Any:
     values, (west, south, east, north) = source.rasters[name]
     values = values if name == "danger" else np.where(values > 0.0, values, np.nan)
     return show_quantity(axes, values, QUANTITIES[name], (west, east, south, north), **more)
-
-
-def lines_of_shapes(shapes: Any) -> list[NDArray[np.float64]]:
-    """Lines, and outlines of polygons, part by part."""
-    parts = shapely.get_parts(np.asarray(shapes))
-    filled = shapely.get_type_id(parts) == 3
-    strings = [*parts[~filled], *shapely.get_rings(parts[filled])]
-    return [shapely.get_coordinates(each) for each in strings]
 
 
 def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:

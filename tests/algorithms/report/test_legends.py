@@ -38,6 +38,17 @@ def test_all_entries_lie_within_the_figure(language, width, extent):
     assert box.y1 < tall + EDGE_IN
 
 
+def test_beside_a_tall_map_and_its_legend_there_is_no_empty_strip():
+    """Before, a quarter of the figure was empty, and on a phone nothing but that and half of the map was seen."""
+    with matplotlib.rc_context(STYLE):
+        figure, _ = map_frame(TALL, Words("en"))
+        legend_of_map(figure, [Patch(label="roads, railways, houses"), Patch(label="held by a barrier")])
+        figure.draw_without_rendering()
+        box, wide = figure.get_tightbbox(), figure.get_figwidth()
+    assert box.x0 < 0.1 * wide
+    assert box.x1 > 0.9 * wide
+
+
 def test_a_tall_map_has_its_legend_beside_it():
     assert has_room_beside(TALL, WIDTH)
     assert not has_room_beside(WIDE, WIDTH)
