@@ -112,8 +112,13 @@ def _definition(declared: dict[str, Any]) -> list[QgsProcessingParameterDefiniti
     label = declared["label"] + (f" [{declared['unit']}]" if declared["unit"] else "")
     made = WIDGETS.get(declared["widget"], _text)(declared, declared["name"].upper(), label, declared["optional"])
     if declared["widget"] in LAYERS and not declared["optional"]:
-        made.setMetadata({"widget_wrapper": {"class": f"{__package__}.widgets.LikelyLayer", "kind": declared["name"]}})
+        made.setMetadata({"widget_wrapper": likely(declared["name"])})
     return made if isinstance(made, list) else [made]
+
+
+def likely(kind: str) -> dict[str, str]:
+    """Metadata with which a dialog proposes the layer that is probably meant (`widgets.LikelyLayer`)."""
+    return {"class": f"{__package__}.widgets.LikelyLayer", "kind": kind}
 
 
 def _number_or_layer(

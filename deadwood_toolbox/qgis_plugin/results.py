@@ -66,20 +66,20 @@ class Results:
             path = self.asked.get(declared["name"])
             if path is None:
                 continue
-            details = next((each for uri, each in waiting.items() if os.path.abspath(uri) == path), None)
+            asked = next((uri for uri in waiting if os.path.abspath(uri) == path), None)
             if declared["widget"] == "output_folder":
                 if opens and declared["required"] and context.project() is not None:
                     title = f"{self.tool['label']}: {Path(path).name}"
                     announce(sources_of_folder(path, self.left), title, context, context.project())
-            elif details is not None:
+            elif asked is not None:
                 sources = sources_of_file(path)
                 if len(sources) > 1:
                     waiting = {uri: each for uri, each in waiting.items() if os.path.abspath(uri) != path}
                     context.setLayersToLoadOnCompletion(waiting)
                     title = f"{self.tool['label']}: {Path(path).stem}"
-                    announce(sources, title, context, details.project)
-                else:
-                    details.setPostProcessor(Arrival.kept("", "", 0, True))
+                    announce(sources, title, context, waiting[asked].project)
+                else:  # of `waiting`, which is a copy, QGIS would not see it
+                    context.layerToLoadOnCompletionDetails(asked).setPostProcessor(Arrival.kept("", "", 0, True))
 
 
 def layers_of(package: str) -> list[str]:

@@ -10,11 +10,16 @@ from functools import lru_cache
 from typing import Any
 
 from processing.gui.wrappers import DIALOG_BATCH, DIALOG_MODELER, DIALOG_STANDARD, dialogTypes
-from qgis.gui import QgsGui, QgsMapLayerComboBox, QgsProcessingGui
+from qgis.core import QgsProject
+from qgis.gui import QgsGui, QgsProcessingGui
+from qgis.PyQt.QtCore import Qt
+from qgis.PyQt.QtWidgets import QComboBox
 
 from . import folder_lists, proposals
 from .finding import read_manifest
 from .language import translated
+
+LAYER_ID = Qt.ItemDataRole.UserRole + 1  # QgsMapLayerModel's role of a layer's id
 
 
 def _of_qgis(definition: Any, dialog: Any) -> Any:
@@ -60,15 +65,26 @@ class LikelyLayer:
 
         def with_likely(context: Any) -> Any:
             widget = with_first(context)
-            for layers in widget.findChildren(QgsMapLayerComboBox) if widget is not None else []:
-                shown = [each for k in range(layers.count()) if (each := layers.layer(k)) is not None]
-                found = [(each.name(), each.source()) for each in shown]
-                number = proposals.proposed(kind, _known_kinds(), found)
-                layers.setLayer(None if number is None else shown[number])
+            choose_likely(made, widget, kind, context)
             return widget
 
         made.createWrappedWidget = with_likely
         return made
+
+
+def choose_likely(wrapper: Any, widget: Any, kind: str, context: Any) -> None:
+    """Choose the layer that is probably meant, or none, in the widget that QGIS made for a layer."""
+    # Python knows this part of the widget by no closer class than QComboBox.
+    boxes = [each for each in widget.findChildren(QComboBox) if each.metaObject().className() == "QgsMapLayerComboBox"]
+    for box in boxes:
+        project = QgsProject.instance()
+        ids = [box.itemData(row, LAYER_ID) for row in range(box.count())]
+        layers = [layer for each in ids if (layer := project.mapLayer(each or "")) is not None]
+        number = proposals.proposed(kind, _known_kinds(), [(each.name(), each.source()) for each in layers])
+        if number is None:
+            box.setCurrentIndex(-1)
+        else:
+            wrapper.setParameterValue(layers[number].id(), context)
 
 
 @lru_cache(maxsize=1)
