@@ -6,6 +6,7 @@ How a quantity or a thing looks is declared in `schemas/looks.py`; here it becom
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -173,6 +174,11 @@ def limits_of_ends(values: Sequence[float], most: float) -> tuple[float, float]:
     """
     room = SIDE_SHARE * (max(values) - min(values)) or 1.0
     return max(min(values) - room, 0.0), min(max(values) + room, most)
+
+
+def with_minus(text: str) -> str:
+    """A text with true minus signs before its negative numbers, as axes have them."""
+    return re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", text)
 
 
 def bar_length(width: float) -> float:

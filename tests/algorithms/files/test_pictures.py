@@ -14,7 +14,14 @@ from browser import program
 from matplotlib.figure import Figure
 from PIL import Image
 
-from deadwood_algorithms.files.pictures import colours_of, limits_of_ends, show_dots, show_quantity, show_scale
+from deadwood_algorithms.files.pictures import (
+    colours_of,
+    limits_of_ends,
+    show_dots,
+    show_quantity,
+    show_scale,
+    with_minus,
+)
 from deadwood_algorithms.schemas import looks
 from deadwood_algorithms.schemas.words import RasterFile
 from deadwood_algorithms.schemas.written import WRITTEN
@@ -161,6 +168,11 @@ def test_no_tool_has_colours_of_its_own():
 
 
 matplotlib.use("Agg")
+
+
+def test_negative_numbers_in_words_have_the_sign_of_the_axes():
+    text = "take-off at -26.4°, -25 points (-64 to +26), 0.2-0.3"
+    assert with_minus(text) == "take-off at \u221226.4°, \u221225 points (\u221264 to +26), 0.2-0.3"
 
 
 @pytest.mark.parametrize(

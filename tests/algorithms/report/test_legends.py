@@ -5,9 +5,11 @@ from __future__ import annotations
 import itertools
 
 import matplotlib
+import numpy as np
 import pytest
 from matplotlib.patches import Patch
 
+from deadwood_algorithms.files.pictures import show_quantity, show_scale
 from deadwood_algorithms.report.answer_figures import NARROW
 from deadwood_algorithms.report.figures import STYLE, WIDTH
 from deadwood_algorithms.report.languages import LANGUAGES
@@ -41,7 +43,9 @@ def test_all_entries_lie_within_the_figure(language, width, extent):
 def test_beside_a_tall_map_and_its_legend_there_is_no_empty_strip():
     """Before, a quarter of the figure was empty, and on a phone nothing but that and half of the map was seen."""
     with matplotlib.rc_context(STYLE):
-        figure, _ = map_frame(TALL, Words("en"))
+        figure, axes = map_frame(TALL, Words("en"))
+        image = show_quantity(axes, np.full((2, 2), 0.1), "shares", (TALL[0], TALL[2], TALL[1], TALL[3]))
+        show_scale(figure, image, "shares", "logs that pass [%]", ax=axes)
         legend_of_map(figure, [Patch(label="roads, railways, houses"), Patch(label="held by a barrier")])
         figure.draw_without_rendering()
         box, wide = figure.get_tightbbox(), figure.get_figwidth()

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation
+from deadwood_algorithms.files.pictures import with_minus
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.schemas.looks import RUNS
 
@@ -63,7 +64,7 @@ def draw(
         f"grey: sampling noise of {logs['planned']} logs",
         x=0.01, ha="left", fontsize=12,
     )  # fmt: skip
-    figure.text(0.01, 0.012, textwrap.fill(advice.sentence, 190), ha="left", va="bottom", fontsize=9.5)
+    figure.text(0.01, 0.012, textwrap.fill(with_minus(advice.sentence), 190), ha="left", va="bottom", fontsize=9.5)
     figure.tight_layout(rect=(0.0, 0.055, 1.0, 0.975), h_pad=1.5, w_pad=1.2)
     figure.savefig(path, dpi=110)
     plt.close(figure)

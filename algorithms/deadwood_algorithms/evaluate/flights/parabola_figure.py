@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 
 from deadwood_algorithms.evaluate.flights.on_terrain import Followed
 from deadwood_algorithms.evaluate.flights.parabola import outline
+from deadwood_algorithms.files.pictures import with_minus
 from deadwood_algorithms.schemas.looks import BARRIER, LESS_MORE, RUNS, WOOD
 
 PATH, HIT, GROUND = RUNS[0], LESS_MORE[-1], "#8c7b6b"
@@ -91,15 +92,15 @@ def _finish(axes: Axes, followed: Followed, low: float) -> None:
     axes.grid(color="#E5E5E5", linewidth=0.6)
     axes.set_axisbelow(True)
     axes.legend(loc="upper right", fontsize=9, framealpha=0.9)
-    title, numbers = f"Flight {record['flight_id']}: {record['verdict'].replace('_', ' ')}", ""
+    title = f"Flight {record['flight_id']}: {record['verdict'].replace('_', ' ')}"
     if followed.flight.bend > 0.0:
-        numbers = (
+        title += (
             f"\ntake-off {record['takeoff_speed_ms']:.1f} m/s at {record['takeoff_deg']:.1f}° ({source}), "
             f"{record['duration_s']:.2f} s, {record['distance_m']:.1f} m away, {record['fall_m']:.1f} m down, "
             f"landing {record['landing_speed_ms']:.1f} m/s at {record['landing_deg']:.1f}°"
         )
     axes.set_title(
-        title + numbers.replace("-", "\N{MINUS SIGN}").replace("take\N{MINUS SIGN}off", "take-off"),
+        with_minus(title),
         loc="left",
         fontsize=10.5,
         linespacing=1.4,
