@@ -20,7 +20,7 @@ from deadwood_algorithms.report.answer_figures import (
     swing_words,
 )
 from deadwood_algorithms.report.figures import Drawing
-from deadwood_algorithms.report.markup import Markup, element, figure_of, table
+from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
 from deadwood_algorithms.report.rounded import (
     NBSP,
     area_unit,
@@ -101,12 +101,12 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         parts.append(element("p", words.say("siting_none")))
     best = [row for row in facts["rows"] if row["pareto"] == "yes"]
     names = ("length_height", "still_reach", "kept_away", "n_stopped", "n_overjumped", "energy_p95")
-    head = [words.say("barrier"), "", *(words.say(each) for each in names)]
+    head = [words.say("barrier"), words.say("tested_how"), *(words.say(each) for each in names)]
     classed = any(row.get("barrier_class") for row in [*chosen, *best])
     head += [words.say("barrier_class")] if classed else []
     cells = []
     for row in [*chosen, *best]:
-        size = f"{shown_number(round(row['length_m'], 2), words)} × {shown_number(row['height_m'], words)}"
+        size = f"{shown_number(round(row['length_m'], 2), words)}{NBSP}×{NBSP}{shown_number(row['height_m'], words)}"
         cells.append([
             place_of(row, words),
             words.say("chosen", step=row["step"]) if row["step"] else words.say("alone"),
@@ -130,10 +130,11 @@ def place_of(row: Mapping[str, Any], words: Words) -> str:
     return words.say("candidate_place", above=decimal(row["above_m"], words), k=row["place"])
 
 
-def energy_of(row: Mapping[str, Any], words: Words) -> str:
+def energy_of(row: Mapping[str, Any], words: Words) -> Any:
     value, low, high = (number(row[f"energy_{name}_kj"]) for name in ("p95", "ci_low", "ci_high"))
     if np.isfinite(value) and not np.isfinite(high):
-        return f"{shown_number(value, words)} ({words.say('more_hits', n=int(row['n_more']))})"
+        more = element("span", f"({words.say('more_hits', n=int(row['n_more']))})", class_="quiet")
+        return joined([shown_number(value, words), " ", more])  # its column is as narrow as the others
     return with_interval(value, low, high, words)
 
 

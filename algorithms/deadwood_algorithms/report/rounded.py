@@ -96,14 +96,17 @@ def share_of(record: dict[str, Any]) -> float:
 
 
 def with_interval(value: float, low: float, high: float, words: Words, *, signed: bool = False) -> str:
-    """``13.4 (13.1 to 13.7)``, an exact zero as ``0``; the value alone if there is no interval."""
+    """``13.4 (13.1 to 13.7)``, ``3690 (1910 to 4100)``; an exact zero as ``0``, and without an interval the value alone."""
     if not math.isfinite(value):
         return "–"
     value, low, high = (_zero_if_tiny(each) for each in (value, low, high))
     if not (math.isfinite(low) and math.isfinite(high)):
         return ("+" if signed and value > 0.0 else "") + shown_number(value, words)
     places = decimals_of(low, high)
-    a, b, c = (in_signs(to_decimals(each, places if each else 0, sign=signed), words) for each in (value, low, high))
+    half = (high - low) / 2.0
+    tens = max(0, math.floor(math.log10(half)) - 1) if half > 0.0 else 0  # of an interval of hundreds and more
+    shown = (round(each, -tens) if tens else each for each in (value, low, high))
+    a, b, c = (in_signs(to_decimals(each, places if each else 0, sign=signed), words) for each in shown)
     return f"{a} ({b} {words.say('to')} {c})"
 
 
