@@ -205,7 +205,10 @@ def looks_on_arrival(context: QgsProcessingContext) -> dict[str, str]:
     found = {}
     for uri, each in context.layersToLoadOnCompletion().items():
         name = os.path.basename(uri)
-        layer = QgsRasterLayer(uri, name) if uri.endswith(".tif") else QgsVectorLayer(uri, name, "ogr")
+        # Processing loads them without their default style
+        raster, vector = (kind.LayerOptions(loadDefaultStyle=False) for kind in (QgsRasterLayer, QgsVectorLayer))
+        is_raster = uri.endswith(".tif")
+        layer = QgsRasterLayer(uri, name, "gdal", raster) if is_raster else QgsVectorLayer(uri, name, "ogr", vector)
         if each.postProcessor() is not None:
             each.postProcessor().postProcessLayer(layer, context, QgsProcessingFeedback())
         found[name] = layer.renderer().type()
