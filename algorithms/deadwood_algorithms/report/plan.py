@@ -38,6 +38,7 @@ MOST_DOTS = 8000  # of each kind
 MOST_WAYS = 150
 WAY_STEP_M = 3.0
 LONGEST, SHORTEST = 4.4, 3.0  # inches, of the map's height: as much as fits on paper (`page.css`)
+NUMBER_IN = 0.85  # length of a coordinate along a map's side, with the gap to the next [inches]
 LETTER_IN, KEY_IN = 0.075, 0.45  # size of a legend [inches]: a letter of its longest entry, and the key before it
 # Space beside a map for its coordinates and its scale [inches], and for its legend, whose lines have so many characters
 SIDES_IN, BESIDE_IN, BESIDE_WORDS = 1.25, 2.1, 22
@@ -115,7 +116,9 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     axes.set(xlim=(west, east), ylim=(south, north), xlabel=words.say("east"), ylabel=words.say("north"))
     axes.set_gid("frame")
     # without the lowest of the vertical numbers, which would overlap those along the bottom
-    for axis, many, prune in ((axes.xaxis, 5, None), (axes.yaxis, 8, "lower")):
+    wide = min(tall * (east - west) / (north - south), width - SIDES_IN)
+    for axis, side, prune in ((axes.xaxis, wide, None), (axes.yaxis, tall, "lower")):
+        many = max(2, int(side / NUMBER_IN))
         axis.set_major_locator(MaxNLocator(many, steps=[1, 2, 5, 10], prune=prune))
         axis.set_major_formatter(lambda at, _: f"{at:,.0f}".replace(",", "\u2009"))
     axes.tick_params(axis="y", labelrotation=90)

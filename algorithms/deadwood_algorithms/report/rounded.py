@@ -96,7 +96,7 @@ def share_of(record: dict[str, Any]) -> float:
 
 
 def with_interval(value: float, low: float, high: float, words: Words, *, signed: bool = False) -> str:
-    """``13.4 (13.1 to 13.7)``, ``3690 (1910 to 4100)``; exact zero as ``0``; the value alone without interval."""
+    """``13.4 (13.1 to 13.7)``, ``3700 (1900 to 4100)``; exact zero as ``0``; the value alone without interval."""
     if not math.isfinite(value):
         return "–"
     value, low, high = (_zero_if_tiny(each) for each in (value, low, high))

@@ -53,6 +53,31 @@ def test_beside_a_tall_map_and_its_legend_there_is_no_empty_strip():
     assert box.x1 > 0.9 * wide
 
 
+@pytest.mark.parametrize("metres", [37.0, 140.0, 260.0, 900.0])
+@pytest.mark.parametrize("shape", [1.0, 1.8, 0.6])
+def test_coordinates_along_a_map_do_not_overlap(metres, shape):
+    """Of the places from which lines are reached they did, at their own scale."""
+    south, west = 1_196_240.0, 2_786_150.0
+    with matplotlib.rc_context(STYLE):
+        figure, axes = map_frame((west, south, west + metres, south + shape * metres), Words("en"), NARROW)
+        figure.draw_without_rendering()
+        boxes = [
+            sorted(((box.y0, box.y1) if k else (box.x0, box.x1)) for box in shown)
+            for k, shown in enumerate(
+                [each.get_window_extent() for each in axis.get_ticklabels() if inside(each, axes, k)]
+                for k, axis in enumerate((axes.xaxis, axes.yaxis))
+            )
+        ]
+    assert min(map(len, boxes)) >= 2
+    for ends in boxes:
+        assert all(low >= high for (_, high), (low, _) in itertools.pairwise(ends))
+
+
+def inside(label, axes, k: int) -> bool:
+    low, high = sorted(axes.get_ylim() if k else axes.get_xlim())
+    return bool(label.get_text()) and low <= label.get_position()[k] <= high
+
+
 def test_a_tall_map_has_its_legend_beside_it():
     assert has_room_beside(TALL, WIDTH)
     assert not has_room_beside(WIDE, WIDTH)

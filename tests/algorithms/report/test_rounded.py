@@ -16,7 +16,7 @@ from deadwood_algorithms.stats.statistics import alike, percents_of
         (0.0, 0.0, 0.192, False, "0 (0 to 0.192)"),  # an exact zero needs no decimals
         (13.41, 13.1, 13.7, False, "13.41 (13.10 to 13.70)"),
         (75.2, 62.0, 88.0, False, "75 (62 to 88)"),
-        (3691.2, 1914.4, 4100.0, False, "3690 (1910 to 4100)"),  # before: 3691 (1914 to 4100)
+        (3691.2, 1914.4, 4100.0, False, "3700 (1900 to 4100)"),  # before: 3691 (1914 to 4100)
         (2.3e-15, 1.1e-15, 3.6e-15, False, "0 (0 to 0)"),  # a rounding residue of zero
         (-3e-12, -1e-11, 2e-12, True, "0 (0 to 0)"),
     ],
