@@ -261,7 +261,9 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         for row in (r for r in facts["tornado"] if r["outcome"] == name):
             ends = shown_alike([scale * row[each] for each in ("at_low", "as_it_is", "at_high")], words)
             swing = swing_words(row, scale, words)
-            cells = [factor_words(row["factor"], words), range_words(row, words), *ends, swing]
+            between = range_words(row, words)
+            whole = between if " / " in between else element("span", between)  # not torn at its dash
+            cells = [factor_words(row["factor"], words), whole, *ends, swing]
             if totals:
                 index = totals.get((name, row["factor"]), {})
                 low, high = number(index.get("total_ci_low")), number(index.get("total_ci_high"))

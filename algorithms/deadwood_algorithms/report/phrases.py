@@ -41,6 +41,7 @@ PHRASES = {
     "arriving_energy": "energy at {line}, {level} % of the arriving logs stay below",
     "arriving_height": "height at {line}, {level} % stay below",
     "difference_points": "difference of the reach [points]",
+    "scenario_column": "scenario",
     "fewer_share": "fewer reach it [%]",
     "runs_caption": "Share of the logs that pass each cell, and where they end; one scale for all runs.",
     "judgement": "What remains to be judged by an expert",

@@ -158,7 +158,7 @@ def differences_table(compared: Comparison, names: Sequence[str], words: Words) 
         fewer = bari.get((row.scenario, row.item))
         kept = with_interval(100.0 * fewer.value, 100.0 * fewer.ci_low, 100.0 * fewer.ci_high, words) if fewer else "–"
         body.append([row.scenario, row.item, change, kept])
-    head = [words.say(each) for each in ("scenario", "line", "difference_points", "fewer_share")]
+    head = [words.say(each) for each in ("scenario_column", "line", "difference_points", "fewer_share")]
     return table(head, body)
 
 

@@ -10,6 +10,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+from deadwood_algorithms.report.markup import NBSP
 from deadwood_algorithms.report.phrases import MESSAGES
 from deadwood_algorithms.results.modelled import in_words
 
@@ -42,11 +43,18 @@ def read_catalogue(text: str) -> dict[tuple[str, str], str]:
 
 @cache
 def catalogue(language: str) -> dict[tuple[str, str], str]:
-    """The catalogue of a language; English is the language of the messages themselves."""
+    """The catalogue of a language; English is the language of the messages themselves. In French no line begins with
+    the second part of a double sign.
+    """
     if language == "en":
         return {}
     file = resources.files("deadwood_algorithms.report") / "locale" / language / "LC_MESSAGES" / "report.po"
-    return read_catalogue(file.read_text(encoding="utf-8"))
+    found = read_catalogue(file.read_text(encoding="utf-8"))
+    return (
+        {name: re.sub(" (?=[?!:;»])|(?<=«) ", NBSP, text) for name, text in found.items()}
+        if language == "fr"
+        else found
+    )
 
 
 @dataclass(frozen=True)
