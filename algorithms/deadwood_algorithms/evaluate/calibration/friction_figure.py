@@ -18,7 +18,7 @@ from matplotlib.ticker import FuncFormatter
 
 from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Observed, Watched
 from deadwood_algorithms.evaluate.calibration.score import LEVEL, Range
-from deadwood_algorithms.files.pictures import show_relief, with_minus
+from deadwood_algorithms.files.pictures import scale_and_north, show_relief, with_minus
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
@@ -167,4 +167,5 @@ def ground(
             axes.scatter(shapely.get_x(points), shapely.get_y(points), s=70, marker="X", color=SEEN,
                          edgecolors="white", linewidths=0.8, zorder=6, label="observed")  # fmt: skip
     axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal")
+    scale_and_north(axes)
     axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncol=3, frameon=False, markerscale=1.6)

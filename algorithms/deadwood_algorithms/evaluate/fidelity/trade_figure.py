@@ -38,7 +38,7 @@ def draw(
     spoken = [row for row in rows if row.quantity != "reach" or row.item not in advice.silent_lines]
     differences(panels[0, 0], spoken, cost, "reach", 100.0, "reach of lines: difference [points]")
     distances(panels[0, 1], rows, cost, "deposit_distance", "run-outs: Wasserstein distance [m]")
-    distances(panels[0, 2], rows, cost, "hit_raster_distance", "hit raster: 1 - weighted Jaccard")
+    distances(panels[0, 2], rows, cost, "hit_raster_distance", "hit raster: 1 \N{MINUS SIGN} weighted Jaccard")
     differences(panels[1, 0], rows, cost, "spread_p05_p95", 1.0, "lateral spread (5 to 95 %): difference [°]")
     tops(panels[1, 1], rows, cost)
     own(panels[1, 2], rows, cost)
