@@ -161,7 +161,7 @@ def _share_classes(kind: str, symbol: Callable[[int], Symbol]) -> list[Class]:
 def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     widths = np.linspace(2.0, 6.0, len(_SHARES))
     classes = _share_classes(kind, lambda k: _plain(kind, HITS[k + 1], float(widths[k])))
-    rows = [(*bounds, _cased(symbol)) for *bounds, symbol in classes]
+    rows = [(low, high, label, _cased(symbol)) for low, high, label, symbol in classes]
     text = f"\"line_id\" || ': ' || {_SHARE} || ' %'"
     return Style(qml.graduated("p", rows) + qml.labels(text), labelled=True)
 

@@ -150,7 +150,8 @@ def test_the_classes_have_their_ground_and_lines_their_period(page, results):
     facts = json.loads((results["intensity"] / "classes.json").read_text(encoding="utf-8"))
     shown = Shown(part(page, "intensity"))
     sizes = {row[0]: area_size(row[1]) for row in shown.rows if len(row) in (2, 3) and "[" in row[1]}
-    size_of = {name: sizes.get(Words("en").say(title)) for name, (title, _) in answer_figures.CLASS_MAPS.items()}
+    titles = {name: Words("en").say(title) for name, (title, _) in answer_figures.CLASS_MAPS.items()}
+    size_of = {name: sizes[title] for name, title in titles.items() if title in sizes}
     ground = {row[0]: row[1] for row in shown.rows if len(row) in (2, 3)}
     above = {row[0]: row[2].split(" ")[0] for row in shown.rows if len(row) == 3}
     for each in facts["classes"]:
