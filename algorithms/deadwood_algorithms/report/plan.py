@@ -41,7 +41,7 @@ LONGEST, SHORTEST = 4.4, 3.0  # inches, of the map's height: as much as fits on 
 NUMBER_IN = 0.85  # length of a coordinate along a map's side, with the gap to the next [inches]
 LETTER_IN, KEY_IN = 0.075, 0.45  # size of a legend [inches]: a letter of its longest entry, and the key before it
 # Space beside a map for its coordinates and its scale [inches], and for its legend, whose lines have so many characters
-SIDES_IN, BESIDE_IN, BESIDE_WORDS = 1.25, 2.1, 22
+SIDES_IN, BESIDE_IN, BESIDE_WORDS = 1.4, 2.1, 22
 SMALL = 0.55  # relative size of dots on a map beside others
 ABREAST, HIGHEST = 3, 4.4  # number of maps side by side, and height of all rows [inches]
 # The quantities shown over the map, and the look of each

@@ -43,18 +43,11 @@ def read_catalogue(text: str) -> dict[tuple[str, str], str]:
 
 @cache
 def catalogue(language: str) -> dict[tuple[str, str], str]:
-    """The catalogue of a language; English is the language of the messages themselves. In French no line begins with
-    the second part of a double sign.
-    """
+    """The catalogue of a language; English is the language of the messages themselves."""
     if language == "en":
         return {}
     file = resources.files("deadwood_algorithms.report") / "locale" / language / "LC_MESSAGES" / "report.po"
-    found = read_catalogue(file.read_text(encoding="utf-8"))
-    return (
-        {name: re.sub(" (?=[?!:;»])|(?<=«) ", NBSP, text) for name, text in found.items()}
-        if language == "fr"
-        else found
-    )
+    return read_catalogue(file.read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True)
@@ -67,6 +60,8 @@ class Words:
         """The phrase with its gaps filled; values are plain text, not markup."""
         english = MESSAGES[phrase]
         text = catalogue(self.language).get((phrase, english), english)
+        if self.language == "fr":  # no line begins with a sign that a space precedes
+            text = re.sub(" (?=[?!:;»])|(?<=«) ", NBSP, text)
         return text.format(**filled) if filled else text
 
     def say_or(self, phrase: str, otherwise: str, **filled: Any) -> str:

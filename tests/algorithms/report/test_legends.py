@@ -31,7 +31,9 @@ def test_all_entries_lie_within_the_figure(language, width, extent):
     labels = [words.say("layer_lines"), *(words.of_class(each) for each in classes)]
     labels += [words.say("layer_deposits", stop=words.stop(each)) for each in ("tree", "rest", "lying_log")]
     with matplotlib.rc_context(STYLE):
-        figure, _ = map_frame(extent, words, width)
+        figure, axes = map_frame(extent, words, width)
+        image = show_quantity(axes, np.full((2, 2), 0.1), "shares", (extent[0], extent[2], extent[1], extent[3]))
+        show_scale(figure, image, "shares", words.say("hits_bar"), ax=axes)
         legend_of_map(figure, [Patch(label=each) for each in labels])
         figure.draw_without_rendering()
         box, (wide, tall) = figure.get_tightbbox(), figure.get_size_inches()
