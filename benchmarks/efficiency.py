@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.params.tool import Quiet, engine_digest
 from deadwood_algorithms.simulate import workers as spread_workers
 from deadwood_algorithms.simulate.batch import Batch, Sliding
+from deadwood_algorithms.simulate.crew import Carried
 from deadwood_algorithms.simulate.scheduler import workers_of
 from deadwood_engine import FIDELITIES, Rasters, Result, slide
 
@@ -121,7 +122,7 @@ def measure(fidelity: str, number: int, rounds: int, most: int) -> str:
     """Measure, and return the text for the page."""
     counts = [2**k for k in range(most.bit_length()) if 2**k <= most]
     found: dict[tuple[str, int], list[Took]] = {}
-    carried, piece_s, load = spread_workers.Carried(), [], []
+    carried, piece_s, load = Carried(), [], []
     on_threads(fidelity, min(number, 50), 1)  # loads the kernels
     for _ in range(rounds):
         load.append(os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan)
@@ -131,7 +132,7 @@ def measure(fidelity: str, number: int, rounds: int, most: int) -> str:
             with workers_of("local", count, count, Quiet()) as workers:
                 assert workers is not None
                 on_workers(workers, fidelity, 32 * count)  # loads kernels and scene
-                workers.carried = spread_workers.Carried()
+                workers.crew.carried = Carried()
                 found.setdefault(("process", count), []).append(on_workers(workers, fidelity, number))
                 carried = workers.carried
                 if count == 1:

@@ -171,7 +171,8 @@ def options_of_others(told: str, tool: Tool) -> set[str]:
     named_there = [tool, *(each for each in TOOLS if each.name in told)]
     own = {flag for each in named_there for one in each.parameters() for flag in (one.flag, *one.old_flags)}
     foreign = re.findall(r"rio [^;]*", told)  # a printed command of another program
-    return set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]+", told)) - own - set(re.findall(r"--[a-z0-9-]+", " ".join(foreign)))
+    theirs = set(re.findall(r"--[a-z0-9-]+", " ".join(foreign)))
+    return set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]+", told)) - own - theirs
 
 
 def test_an_option_of_another_tool_is_found():

@@ -29,9 +29,9 @@ from deadwood_algorithms.results.forecast import (
     words_of_forecast,
 )
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, layers_in, read_run
+from deadwood_algorithms.simulate.crew import NobodySlides
 from deadwood_algorithms.simulate.sliding import metered
 from deadwood_algorithms.simulate.warm_up import load_kernels
-from deadwood_algorithms.simulate.workers import NobodySlides
 
 
 class SlidesSome(Protocol):

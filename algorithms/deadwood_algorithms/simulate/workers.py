@@ -1,9 +1,9 @@
 """Logs slid by the workers of a Dask scheduler: pieces of the work are sent out, results come back, with the same bits
 as here.
 
-Dask provides messages, scheduling and the list of workers. This module decides which worker may be used (one with this
-engine that computes this machine's bits) and the size of a piece. It keeps few pieces out at a time, so that a worker
-added late is soon used and a slow log at the end delays nobody, and sends the piece of a dead worker again.
+Dask provides messages, scheduling and the list of workers; `crew` decides which of them may be used. This module
+decides the size of a piece. It keeps few pieces out at a time, so that a worker added late is soon used and a slow log
+at the end delays nobody, and sends the piece of a dead worker again.
 """
 
 from __future__ import annotations
@@ -16,59 +16,28 @@ import queue
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, engine_digest
 from deadwood_algorithms.simulate import piece as on_worker
 from deadwood_algorithms.simulate.batch import Batch, Sliding
+from deadwood_algorithms.simulate.crew import Carried, Crew, NobodySlides, SentScene, gone_for_a_while
 from deadwood_algorithms.simulate.joined import joined_results
-from deadwood_algorithms.simulate.packed import block_of, digest_of_block, from_block
+from deadwood_algorithms.simulate.packed import block_of, digest_of_block
 from deadwood_algorithms.simulate.sparse import add_sparse
-from deadwood_engine import Interrupted, Rasters, Result, Scene, Shape, Start, place_logs
+from deadwood_engine import Interrupted, Rasters, Result, Start, place_logs
 
 # Target duration of a piece, long compared with the milliseconds that Dask needs; and the minimum, at the end of a run.
 PIECE_S, LEAST_PIECE_S = 1.0, 0.02
 FIRST_PIECE, MOST_A_PIECE = 8, 512  # logs, before the time of one is known, and at most
 OUT_PER_THREAD = 2  # pieces: one being computed, one waiting
 MOST_WAITING = 8192  # logs done ahead of a batch that a slow log delays: their results are kept in memory
-LOOK_EVERY_S = 1.0  # between two checks of the workers
 WAIT_S = 60.0  # for a worker, before their absence is reported
-LOST_S = 20.0  # without a word from the scheduler, before it counts as lost
-MOST_TRIES = 6  # of a piece; of a piece; each try means one or more dead workers
-
-
-class NobodySlides(UserError):
-    """The scheduler is lost, or none of its workers can be used for any work."""
-
-
-@dataclass
-class _Sent:
-    """A scene as stored on the workers."""
-
-    scene: Scene
-    shape: Shape | None
-    block: bytes
-    large: dict[str, NDArray]
-    digest: str
-
-    @property
-    def parts(self) -> dict[str, Any]:
-        """All parts by their names on the scheduler, the block first."""
-        named = {f"deadwood-scene-{digest[:32]}": array for digest, array in self.large.items()}
-        return {f"deadwood-scene-{self.digest[:32]}": self.block, **named}
-
-
-@dataclass
-class _Lying:
-    """A part of a scene on the scheduler, and the workers that have it."""
-
-    future: Any = None
-    at: set[str] = field(default_factory=set)
+MOST_TRIES = 6  # of a piece; each try means one or more dead workers
 
 
 @dataclass
@@ -78,7 +47,7 @@ class _Job:
     digest: str
     batch: Batch
     sliding: Sliding
-    sent: _Sent
+    sent: SentScene
     start: Start
     given: int = 0
     done: int = 0
@@ -106,35 +75,23 @@ class _Piece:
         return f"logs {first + self.rows.start} to {first + self.rows.stop - 1}"
 
 
-@dataclass
-class Carried:
-    """Network traffic [bytes]: orders and answers, and scenes sent to each worker; and the number of logs."""
-
-    orders: int = 0
-    answers: int = 0
-    scenes: int = 0
-    logs: int = 0
-
-
 class Workers:
     """The workers of one scheduler, for as many calls of `slide` as there are."""
 
     def __init__(self, client: Any, where: str, feedback: Feedback, *, wanted: int = 1) -> None:
         self.client, self.where, self.feedback, self.wanted = client, where, feedback, wanted
-        self.carried = Carried()
-        self._good: dict[str, int] = {}  # threads by address
-        self._refused: dict[str, str] = {}
-        self._looking: dict[str, Any] = {}
-        self._sent: list[_Sent] = []
-        self._lying: dict[str, _Lying] = {}  # parts of these scenes
+        self.crew = Crew(client, where, feedback)
         self._jobs: dict[str, _Job] = {}
         self._out: dict[Any, _Piece] = {}  # by the future's key
         self._again: list[_Piece] = []
         self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._numbers = itertools.count()  # numbers of what was sent
-        self._looked = self._heard = -math.inf
+        self._heard = -math.inf
         self._pace: tuple[float, int] = (0.0, 0)  # CPU seconds, logs
-        self._bits = from_block(on_worker.look(VERSION, engine_digest()))[0]["bits"]
+
+    @property
+    def carried(self) -> Carried:
+        return self.crew.carried
 
     def slide(
         self,
@@ -164,7 +121,9 @@ class Workers:
                     raise Interrupted
                 if job.done == job.total:
                     break
-                self._meet(job.sent)
+                self.crew.meet(job.sent)
+                for piece in [each for each in self._out.values() if not each.workers & set(self.crew.good)]:
+                    self._send_again(piece)
                 self._give_out(job, sliding, ahead)
                 self._take_in(0.2)
         except BaseException:
@@ -193,11 +152,7 @@ class Workers:
 
     def close(self) -> None:
         self.drop()
-        for future in self._looking.values():
-            future.release()
-        self._looking.clear()
-        self._sent.clear()
-        self._lying.clear()
+        self.crew.close()
 
     def _drop_all_but(self, sliding: Sliding) -> None:
         """Drop what was started of other work, or of a scene that has grown since."""
@@ -206,7 +161,7 @@ class Workers:
 
     def _job(self, sliding: Sliding, batch: Batch) -> _Job:
         """The batch as a job: the one that was started ahead, or a new one."""
-        sent = self._sent_scene(sliding)
+        sent = self.crew.scene_of(sliding)
         digest = hashlib.sha256(sent.digest.encode())
         said = [sliding.name, *sliding.fidelity, sliding.laws, sliding.influences, batch.first]
         said.append([(number, missing.tolist()) for number, missing in batch.missing])
@@ -221,109 +176,10 @@ class Workers:
         start = logs if isinstance(logs, Start) else place_logs(sliding.scene, logs, sliding.shape)
         return _Job(name, batch, sliding, sent, start)
 
-    def _sent_scene(self, sliding: Sliding) -> _Sent:
-        for each in self._sent:
-            if each.scene is sliding.scene and each.shape is sliding.shape:
-                return each
-        scene = sliding.scene
-        if sliding.shape:  # as the engine does
-            scene = replace(scene, arrays=scene.arrays._replace(cloud=sliding.shape.cloud))
-        block, large = on_worker.packed_scene(scene)
-        self._sent = [*self._sent[-2:], _Sent(sliding.scene, sliding.shape, block, large, digest_of_block(block))]
-        wanted = {name for each in self._sent for name in each.parts}
-        self._lying = {name: self._lying.get(name, _Lying()) for name in wanted}
-        return self._sent[-1]
-
-    def _meet(self, sent: _Sent) -> None:
-        """Check the workers: test new ones, send them the scene, send again what dead ones had."""
-        if time.monotonic() - self._looked < LOOK_EVERY_S and not self._looking:
-            return
-        self._looked = time.monotonic()
-        there = self._addresses()
-        for address in set(self._good) - set(there):
-            del self._good[address]
-            self.feedback.note(f"--scheduler: the worker {address} is gone; its work is sent out again")
-            for each in self._lying.values():
-                each.at.discard(address)
-        for address in set(there) - {*self._good, *self._refused, *self._looking}:
-            name = f"deadwood-toolbox-look at {address} ({self.client.id})"
-            self._looking[address] = self.client.submit(
-                on_worker.look, VERSION, engine_digest(), key=name, workers=[address], pure=False, priority=10
-            )
-        for address, future in list(self._looking.items()):
-            if address not in there or future.status in ("cancelled", "lost"):
-                future.release()
-                del self._looking[address]
-            elif future.status != "pending":
-                del self._looking[address]
-                self._judge(address, there[address], future)
-        self._hand_over(sent)
-        for each in list(self._out.values()):
-            if not each.workers & set(self._good):
-                self._send_again(each)
-
-    def _addresses(self) -> dict[str, int]:
-        """Threads of each worker by its address, as reported by the scheduler."""
-        since = time.monotonic()
-        while True:
-            try:
-                if self.client.status == "running":
-                    found = self.client.sync(self.client.scheduler.identity, callback_timeout=LOST_S)["workers"]
-                    return {address: int(facts["nthreads"]) for address, facts in found.items()}
-            except (OSError, TimeoutError):
-                pass
-            if time.monotonic() - since > LOST_S or self.client.status in ("closed", "closing"):
-                raise NobodySlides(f"--scheduler {self.where}: the scheduler is lost; start it again")
-            time.sleep(0.2)
-
-    def _judge(self, address: str, threads: int, future: Any) -> None:
-        """Whether a worker may be used; why not is reported once."""
-        fix = f"install deadwood-toolbox {VERSION} on both sides, from the same source"
-        try:
-            facts = from_block(future.result(timeout=LOST_S))[0]
-        except (*_gone_for_a_while(), TimeoutError):
-            return  # it is checked again if it is still there
-        except Exception as error:
-            said = (str(error).splitlines() or [""])[0]
-            why = f"it has no deadwood-toolbox {VERSION} ({type(error).__name__}: {said}); {fix}"
-        else:
-            ours = {"version": VERSION, "engine": engine_digest(), "bits": self._bits}
-            if facts == ours:
-                self._good[address] = threads
-                self.feedback.note(f"--scheduler: the worker {address} ({counted(threads, 'thread')}) joins in")
-                return
-            if (facts["version"], facts["engine"]) != (VERSION, engine_digest()):
-                why = f"it has engine {facts['engine']}, version {facts['version']}; here it is engine "
-                why += f"{engine_digest()}, version {VERSION}; {fix}"
-            else:
-                why = "the same engine gives other bits on its processor or system library than here, and two must not "
-                why += "mix in one result; take workers like this machine, or start the run on a machine like them"
-        self._refused[address] = why
-        self.feedback.warn(f"--scheduler: the worker {address} is not used: {why}")
-
-    def _hand_over(self, sent: _Sent) -> None:
-        """Send a scene to the workers that may be used: to each the parts that it lacks, once."""
-        lacking: dict[frozenset[str], dict[str, Any]] = {}
-        for name, part in sent.parts.items():
-            to = frozenset(set(self._good) - self._lying[name].at)
-            lacking.setdefault(to, {})[name] = part
-        for to, parts in lacking.items():
-            if not to:
-                continue
-            try:
-                futures = self.client.scatter(parts, workers=sorted(to), broadcast=True, hash=False)
-            except (OSError, TimeoutError, ValueError, KeyError):  # one of them has gone, which the next check finds
-                return
-            for name, future in futures.items():
-                self._lying[name].future = future
-                self._lying[name].at |= to
-            self.carried.scenes += len(to) * sum(len(p) if isinstance(p, bytes) else p.nbytes for p in parts.values())
-
     def _give_out(self, job: _Job, sliding: Sliding, ahead: Iterator[Batch]) -> None:
         """Send pieces until no thread waits; first those that came back, then the job's own."""
-        threads = sum(self._good.values())
-        ready = frozenset(self._good).intersection(*(self._lying[name].at for name in job.sent.parts))
-        if not ready or (len(self._good) < self.wanted and not self._out and job.done == 0):
+        threads, ready = self.crew.threads, self.crew.ready(job.sent)
+        if not ready or (len(self.crew.good) < self.wanted and not self._out and job.done == 0):
             self._wait_for_workers()
             return
         self._heard, self.wanted = -math.inf, 1
@@ -336,18 +192,20 @@ class Workers:
     def _wait_for_workers(self) -> None:
         """Wait while no worker can be used, for a limited time."""
         now = time.monotonic()
-        if self._looking:  # it may be compiling the engine, which takes minutes
+        if self.crew.looking:  # it may be compiling the engine, which takes minutes
             self._heard = now
         if self._heard == -math.inf:
             self._heard = now
-        hopeless = self._refused and not self._good and not self._pace[1]
+        hopeless = self.crew.refused and not self.crew.good and not self._pace[1]
         if now - self._heard <= (0.0 if hopeless else WAIT_S):
             return
-        if self._good and self.wanted > 1:
-            self.feedback.warn(f"--workers {self.wanted}: only {len(self._good)} have come; the run begins with them")
+        if self.crew.good and self.wanted > 1:
+            self.feedback.warn(
+                f"--workers {self.wanted}: only {len(self.crew.good)} have come; the run begins with them"
+            )
             self.wanted = 1
             return
-        why = next(iter(self._refused.values()), "none has come; start one: dask worker ADDRESS-OF-THE-SCHEDULER")
+        why = next(iter(self.crew.refused.values()), "none has come; start one: dask worker ADDRESS-OF-THE-SCHEDULER")
         raise NobodySlides(f"--scheduler {self.where}: no worker can be used: {why}")
 
     def _next_piece(self, job: _Job, sliding: Sliding, ahead: Iterator[Batch], threads: int) -> _Piece | None:
@@ -393,7 +251,7 @@ class Workers:
         ]
         order = block_of(facts, arrays)
         piece.order, piece.workers = digest_of_block(order), ready
-        scene, *large = (self._lying[name].future for name in job.sent.parts)
+        scene, *large = self.crew.futures_of(job.sent)
         attempt = f", try {piece.tries + 1}" if piece.tries else ""
         piece.future = self.client.submit(
             on_worker.slide_piece,
@@ -444,12 +302,10 @@ class Workers:
 
     def _settle(self, piece: _Piece, answer: bytes | Exception) -> None:
         if isinstance(answer, Exception):
-            if not isinstance(answer, _gone_for_a_while()):
+            if not isinstance(answer, gone_for_a_while()):
                 raise answer
-            for name in piece.job.sent.parts:  # its scene may be lost with the workers that had it
-                self._lying[name].at.clear()
+            self.crew.lose(piece.job.sent)
             self._send_again(piece)
-            self._looked = -math.inf
             return
         del self._out[piece.future.key]
         result, cells = on_worker.answer_of(answer, piece.order)
@@ -481,14 +337,6 @@ def piece_size(left: int, threads: int, each_s: float | None) -> int:
     if each_s is not None:
         size, least = (max(1, int(wanted / max(each_s, 1e-9))) for wanted in (PIECE_S, LEAST_PIECE_S))
     return max(min(size, MOST_A_PIECE, math.ceil(left / (2 * threads))), least)
-
-
-def _gone_for_a_while() -> tuple[type[Exception], ...]:
-    """Whether a piece failed because its worker, scene or scheduler is gone, so that it is sent again."""
-    from distributed.client import FutureCancelledError
-    from distributed.scheduler import KilledWorker
-
-    return KilledWorker, FutureCancelledError, on_worker.WrongScene, OSError
 
 
 def _is_same(one: Sliding, other: Sliding) -> bool:

@@ -99,8 +99,8 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.identity import result_folder
     from deadwood_algorithms.results.run_folder import write_json
     from deadwood_algorithms.simulate.checkpoints import part_path
+    from deadwood_algorithms.simulate.crew import NobodySlides
     from deadwood_algorithms.simulate.warm_up import load_kernels
-    from deadwood_algorithms.simulate.workers import NobodySlides
 
     final = Path(ask.output)
     with (

@@ -18,7 +18,7 @@ from thread_workers import STARTED, threads_for_workers
 from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene import layers, reach
-from deadwood_algorithms.simulate import chunks, scheduler, windows, workers
+from deadwood_algorithms.simulate import chunks, crew, scheduler, windows, workers
 from deadwood_algorithms.tools import (
     break_trees,
     compare_fidelity,
@@ -312,7 +312,7 @@ def test_lost_workers_are_no_fault_of_a_site(case, said, tmp_path, monkeypatch):
 
     def lost_at_b(self, sliding, *words):
         if sliding.name.endswith("-b"):
-            raise workers.NobodySlides("--scheduler local: the scheduler is lost; start it again")
+            raise crew.NobodySlides("--scheduler local: the scheduler is lost; start it again")
         return plain(self, sliding, *words)
 
     monkeypatch.setattr(workers.Workers, "slide", lost_at_b)
@@ -360,13 +360,13 @@ def test_without_dask_the_fix_is_reported(case, tmp_path, monkeypatch):
 
 
 def test_a_worker_that_computes_other_bits_is_not_used(case, tmp_path, monkeypatch):
-    plain = workers.Workers.__init__
+    plain = crew.Crew.__init__
 
     def begin(self, *words, **named) -> None:
         plain(self, *words, **named)
         self._bits = "of another processor"
 
-    monkeypatch.setattr(workers.Workers, "__init__", begin)
+    monkeypatch.setattr(crew.Crew, "__init__", begin)
     with pytest.raises(UserError, match="no worker can be used: the same engine gives other bits"):
         case.run(output=str(tmp_path / "run"), scheduler="local", workers=1)
 

@@ -18,7 +18,7 @@ from slope_case import Case, assert_same_bytes, assert_same_file, points, write_
 
 from deadwood_algorithms.evaluate.protection import changed_scenes
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.simulate import chunks
+from deadwood_algorithms.simulate import chunks, crew
 from deadwood_algorithms.simulate import workers as spread_workers
 from deadwood_algorithms.tools import value_trees
 
@@ -80,7 +80,7 @@ def site(tmp_path_factory) -> Iterator[Site]:
 def _brisk(monkeypatch):
     """Small pieces and frequent looks, so that much happens in a run of seconds."""
     monkeypatch.setattr(spread_workers, "PIECE_S", 0.05)
-    monkeypatch.setattr(spread_workers, "LOOK_EVERY_S", 0.1)
+    monkeypatch.setattr(crew, "LOOK_EVERY_S", 0.1)
 
 
 def run_on(site: Site, case: Case, output: Path, watcher: Watcher, **changes) -> Path:
@@ -162,7 +162,7 @@ def test_a_run_with_no_worker_of_its_engine_is_refused(case, site, tmp_path):
 def test_a_lost_scheduler_is_reported_and_the_run_continues_without(
     case, alone, tmp_path, tmp_path_factory, monkeypatch
 ):
-    monkeypatch.setattr(spread_workers, "LOST_S", 1.0)
+    monkeypatch.setattr(crew, "LOST_S", 1.0)
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     site = Site(tmp_path_factory.mktemp("lost"))
     try:

@@ -9,7 +9,7 @@ from typing import Any
 from deadwood_algorithms.evaluate.sites.overview import SiteFound, found_of_failure, found_of_run
 from deadwood_algorithms.evaluate.sites.sites_table import SiteOptions
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Stage, UserError
-from deadwood_algorithms.simulate.workers import NobodySlides
+from deadwood_algorithms.simulate.crew import NobodySlides
 
 
 def site_stage(feedback: Feedback, name: str, number: int, count: int) -> Stage:

@@ -11,7 +11,7 @@ from deadwood_algorithms.evaluate.sites.sites_table import SiteOptions
 from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.params.tool import Feedback, Stage, UserError
 from deadwood_algorithms.results.forecast import Forecast, Pilot, forecast, refuse_too_large, together
-from deadwood_algorithms.simulate.workers import NobodySlides
+from deadwood_algorithms.simulate.crew import NobodySlides
 
 PILOTS = 8  # sites of which a part is slid; the others are assumed to behave like the nearest of these
 LEAST_PILOT = 10  # logs of a site
