@@ -82,8 +82,8 @@ class SlopeToReport(QgsProcessingModelAlgorithm):
     def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
         super().initAlgorithm(configuration or {})
         name_all(self)
-        for kind in LAYERS:
-            self.parameterDefinition(kind).setMetadata({"widget_wrapper": likely(kind)})
+        for name in LAYERS:
+            self.parameterDefinition(name).setMetadata({"widget_wrapper": likely(name)})
 
     def name(self) -> str:
         return "slopetoreport"
