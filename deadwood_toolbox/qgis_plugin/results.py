@@ -61,11 +61,11 @@ class Results:
 
     def load(self, context: QgsProcessingContext, opens: bool) -> None:
         """Have QGIS load what the user wants to see: the ticked files, and a folder's layers if requested."""
-        waiting = context.layersToLoadOnCompletion()
         for declared in self.tool["parameters"]:
             path = self.asked.get(declared["name"])
             if path is None:
                 continue
+            waiting = context.layersToLoadOnCompletion()
             asked = next((uri for uri in waiting if os.path.abspath(uri) == path), None)
             if declared["widget"] == "output_folder":
                 if opens and declared["required"] and context.project() is not None:
@@ -74,10 +74,9 @@ class Results:
             elif asked is not None:
                 sources = sources_of_file(path)
                 if len(sources) > 1:
-                    waiting = {uri: each for uri, each in waiting.items() if os.path.abspath(uri) != path}
+                    project = waiting.pop(asked).project
                     context.setLayersToLoadOnCompletion(waiting)
-                    title = f"{self.tool['label']}: {Path(path).stem}"
-                    announce(sources, title, context, waiting[asked].project)
+                    announce(sources, f"{self.tool['label']}: {Path(path).stem}", context, project)
                 else:  # of `waiting`, which is a copy, QGIS would not see it
                     context.layerToLoadOnCompletionDetails(asked).setPostProcessor(Arrival.kept("", "", 0, True))
 

@@ -234,5 +234,8 @@ opened.destinationName = "Releases"
 outcomes["in_a_thread"] = run_as_a_dialog_does(
     "samplereleases", AREAS=f"{SAMPLE}/sample.gpkg|layername=release_area", DEM=dem, COUNT=2, OUTPUT=opened
 )
+opened = QgsProcessingOutputLayerDefinition(f"{WORK}/spread_in_a_thread.gpkg", project)
+deposits = f"{WORK}/run/run.gpkg|layername=deposits"
+outcomes["layers_in_a_thread"] = run_as_a_dialog_does("lateralspread", DEPOSITS=deposits, OUTPUT=opened)
 print("JSON" + json.dumps(outcomes, default=str), flush=True)
 os._exit(0)  # QGIS's own cleanup at exit is not tested
