@@ -143,6 +143,16 @@ def draw_reliefs(axes: Any, sources: Sequence[ReportedRun]) -> None:
         draw_relief(axes, each)
 
 
+def covering(sources: Sequence[ReportedRun]) -> list[ReportedRun]:
+    """The runs whose terrains together reach as far as those of all: the largest, and those that reach beyond it."""
+    chosen: list[ReportedRun] = []
+    known = [each for each in sources if each.ground is not None]
+    for each in sorted(known, key=lambda each: -area(each.extent)):
+        if not shapely.union_all([shapely.box(*one.extent) for one in chosen]).covers(shapely.box(*each.extent)):
+            chosen.append(each)
+    return chosen
+
+
 def area(extent: Extent) -> float:
     west, south, east, north = extent
     return (east - west) * (north - south)
@@ -301,9 +311,9 @@ def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Fi
     figure, panels, room = map_panels(len(sources), shown, words)
     handles: dict[str, Any] = {}
     image: Any = None
-    widest = max(sources, key=lambda each: area(each.extent) if each.ground is not None else 0.0)
+    under = covering(sources)
     for axes, source in zip(panels, sources, strict=False):
-        draw_reliefs(axes, [widest, source] if widest is not source else [source])
+        draw_reliefs(axes, under if any(each is source for each in under) else [*under, source])
         if "hits" in source.rasters:
             image = show_layer(axes, source, "hits")
         drawn = _scene(axes, source, words, SMALL) + _logs(axes, source, words, ways_too=False, size=SMALL)

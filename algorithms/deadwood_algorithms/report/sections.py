@@ -252,10 +252,14 @@ def design_cells(rows: Sequence[Mapping[str, Any]], words: Words) -> list[str]:
     ]
 
 
-def design_cell(row: Mapping[str, Any], more: str, words: Words) -> str:
-    """``310 (250 to 420)``; if no upper bound can be given, the number of additional hits or logs needed (``more``)."""
+def design_cell(row: Mapping[str, Any], more: str, words: Words) -> Any:
+    """``310 (250 to 420)``; if no upper bound can be given, the number of additional hits or logs needed (``more``),
+    on as many lines as the column needs.
+    """
     (shown,) = design_cells([row], words)
-    return f"{shown} ({words.say(more, n=row['n_more'])})" if row["n_more"] else shown
+    if not row["n_more"]:
+        return shown
+    return joined([shown, " ", element("span", f"({words.say(more, n=int(row['n_more']))})", class_="quiet")])
 
 
 def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:

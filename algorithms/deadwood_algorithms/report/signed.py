@@ -106,7 +106,7 @@ def assumed_words(sources: Sequence[ReportedRun], words: Words) -> dict[str, str
 
 def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
     """The runs side by side: reach, energies and heights of arrival, how logs ended, run-out."""
-    rows: list[list[str]] = []
+    rows: list[list[Any]] = []
     for k, each in enumerate(sources[0].summary["reach"][:MOST_LINES]):
         line = str(each["line_id"])
         records = [source.summary["reach"][k] if k < len(source.summary["reach"]) else None for source in sources]
@@ -135,7 +135,7 @@ def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
     return table(head if len(sources) > 1 else [words.say("quantity"), words.say("value")], rows)
 
 
-def arriving(source: ReportedRun, line: str, quantity: str, words: Words) -> str:
+def arriving(source: ReportedRun, line: str, quantity: str, words: Words) -> Any:
     """The percentile of what arrives at a line, with its interval; a dash if it is unknown."""
     for each in source.passages:
         if each.kind == "line" and each.place_id == line and each.log_id.size:

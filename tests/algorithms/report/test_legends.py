@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
@@ -13,7 +14,7 @@ from deadwood_algorithms.files.pictures import show_quantity, show_scale
 from deadwood_algorithms.report.answer_figures import NARROW
 from deadwood_algorithms.report.figures import STYLE, WIDTH
 from deadwood_algorithms.report.languages import LANGUAGES
-from deadwood_algorithms.report.plan import has_room_beside, legend_of_map, map_frame
+from deadwood_algorithms.report.plan import covering, has_room_beside, legend_of_map, map_frame
 from deadwood_algorithms.report.words import Words
 
 WIDE, TALL = (0.0, 0.0, 300.0, 200.0), (0.0, 0.0, 200.0, 320.0)
@@ -84,3 +85,12 @@ def test_a_tall_map_has_its_legend_beside_it():
     assert has_room_beside(TALL, WIDTH)
     assert not has_room_beside(WIDE, WIDTH)
     assert not has_room_beside(TALL, NARROW)
+
+
+def test_terrains_under_maps_side_by_side_leave_no_strip_white():
+    """With the largest alone a strip stayed white where another run reached farther."""
+    large, small, beside = (
+        SimpleNamespace(extent=extent, ground=object())
+        for extent in ((0.0, 0.0, 100.0, 100.0), (10.0, 10.0, 50.0, 50.0), (-10.0, 0.0, 60.0, 90.0))
+    )
+    assert covering([small, large, beside]) == [large, beside]  # type: ignore[list-item]
