@@ -45,7 +45,7 @@ def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | Non
     """A table that scrolls on a narrow screen; the first column is text, the others are right-aligned."""
     rows = list(rows)
     # a column of sentences is left-aligned, including its header
-    kinds = ["text" if any(len(str(row[k])) > LONG for row in rows) else None for k in range(len(head))]
+    kinds = ["text" if any(len(as_read(row[k])) > LONG for row in rows) else None for k in range(len(head))]
     cells = (element("th", whole_unit(each), scope="col", class_=kind) for each, kind in zip(head, kinds, strict=True))
     top = element("tr", *cells)
     body = [
@@ -59,6 +59,11 @@ def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | Non
     title = [element("caption", caption)] if caption else []
     whole = element("table", *title, element("thead", top), element("tbody", *body))
     return scrolled(whole, caption or str(head[0]), short=len(rows) <= SHORT)
+
+
+def as_read(cell: Any) -> str:
+    """The text of a cell, without its markup."""
+    return re.sub("<[^>]*>", "", cell) if isinstance(cell, Markup) else str(cell)
 
 
 def whole_unit(name: Any) -> Any:
