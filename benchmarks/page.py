@@ -102,7 +102,7 @@ def fidelity_table(results: Row) -> str:
             ]
         )
     head = ["fidelity", "CPU ms per log", "cost", "reach minus `reference`, mean of scenes [points]", "worst scene"]
-    head += ["as much as mu", "hit raster, distance / noise", "penetration, median / deepest [cm]"]
+    head += ["equivalent change of mu", "hit raster, distance / noise", "penetration, median / deepest [cm]"]
     return table(head, rows)
 
 
@@ -125,7 +125,7 @@ def factor_table(results: Row) -> str:
         if row["group"] not in ("fidelity", "impacts", "rings")
     ]
     head = ["factor", "setting", "against", "cost", "difference of reach, mean of scenes [points]", "worst scene"]
-    return table([*head, "as much as mu", "logs that disagree", "scenes", "logs per scene"], rows)
+    return table([*head, "equivalent change of mu", "logs that disagree", "scenes", "logs per scene"], rows)
 
 
 def _share(record: Row) -> str:

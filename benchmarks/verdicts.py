@@ -31,7 +31,8 @@ def yardstick(results: Row) -> str:
         return "*Not measured yet.*"
     return (
         f"One hundredth of mu moves reach by {yard[0]:+.2f} ± {tables.Z_95 * yard[1]:.2f} points in the mean of these "
-        "scenes. The column *as much as mu* is a setting's difference in these terms (with its interval): a difference "
+        "scenes. The column *equivalent change of mu* is a setting's difference in these terms (with its interval): "
+        "a difference "
         "of 0.01 is smaller than what any site's friction is known to."
     )
 
@@ -97,7 +98,7 @@ def _more(one: float, other: float) -> str:
 
 
 def _of_factor(results: Row, group: str) -> str:
-    """``0.05: +0.4, 0.2: +1.9 points (as much as mu -0.01 ± 0.00)``, by value; empty where nothing is measured."""
+    """``0.05: +0.4, 0.2: +1.9 points (the same as changing mu by -0.01 ± 0.00)``; empty if nothing is measured."""
     rows = tables.of_group(results, group)
     each = ", ".join(f"{tables.points(row['delta'])} at {SETTINGS[name].value:g}" for name, row in rows)
     most = max((row for _, row in rows), key=lambda row: abs(row["delta"]), default=None)
@@ -152,7 +153,7 @@ def choice(results: Row) -> str:
         name, most = max(rows, key=lambda row: abs(row[1]["delta"]))
         found.append(
             f"**The posture at the release** changes it by up to {tables.with_interval(most)} points ({name} instead "
-            f"of upright), as much as mu {tables.in_friction(results, most)}."
+            f"of upright), the same as changing mu by {tables.in_friction(results, most)}."
         )
     if records := _rebounds(results, "draft"):
         worst = max(records, key=lambda k: abs(records[k]["delta"]))
@@ -162,7 +163,8 @@ def choice(results: Row) -> str:
     near = tables.friction_slope(results, ("sensitive",))
     if near and yard:
         found.append(
-            f"**If friction is close to the slope's tangent**, one hundredth of it is worth {near[0]:+.1f} points, in "
+            f"**If friction is close to the slope's tangent**, one hundredth more changes reach by {near[0]:+.1f} "
+            f"points, in "
             f"the usual scenes {yard[0]:+.1f}."
         )
     return "\n".join(f"- {line}" for line in found) if found else "*Not measured yet.*"
@@ -211,7 +213,8 @@ def impacts(results: Row) -> str:
 def posture(results: Row) -> str:
     """The effect of the posture of the released logs on reach, compared with friction."""
     rows = [
-        f"{name} logs {tables.with_interval(row)} points, as much as mu {tables.in_friction(results, row)} (most in "
+        f"{name} logs {tables.with_interval(row)} points, the same as changing mu by "
+        f"{tables.in_friction(results, row)} (most in "
         f"{row['worst_scene']}: {tables.with_interval(row['worst'])})"
         for name, row in tables.of_group(results, "posture")
     ]

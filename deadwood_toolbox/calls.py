@@ -114,7 +114,7 @@ def _folder_of_inputs(output: Path | None, temporary: TemporaryFolder | None) ->
     if temporary is not None:
         return temporary.path / "inputs"
     if output is None:
-        raise UserError("this tool has no output to keep data beside; give it paths")
+        raise UserError("this tool has no output beside which data could be kept; give paths")
     return output.with_name(f"{output.stem}_inputs")
 
 
@@ -135,7 +135,7 @@ def _as_path(parameter: Parameter, value: Any) -> Any:
         return ",".join(os.fspath(each) for each in value)
     if value is None or isinstance(value, str) or parameter.of_kind.number_or_text:
         return _plain(value)
-    raise UserError(f"{parameter.flag} is of the type {type(value).__name__}, but must be {_welcome(parameter)}")
+    raise UserError(f"{parameter.flag} has the type {type(value).__name__}, but must be {_welcome(parameter)}")
 
 
 def _as_setting(parameter: Parameter, value: Any) -> Any:

@@ -205,8 +205,8 @@ def build(tools: Sequence[Tool], listed: Sequence[Tool | Declared]) -> click.Gro
         subcommand_metavar="TOOL [FLAGS]",
         callback=_top,
         params=[
-            click.Option(["--version"], is_flag=True, help="Say the version and exit."),
-            click.Option(["--versions"], is_flag=True, help="Say also with which Python and libraries it works."),
+            click.Option(["--version"], is_flag=True, help="Show the version and exit."),
+            click.Option(["--versions"], is_flag=True, help="Also show the Python and the libraries that it uses."),
         ],
     )
     for tool in tools:

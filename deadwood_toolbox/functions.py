@@ -442,9 +442,9 @@ def import_trees(
     A missing DBH is computed from the height by DBH[cm] = a * H[m]^b, a missing height from the DBH by the same
     law; a tree with neither is dropped. The law is that of ``dbh_a`` and ``dbh_b``, a published one
     (``dbh_law``), that of the zone polygon in which the tree stands, or one fitted to measured trees
-    (``dbh_sample``; of the logarithms, corrected by exp(s^2 / 2)). A single law misjudges stems by up to a
-    factor of two: use a law of your region. ``dbh_source`` distinguishes ``measured`` from ``modelled``. What
-    was filled in, dropped or merged is counted in notes.
+    (``dbh_sample``; the logarithms are fitted, with the correction exp(s^2 / 2)). A single law misjudges stems
+    by up to a factor of two: use a law of your region. ``dbh_source`` distinguishes ``measured`` from
+    ``modelled``. What was filled in, dropped or merged is counted in notes.
 
     Dead standing trees and snags are kept out of the trees, because they are future logs: ``snags`` writes them
     as a releases layer (upright, where they stand, with their DBH and height). Lying or removed trees are
@@ -473,8 +473,8 @@ def import_trees(
     Laws of DBH[cm] from the height H[m] (the module ``allometry`` names their sources):
 
     - ``fint-ch``: DBH[cm] = 2.52 * H[m]^0.84; FINT-CH, for all of Switzerland; the default
-    - ``fint``: DBH[cm] = 1 * H[m]^1.25; pyFINT's default until March 2021; since then it is that of fint-ch (of
-      35 m 50 instead of 85 cm)
+    - ``fint``: DBH[cm] = 1 * H[m]^1.25; pyFINT's default until March 2021; since then it is that of fint-ch (50
+      cm instead of 85 for 35 m)
     - ``chablais-spruce``: DBH[cm] = 1.357 * H[m]^1.071; Chablais 3, spruce, 29 trees, rmse 6.4 cm
     - ``chablais-fir``: DBH[cm] = 0.786 * H[m]^1.256; fir, 21 trees, 4.3 cm
     - ``chablais-beech``: DBH[cm] = 3.823 * H[m]^0.551; beech, 47 trees, 3.8 cm
@@ -529,7 +529,7 @@ def import_trees(
         Number that marks a missing value. For example -1 (FINT-CH) or 0.
     read_as : optional
         Words in the columns of DBH and height, and their numbers. For open classes and words: >60=65;
-        Starkholz=55. Nothing behind the = is a gap.
+        Starkholz=55. Nothing after the = marks a missing value.
     status_field : optional
         Field that distinguishes dead trees from living ones.
     dead_values : optional
@@ -549,8 +549,8 @@ def import_trees(
       oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir, jucker-global,
       jucker-conifer-forest-gymnosperm, jucker-conifer-forest-angiosperm, jucker-mixed-forest-gymnosperm,
       jucker-mixed-forest-angiosperm, jucker-boreal-gymnosperm, jucker-boreal-angiosperm
-        Published law in place of a and b. The description lists them. Beside a law with the crown, a and b
-        serve trees whose crown is not known.
+        Published law in place of a and b. The description lists them. With a law that needs the crown, a and b
+        are used for trees whose crown is unknown.
     dbh_zones : polygon
         Zones with different laws. Fields dbh_a and dbh_b, or dbh_law.
     dbh_sample : optional
@@ -593,6 +593,7 @@ def find_trees(
     dem: TerrainInput | None = None,
     window: Literal["mixed", "deciduous"] = "mixed",
     window_m: float | None = None,
+    window_growth: float = 0.0,
     min_height_m: float = 2.0,
     dbh_a: float = 2.52,
     dbh_b: float = 0.84,
@@ -614,14 +615,14 @@ def find_trees(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> FindTreesResult:
-    """Find the trees of a canopy height model, or of a surface and a terrain model, and make the trees layer of
-    them.
+    """Find the trees of a canopy height model, or of a surface and a terrain model, and write them as a trees
+    layer.
 
-    A cell is a tree top if it is the highest within a circle around it whose diameter follows from its own
-    height (Popescu and Wynne 2004; as lidR's ``locate_trees`` with ``lmf`` does on a raster). ``window`` names
-    a published law of the diameter D[m] from the height H[m], ``window_m`` gives a constant diameter instead;
-    the eight neighbours are always compared. Of equal cells beside each other one is the tree: the
-    southernmost, and of these the westernmost.
+    A cell is a tree top if none is higher within a circle around it whose diameter follows from its own height
+    (Popescu and Wynne 2004; as lidR's ``locate_trees`` with ``lmf`` does on a raster). ``window`` names a
+    published law of the diameter D[m] from the height H[m]; ``window_m`` gives a constant diameter instead, to
+    which ``window_growth`` adds metres per metre of height. The eight neighbours are always compared. Of equal
+    tops beside each other one is the tree: the southernmost, and of these the westernmost.
 
     - ``mixed``: D = 2.51503 + 0.00901 H^2, deciduous trees and pines together
     - ``deciduous``: D = 3.09632 + 0.00895 H^2
@@ -634,7 +635,7 @@ def find_trees(
     The DBH follows from the height as in ``import-trees`` (``dbh_law``, or ``dbh_a`` and ``dbh_b``), which
     lists the laws and imports trees found by other programs. The method finds local maxima: small trees below
     others are not seen, a wide crown may count twice, and a building counts as a tree. Fill the pits of a
-    canopy model beforehand, and choose the window by trees that were counted in the field.
+    canopy model beforehand, and choose the window by comparison with trees counted in the field.
 
     With a canopy model: ``deadwood-tool find-trees --chm chm.tif --output trees.gpkg``; with a surface and a
     terrain model: ``deadwood-tool find-trees --dsm dsm.tif --dem dem.tif --window deciduous --output
@@ -655,6 +656,9 @@ def find_trees(
         Law of the window's diameter.
     window_m : m, 0 < x <= 100
         Constant diameter of the window instead.
+    window_growth : m/m, 0 <= x <= 10, default 0
+        Growth of the constant diameter with the height. D = window_m + growth * H, as lidR and ForestTools
+        often have it.
     min_height_m : m, 1.3 <= x <= 150, default 2
         Minimum height of a tree. Below breast height there is no DBH.
     dbh_a : > 0, default 2.52
@@ -721,15 +725,16 @@ def generate_forest(
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> GenerateForestResult:
-    """Plant a random forest: stems per hectare at uniform places, with sizes of given trees or normally
-    distributed.
+    """Plant a random forest: stems per hectare at uniformly random places, with the sizes of given trees or
+    from normal distributions.
 
-    The result is a trees layer for ``slide-logs`` over the DEM, or over stand polygons without excluded ones.
-    From a trees layer (``like``) it takes the density over the same area, and the DBH and height of each tree
-    together from one of its trees, each equally often: mean, standard deviation and basal area are kept,
-    however skewed they are. A DBH or height given as an option overrides that of the layer; both sizes are then
-    drawn from normal distributions with the means, standard deviations and correlation, as without a layer. The
-    result is printed beside the request or the layer's values.
+    The result is a trees layer for ``slide-logs`` over the DEM, or within stand polygons minus excluded
+    polygons. From a trees layer (``like``) it takes the density over the same area, and draws the DBH and
+    height of each tree together from one of the layer's trees, each of which is used equally often: mean,
+    standard deviation and basal area are kept, however skewed they are. A DBH or height given as an option
+    overrides that of the layer; both sizes are then drawn from normal distributions with the means, standard
+    deviations and correlation, as without a layer. The result is printed beside the request or the layer's
+    values.
 
     Stands may differ: where the stand layer has columns named as the options (``stems_per_ha``,
     ``dbh_mean_cm``, ...; or PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is
@@ -771,14 +776,14 @@ def generate_forest(
     exclude : polygon
         Polygons without trees.
     min_spacing_m : m, >= 0, default 0
-        Smallest distance of two stems.
+        Smallest distance between two stems.
     dbh_a : > 0, default 2.52
         a of DBH[cm] = a * H[m]^b.
     dbh_b : > 0, default 0.84
         b of DBH[cm] = a * H[m]^b.
     dbh_law : one of fint-ch, fint, chablais-spruce, chablais-fir, chablais-beech, chablais-all,
       oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir
-        Published law in place of a and b. Of heights without numbers of their own; import-trees lists them.
+        Published law in place of a and b. For heights that are not given; import-trees lists the laws.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
@@ -1185,10 +1190,10 @@ def slide_logs(
     high logs pass. With lines, danger.tif is the share of passing logs that later reach a line: one band for
     any line, and one for each. Every released log is accounted for.
 
-    Logs do not break or meet each other; barriers and boulders do not give way, trees only with break_trees.
-    resume continues an interrupted run and gives the same results, bit for bit, as a run that was never
-    interrupted. With until_ci a run takes the logs in a random order and ends when the intervals are narrow
-    enough; logs that were not run are counted separately.
+    Logs neither break nor collide with each other; barriers and boulders do not give way, trees only with
+    break_trees. resume continues an interrupted run and gives the same results, bit for bit, as a run that was
+    never interrupted. With until_ci a run takes the logs in a random order and ends when the intervals are
+    narrow enough; logs that were not run are counted separately.
 
     With fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity
     and the number of logs: error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all
@@ -1241,7 +1246,7 @@ def slide_logs(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
-        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        Energy that a tree of 40 cm DBH absorbs in a hit before it breaks. slide-logs counts the hits in which a
         tree takes more, and the logs that had one; with break_trees the trees break.
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
@@ -1253,20 +1258,20 @@ def slide_logs(
         slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
         length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        Friction coefficient after much slip, for a point cloud. Friction grows from friction to this while
+        the body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
         centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, for a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, for a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
         it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
-        adds to 1 for the soil that flows.
+        Drag coefficient of the soil that is compacted, for soft ground. C_s of the same model, 0.1 to 4 there;
+        it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -1356,7 +1361,7 @@ def slide_logs(
         Add a QGIS project to the run. With styled and grouped layers, animated logs and a 3-D view:
         project.qgz, and scene.gpkg beside it.
     outline_every_s : s, >= 0.02, default 0.25
-        Time between two outlines of the animated logs. Of the QGIS project, for the logs that keep their
+        Time between two outlines of the animated logs. In the QGIS project, for the logs that keep their
         trajectory.
     geoparquet : optional
         Write the run's layers as GeoParquet too. deposits.parquet, trajectories.parquet and so on, for programs
@@ -1534,7 +1539,7 @@ def run_sites(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
-        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        Energy that a tree of 40 cm DBH absorbs in a hit before it breaks. slide-logs counts the hits in which a
         tree takes more, and the logs that had one; with break_trees the trees break.
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
@@ -1546,20 +1551,20 @@ def run_sites(
         slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
         length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        Friction coefficient after much slip, for a point cloud. Friction grows from friction to this while
+        the body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
         centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, for a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, for a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
         it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
-        adds to 1 for the soil that flows.
+        Drag coefficient of the soil that is compacted, for soft ground. C_s of the same model, 0.1 to 4 there;
+        it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -1649,7 +1654,7 @@ def run_sites(
         Add a QGIS project to the run. With styled and grouped layers, animated logs and a 3-D view:
         project.qgz, and scene.gpkg beside it.
     outline_every_s : s, >= 0.02, default 0.25
-        Time between two outlines of the animated logs. Of the QGIS project, for the logs that keep their
+        Time between two outlines of the animated logs. In the QGIS project, for the logs that keep their
         trajectory.
     geoparquet : optional
         Write the run's layers as GeoParquet too. deposits.parquet, trajectories.parquet and so on, for programs
@@ -1726,9 +1731,9 @@ def count_hits(
     terrain.
 
     danger writes the share of passing logs that later reach a line of reaching (default: the run's own lines),
-    with the same outline or afterwards: band 1 for any line, band 2 the number that passed, then a band for
-    each line. Cells that fewer than danger_least logs pass are transparent. With all trajectories stored and
-    the run's own lines and cells it equals the run's danger.tif.
+    at that moment or later: band 1 for any line, band 2 the number that passed, then a band for each line.
+    Cells that fewer than danger_least logs pass are transparent. With all trajectories stored and the run's own
+    lines and cells it equals the run's danger.tif.
 
     Parameters
     ----------
@@ -1810,7 +1815,7 @@ def reach_lines(
     Logs that left the terrain model would have moved on. The tool warns of them, and of logs that passed near
     its edge, where heights are least certain; `p_low_if_lost` and `p_high_if_lost` are the bounds if none or
     all of those that left before reaching the line had reached it. The shares are those of logs that have
-    started: how likely a start is, is not included.
+    started; the probability of a start is not included.
 
     Parameters
     ----------
@@ -1966,14 +1971,14 @@ def value_trees(
     often may have no effect, if the next one would hold the same logs; another has a negative effect: it
     deflects logs onto the road.
 
-    `plant` asks the opposite: points with `dbh_cm` and `height_m` (trees, or high stumps), each added alone,
+    `plant` does the opposite: points with `dbh_cm` and `height_m` (trees, or high stumps), each added alone,
     and how many fewer logs would then reach each line; `plant_lying` does so for lines of logs that would be
     left lying.
 
     The effect of several objects together is not the sum of their effects: two trees side by side may each have
     none, and together a large one. Name them as a stand, or compare two runs (compare-scenarios). The effect of
-    a tree holds for these releases. Trees break as in the run: not, unless it had `slide-logs --break-trees`.
-    The damage of a tree is not computed.
+    a tree holds for these releases. Trees break only if they did in the run (`slide-logs --break-trees`).
+    Damage to trees is not computed.
 
     Parameters
     ----------
@@ -2056,10 +2061,10 @@ def break_trees(
     break.
 
     In a run of slide-logs trees are rigid and unbreakable. `tree_capacity_kj` is the energy that a tree of 40
-    cm DBH takes before it breaks (for others a power of the DBH). Every log whose hit exceeds it continues
+    cm DBH absorbs before it breaks (for others a power of the DBH). Every log whose hit exceeds it continues
     without that tree, and without the next that it would break, until it breaks none or has reached every line.
-    A tree that breaks takes no energy here, whereas a real one takes some; so the reach of the run and that of
-    this tool are the bounds between which the truth lies.
+    A tree that breaks absorbs no energy here, whereas a real one absorbs some; so the true reach lies between
+    that of the run and that of this tool.
 
     The layer `reach_breaking` has both bounds for each line, with the interval of their difference (paired: the
     same logs); `broken` has each tree that any log breaks, and how many do. There is no default capacity: use
@@ -2088,7 +2093,7 @@ def break_trees(
     run : required
         Folder of a run. Written by slide-logs, with trees and with roads, railways or houses.
     tree_capacity_kj : kJ, > 0, required
-        Energy that a tree of 40 cm DBH takes before it breaks.
+        Energy that a tree of 40 cm DBH absorbs before it breaks.
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
     lines : line or polygon
@@ -2163,16 +2168,16 @@ def site_barriers(
     - `pareto.csv`: each candidate alone, and each chosen set: how many logs still reach a line, the interval of
       that and of   the gain (paired: the same logs), how many it holds and how many jump over or pass beside
       it, and the 95 % percentile   of energy and height of its hits with exact intervals; `pareto` marks the
-      candidates that no other one beats that is   neither longer nor higher; with `barrier_classes` the weakest
-      class of rockfall nets that holds that energy;
+      candidates that no other candidate of the   same or smaller length and height outperforms; with
+      `barrier_classes` the weakest class of rockfall nets that holds   that energy;
     - `barriers.gpkg`: the run's own barriers and those chosen, for slide-logs --barriers, with the effect of
       each once all   stand; `barriers.png`: a map, and remaining reach against length and height;
       `summary.json`.
 
     The results are exact for the logs of the run: the same, log by log, as a separate run with those barriers.
     But the best of many was selected on these logs and has a slightly smaller effect on others; slide others
-    (another seed) to see how much. Barriers are rigid and infinitely strong. Where one can be founded, and at
-    what cost, is for an expert to decide.
+    (another seed) to see how much. Barriers are rigid and infinitely strong. Where a barrier can be founded,
+    and at what cost, is for an expert to decide.
 
     Parameters
     ----------
@@ -2303,8 +2308,8 @@ def map_intensity(
     rockfall (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which
     hazard a field of the matrix stands for, is an expert's decision. A cell is classed by its estimate;
     `classes.json` has the 95 % interval of the area of each class of energy and those above it. A cell that no
-    log passed is empty, which is not a guarantee: `classes.json` states how probable a passage may still be
-    there, and how short the return period.
+    log passed is empty, which is not a guarantee: `classes.json` states how probable a passage there may still
+    be, and how short its return period.
 
     Parameters
     ----------
@@ -2321,14 +2326,14 @@ def map_intensity(
     probability_classes : %, 0 < x < 100, default 0.1,1,10
         Bounds of the classes of passage. Of the logs.
     events_per_year : > 0
-        Events a year in each release area.
+        Events per year in each release area.
     releases : point or polygon
-        Releases or release areas with a column of events a year. With release_id; without it, the run's own
+        Releases or release areas with a column of events per year. With release_id; without it, the run's own
         releases.
     events_field : optional
-        Column of events a year. Default, with releases: events_per_year.
+        Column of events per year. Default, with releases: events_per_year.
     logs_per_event : 1 <= x <= 1000000, default 1
-        Logs that start in one event.
+        Logs that start in an event.
     return_periods_years : years, > 0, default 30,100,300
         Bounds of the classes of return period.
     lines : line or polygon
@@ -2634,7 +2639,7 @@ def compare_scenarios(
         Names of the scenarios, separated by commas. Default: the names of the folders.
     baseline : optional
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
-        barriers, lying logs, boulders), of equals the first.
+        barriers, lying logs, boulders); if several have, the first of them.
     lines : line or polygon
         Roads, railways, houses in place of those of the runs. Their reach is computed from stored trajectories,
         of the logs that have one in every run.
@@ -2743,8 +2748,8 @@ def calibrate_friction(
       represent) or as   areas in which logs came to rest (the width of a road). A field release_id gives the
       release of each. They   count as a sample of an unknown number of logs: each is compared with the
       simulated logs that came to rest on the   terrain model, and the number that leave it has no influence. If
-      all logs of the event were found, set   search_complete; a coefficient with which logs leave must then
-      explain why none did;
+      all logs of the event were found, set   search_complete; coefficients with which logs leave are then less
+      likely, because none did in the event;
     - reached and not_reached: lines or areas that event_logs of the event's logs reached, or did not reach.
       Both   together define a stop line: with too little friction logs go beyond, with too much they do not get
       there.
@@ -2800,7 +2805,7 @@ def calibrate_friction(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
-        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        Energy that a tree of 40 cm DBH absorbs in a hit before it breaks. slide-logs counts the hits in which a
         tree takes more, and the logs that had one; with break_trees the trees break.
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
@@ -2812,20 +2817,20 @@ def calibrate_friction(
         slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
         length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        Friction coefficient after much slip, for a point cloud. Friction grows from friction to this while
+        the body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
         centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, for a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, for a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
         it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
-        adds to 1 for the soil that flows.
+        Drag coefficient of the soil that is compacted, for soft ground. C_s of the same model, 0.1 to 4 there;
+        it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -2979,14 +2984,14 @@ def compare_fidelity(
     line, the spread and the distance of the deposits, the hit raster, top speeds and jumps, beside the CPU time
     of a log and the calculation's own measures (penetration, energy, unconverged steps). Differences have
     intervals over the logs, to separate errors from chance. The posture of the logs at the start is compared,
-    too, at the cheapest fidelity: all of them upright, and all of them lying in random directions, for it can
-    decide as much as friction does.
+    too, at the cheapest fidelity: all of them upright, and all of them lying in random directions, because it
+    can matter as much as friction.
 
     The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of
     your number of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 %
     interval of such a run, for every line. Without lines, the deposit distance and the hit raster are compared
-    with the distance between two halves of the logs. If too few logs were compared to show it, the tool reports
-    this, and about how many would: among trees up to twice the number of the run.
+    with the distance between two halves of the logs. If too few logs were compared to show this, the tool says
+    so and estimates how many are needed: among trees up to twice the number of the run.
 
     Errors beyond the finest fidelity compared, and errors of the inputs, are not included: friction and terrain
     model matter more.
@@ -3035,7 +3040,7 @@ def compare_fidelity(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
-        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        Energy that a tree of 40 cm DBH absorbs in a hit before it breaks. slide-logs counts the hits in which a
         tree takes more, and the logs that had one; with break_trees the trees break.
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
@@ -3047,20 +3052,20 @@ def compare_fidelity(
         slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
         length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        Friction coefficient after much slip, for a point cloud. Friction grows from friction to this while
+        the body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
         centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, for a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, for a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
         it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
-        adds to 1 for the soil that flows.
+        Drag coefficient of the soil that is compacted, for soft ground. C_s of the same model, 0.1 to 4 there;
+        it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3114,7 +3119,7 @@ def compare_fidelity(
     resume : optional
         Continue an interrupted run.
     fidelities : default draft,standard,fine,reference
-        Fidelities to compare. At least two, separated by commas; the finest is the standard of comparison.
+        Fidelities to compare. At least two, separated by commas; the others are compared with the finest.
     logs : >= 1, default 2000
         Logs to compare. A random subset by seed and log_id; all if the layer has fewer.
     planned_logs : >= 1
@@ -3219,8 +3224,8 @@ def vary(
       logs. The design has (factors + 2) x samples runs.
 
     The folder holds `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row for each run) and
-    `summary.json` with a sentence that names the most influential input, or states that this many logs do not
-    decide it.
+    `summary.json` with a sentence that names the most influential input, or states that there are too few logs
+    to decide.
 
     You choose the ranges: a wide one makes its factor strong. The default ranges are suggestions (rolling
     friction 0.03 to 0.15, because no value has been measured for logs). Values in a range count as equally
@@ -3272,7 +3277,7 @@ def vary(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
-        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        Energy that a tree of 40 cm DBH absorbs in a hit before it breaks. slide-logs counts the hits in which a
         tree takes more, and the logs that had one; with break_trees the trees break.
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
@@ -3284,20 +3289,20 @@ def vary(
         slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
         length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        Friction coefficient after much slip, for a point cloud. Friction grows from friction to this while
+        the body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
         centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, for a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, for a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
         it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
-        adds to 1 for the soil that flows.
+        Drag coefficient of the soil that is compacted, for soft ground. C_s of the same model, 0.1 to 4 there;
+        it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3448,9 +3453,9 @@ def explore(
 
     The page is served on this machine's loopback address only, to whoever has the token in the printed address.
     Ctrl-C ends it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a
-    share is accurate to a few percentage points; its interval shows how many. Of a terrain model of more than
-    25 million cells the layers and the 500 m around them are read; a log that leaves these counts as one that
-    left the terrain model.
+    share is accurate to a few percentage points; its interval shows how many. If the terrain model has more
+    than 25 million cells, only the extent of the layers and 500 m around it are read; a log that leaves this
+    part counts as having left the terrain model.
 
     Parameters
     ----------
@@ -3493,7 +3498,7 @@ def explore(
     barrier_restitution : 0 <= x <= 1
         Restitution of barriers. Default: that of the ground.
     tree_capacity_kj : kJ, > 0
-        Energy that a tree of 40 cm DBH takes in a hit before it breaks. slide-logs counts the hits in which a
+        Energy that a tree of 40 cm DBH absorbs in a hit before it breaks. slide-logs counts the hits in which a
         tree takes more, and the logs that had one; with break_trees the trees break.
     tree_capacity_power : 0 <= x <= 6, default 2
         Exponent of DBH / 40 cm with which it grows.
@@ -3505,20 +3510,20 @@ def explore(
         slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
         length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
     friction_max : >= 0
-        Friction coefficient after much slip, of a point cloud. Friction grows from friction to this while the
-        body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        Friction coefficient after much slip, for a point cloud. Friction grows from friction to this while
+        the body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
         centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
     friction_kappa : 1/m, > 0
-        How fast friction grows with slip, of a point cloud. After a slip of 1/kappa it is halfway.
+        How fast friction grows with slip, for a point cloud. After a slip of 1/kappa it is halfway.
     friction_beta : 1/s, >= 0
-        How fast slip decays in the air, of a point cloud. Off the ground the slip decays as exp(-beta t).
+        How fast slip decays in the air, for a point cloud. Off the ground the slip decays as exp(-beta t).
     soil_strength_mn_m2 : MN/m2, > 0
         Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
         10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
         it. Needs scar_drag. Without it the ground is hard.
     scar_drag : >= 0
-        Drag coefficient of the soil that compacts, of soft ground. C_s of the same model, 0.1 to 4 there; it
-        adds to 1 for the soil that flows.
+        Drag coefficient of the soil that is compacted, for soft ground. C_s of the same model, 0.1 to 4 there;
+        it adds to 1 for the soil that flows.
     time_limit_s : s, 0 < x <= 86400, default 300
         Longest simulated time of a log.
     rest_speed_ms : m/s, > 0, default 0.1
@@ -3613,8 +3618,8 @@ def make_report(
     influential inputs.
 
     For several runs of the same releases the page also has the paired differences of `compare-scenarios`, with
-    maps. If an input of a run (the terrain model, the trees) is no longer in its place, the page omits it and
-    states this. Its figures are rounded for reading: numbers for further work are in the run's own files.
+    maps. If an input of a run (the terrain model, the trees) is no longer at its path, the page omits it and
+    says so. Its figures are rounded for reading: numbers for further work are in the run's own files.
 
     Parameters
     ----------
@@ -3628,7 +3633,7 @@ def make_report(
         site-barriers, map-intensity, map-origins or vary; each with its run.
     baseline : optional
         Name of the run that the others are compared with. Default: the run with the fewest obstacles (trees,
-        barriers, lying logs, boulders), of equals the first.
+        barriers, lying logs, boulders); if several have, the first of them.
     title : optional
         Title of the page. Default: the names of the runs.
     author : optional
@@ -3703,7 +3708,7 @@ def check(
     the result are found.
 
     The exit status is 0 if nothing has changed, 3 if something has changed or is missing, and 2 for a file that
-    is no result.
+    is not a result.
 
     Parameters
     ----------
@@ -3754,8 +3759,8 @@ def reproduce_paper(
     `findings.csv` and `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and
     every run. A finding is assessed (an order, a direction, the size of a ratio), not the value on another
     slope. The twins and the rules were fixed before the first run; the numbers of the twins, each with its
-    source, are in `deadwood_algorithms/paper/README.md`; `twin_version 1` uses the twins of before November
-    2026. Findings that fewer than 20 000 logs leave undecided are repeated with 20 000.
+    source, are in `deadwood_algorithms/paper/README.md`; `twin_version 1` uses the twins of the versions before
+    November 2026. Findings that fewer than 20 000 logs leave undecided are repeated with 20 000.
 
     Each finding has a sensitivity panel (`sensitivity.csv`): the same finding as it is, with the log as the
     paper's point cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and, on the
@@ -3881,7 +3886,7 @@ def demo(
     picture.
 
     It writes a synthetic slope (nothing of it is measured) with a road at its foot, releases in a circle of 10
-    m, a forest as if mapped that leaves a gully free, and a random forest of the same density. The same logs
+    m, a forest, as if mapped, that leaves a gully free, and a random forest of the same density. The same logs
     then slide through the mapped forest, through the random one and without forest, and `report.html` shows the
     three side by side. Every step is done by the tools themselves, and the folder holds their inputs and
     outputs: its manifests are enough to repeat each step.

@@ -54,7 +54,9 @@ class Part(Generic[Content]):
         if self.name not in result._read:
             file = self.file_of(result)
             if not self.is_in(result) or file is None:
-                raise UserError(f"{result.folder}: {result.tool} has not made '{self.name}' here; see its options")
+                raise UserError(
+                    f"{result.folder}: {result.tool} did not make '{self.name}' in this run; see its options"
+                )
             result._read[self.name] = self.read(file)
         return result._read[self.name]
 
@@ -140,7 +142,7 @@ class Result:
     def path(self) -> Path:
         """The main output, which other tools take as input."""
         if "output" not in self.outputs:
-            raise UserError(f"{self.tool} leaves no output that another tool could take")
+            raise UserError(f"{self.tool} makes no output that another tool could use")
         return self.outputs["output"]
 
     def __fspath__(self) -> str:
@@ -181,7 +183,7 @@ class Result:
         rasters = [name for name, part in there if isinstance(part, RasterPart)][:1]
         layers = [name for name, part in there if isinstance(part, LayerPart)][:1]
         if not rasters and not layers:
-            raise UserError(f"{self.folder}: {self.tool} has left nothing that a map could show")
+            raise UserError(f"{self.folder}: {self.tool} has no result that a map could show")
         ax = quick_map.map_axes() if ax is None else ax
         for name in rasters:
             quick_map.draw_raster(ax, getattr(self, name))

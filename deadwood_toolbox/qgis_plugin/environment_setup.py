@@ -117,7 +117,7 @@ class Setup(QObject):
         if status != 0 or not said.startswith("deadwood-tool "):
             raise Failed(own_python.not_working(said))
         if own not in said.split():
-            message = _("The toolbox installed is of version {other}, the plugin of {own}; take those of one version.")
+            message = _("The installed toolbox has version {other}, the plugin {own}; use the same version of both.")
             raise Failed(message.format(other=said.split()[1], own=own))
         self._move(COMPILING, _("Compiling the engine for this machine, one to two minutes …"))
         status, said = yield [tool, "warm-up", "--progress=json"]
@@ -210,15 +210,14 @@ class Setup(QObject):
     def _end(self, worked: bool, message: str) -> None:
         self.steps = None
         if worked:
-            self._discard(self.before)
-            self.ended.emit(True, message)
+            self._discard(self.before, lambda: self.ended.emit(True, message))  # then no longer busy
             return
         self._discard(self.place, lambda: self._back(message))
 
     def _back(self, message: str) -> None:
         if self.before.exists():
             self.before.rename(self.place)
-            message += " " + _("The environment from before is back.")
+            message += " " + _("The previous environment has been restored.")
         self.ended.emit(False, message)
 
     def _discard(self, place: Path, then: Callable[[], None] | None = None) -> None:

@@ -61,7 +61,7 @@ class Form(QScrollArea):
         self.state, self.answer, self.difference, self.legend = (QLabel() for each in range(4))
         self.felled = QCheckBox()
         self.felled.setToolTip(_("Select trees in their layer: the same logs slide with and without them."))
-        self.after = QCheckBox(_("Show them felled on the map"))
+        self.after = QCheckBox(_("Show the map with them felled"))
         self.after.setChecked(True)
         self.keep_hits, self.keep_run, self.clear = map(QPushButton, (_("Keep hits…"), _("Save as run…"), _("Clear")))
         self._lay_out()

@@ -403,7 +403,7 @@ class Panel(QDockWidget):
             return
         taken = [each for each in (path, f"{path}_layers.gpkg") if os.path.exists(each)]
         if taken:
-            self.tell(_("There is {path} already; choose another name.").format(path=taken[0]))
+            self.tell(_("{path} already exists; choose another name.").format(path=taken[0]))
             return
         self.run_folder = os.path.abspath(path)
         self.number += 1

@@ -189,7 +189,7 @@ class Inputs:
         if isinstance(layer, QgsRasterLayer):
             return self._raster(declared, layer)
         if not isinstance(layer, QgsVectorLayer):
-            message = _("{label}: '{layer}' is not a raster or vector layer")
+            message = _("{label}: '{layer}' is neither a raster nor a vector layer")
             raise QgsProcessingException(message.format(label=declared["label"], layer=layer.name()))
         path = _file_of(layer)
         why = _held_by_the_map(layer, path)

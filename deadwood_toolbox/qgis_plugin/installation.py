@@ -46,7 +46,7 @@ def report() -> tuple[bool, str]:
     version, own = said.splitlines()[0].split()[1], read_manifest()["version"]
     if version != own:
         fix = "deadwood-tool qgis-plugin --output deadwood.zip"
-        other = _("The plugin is of version {version}; pack and install it again: {command}")
+        other = _("The plugin has version {version}; pack and install it again: {command}")
         return False, f"{where}\n{said}\n{other.format(version=own, command=fix)}"
     return True, f"{where}\n{said}\n{_('The plugin is of the same version. All is well.')}"
 
@@ -74,11 +74,11 @@ class CheckInstallation(QgsProcessingAlgorithm):
 
     def shortHelpString(self) -> str:
         says = _(
-            "Says where deadwood-tool was found, which Python and which GDAL, PROJ and Numba it works with, and what "
-            "to do where it is missing or of another version."
+            "Reports where deadwood-tool was found, which Python, GDAL, PROJ and Numba it uses, and what to do if it "
+            "is missing or of another version."
         )
         looks = _(
-            "It is looked for in the setting (Settings > Options > Deadwood Toolbox, {setting}), in the variable "
+            "The tool is looked for in the setting (Settings > Options > Deadwood Toolbox, {setting}), in the variable "
             "{variable}, on the PATH, and in the usual folders of pip, pipx and uv."
         )
         return f"{says}<p>{html.escape(looks.format(setting=SETTING, variable=VARIABLE))}</p>"

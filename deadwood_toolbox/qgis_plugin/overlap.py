@@ -50,7 +50,7 @@ def check_places(inputs: Inputs, context: QgsProcessingContext, feedback: QgsPro
             place = None
         if place is None or not place.intersects(dem.extent()):
             message = _(
-                "{label}: the layer '{layer}' ({crs}) lies wholly outside the terrain model '{dem}' ({crs_of_dem}); "
+                "{label}: the layer '{layer}' ({crs}) lies entirely outside the terrain model '{dem}' ({crs_of_dem}); "
                 "choose another layer, or check its CRS"
             )
             names = {"label": declared["label"], "layer": layer.name(), "dem": dem.name()}

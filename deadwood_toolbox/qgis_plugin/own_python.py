@@ -90,8 +90,8 @@ def no_packages(said: str) -> str:
         )
     if missing and missing[-1].startswith(DISTRIBUTION):
         message = _(
-            "Your package index has no {package}. Take a zip of the plugin that brings it along, or name the wheel or "
-            "the folder of the toolbox above."
+            "Your package index has no {package}. Use a zip of the plugin that contains it, or name the wheel or the "
+            "folder of the toolbox above."
         )
         return message.format(package=missing[-1])
     if missing:

@@ -40,7 +40,7 @@ def held_by_the_map(layer: QgsRasterLayer, path: str) -> list[str]:
     if any(provider.userNoDataValues(band) for band in bands):
         why.append(_("the cells without data that its properties name"))
     if any(provider.sourceHasNoDataValue(band) and not provider.useSourceNoDataValue(band) for band in bands):
-        why.append(_("the nodata of the file, which its properties switch off"))
+        why.append(_("the nodata value of the file, which its properties disable"))
     own = QgsRasterLayer(path, "own").crs()
     if own.isValid() and own != layer.crs():
         why.append(_("its CRS, which the map has set"))

@@ -39,7 +39,7 @@ class Page(QgsOptionsPageWidget):
         explained = QLabel(
             _(
                 "Where deadwood-tool is (bin/deadwood-tool of its environment, Scripts\\deadwood-tool.exe on Windows). "
-                "Leave it empty to have it looked for on the PATH and in the usual folders."
+                "If this is empty, the PATH and the usual folders are searched."
             )
         )
         explained.setWordWrap(True)

@@ -62,14 +62,14 @@ class SetupDialog(QDialog):
         what = QLabel(
             _(
                 "The tools need libraries that QGIS does not have (about 1 GB). They are installed into an "
-                "environment of their own, in the folder of your QGIS profile; QGIS's own Python stays as it is."
+                "environment of their own, in the folder of your QGIS profile; QGIS's own Python is not changed."
             )
         )
         for each in (what, self.state, self.doing):
             each.setWordWrap(True)
         advanced = QgsCollapsibleGroupBox(_("Advanced"))
         form = QFormLayout(advanced)
-        form.addRow(_("Python (empty: the first that suits)"), self.python)
+        form.addRow(_("Python (empty: the first suitable one)"), self.python)
         brought = what_to_install()[0].replace("\\", "/").rpartition("/")[2]
         form.addRow(_("Wheel or folder of the toolbox (empty: {name})").format(name=brought), self.source)
         advanced.setCollapsed(True)

@@ -109,7 +109,8 @@ class SlopeToReport(QgsProcessingModelAlgorithm):
     def shortHelpString(self) -> str:
         what = _(
             "Draws start positions in the areas, slides the logs through the trees and barriers, and writes the report "
-            "of the run: 'Sample releases', 'Slide logs' and 'Make report' in a row, with their proposed values."
+            "of the run: 'Sample releases', 'Slide logs' and 'Make report' one after the other, with their default "
+            "values."
         )
         change = _(
             "It is a model: the menu Plugins > Deadwood Toolbox opens it in the Model Designer, where steps and values "

@@ -59,9 +59,9 @@ class StartHere(QgsProcessingAlgorithm):
     def shortHelpString(self) -> str:
         what = _(
             "Makes a small synthetic slope with a road at its foot, releases logs, slides them through a mapped "
-            "forest, a random one and none, and writes a report. The terrain, the road, the trees and the results are "
-            "laid on the map. Nothing is needed beforehand; with the logs proposed it takes about a minute, the first "
-            "time longer."
+            "forest, a random one and none, and writes a report. The terrain, the road, the trees and the results "
+            "are added to the map. No data are needed; with the proposed number of logs it takes about a minute, "
+            "longer the first time."
         )
         steps = (
             _("Terrain: a raster of heights in metres, in a projected CRS; a cell of 0.5 to 2 m."),

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from .compiled import inlined, kernel
 from .contacts import touch
-from .cores import BARRIER, CORE, lay_out
+from .cores import BARRIER, CORE, SweptSphere, lay_out
 from .limits import BEHIND_FACE, FLAT_TOLERANCE, POST_LEAN, POST_LENGTH, PUSHES_DOWN, STRAIGHT
 from .log_body import CENTRE, LENGTH
-from .narrow_phase import deepest, gap_at_end, touch_core
+from .narrow_phase import axis_of, deepest, gap_at_end, touch_core
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import Terrain, surfaces_at
 from .vectors import cross, dot, norm, point
@@ -111,9 +111,29 @@ def prepare(terrain: Terrain, barriers: Barriers) -> tuple[Any, NDArray[np.int64
     return np.concatenate(parts), np.array(outside, np.int64)
 
 
+class Plate(NamedTuple):
+    """A vertical plate: in plan from (x, y) along (ax, ay) for the width, below its top z + rise u at u."""
+
+    x: float  # [m]
+    y: float
+    z: float  # [m] height of the top at its start
+    ax: float  # unit vector in plan
+    ay: float
+    rise: float  # [-] of the top
+    width: float  # [m] in plan
+
+
 @kernel
-def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, top0, rise):
-    """Point of an end face (centre e, axis d, radius a) that is deepest against the plate's normal n and below its top.
+def plate_of(edge):
+    """The ``Plate`` below an edge, a record of CORE."""
+    level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
+    return Plate(edge.x, edge.y, edge.z, edge.ux / level, edge.uy / level, edge.uz / level, edge.long * level)
+
+
+@kernel
+def deepest_below_edge(e, d, a, n, plate):
+    """Point of an end face (centre e [m], axis d, radius a [m]) that is deepest against the plate's normal n (in plan)
+    and below its top.
 
     The face is a disc cut by the top edge, and depth is linear on it, so the deepest point is the deepest point of the
     rim if that is below the edge, otherwise one of the two points of the rim at the height of the edge. A disc whose
@@ -121,6 +141,9 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
     below the edge is on the other side and has not penetrated. Returns (whether any of the disc is below the edge,
     point).
     """
+    (ex, ey, ez), (dx, dy, dz), (nx, ny) = e, d, n
+    x, y, top0, ax, ay, rise, _ = plate
+    sine = math.sqrt(dx * dx + dy * dy)
     nd = nx * dx + ny * dy
     qx, qy, qz = nd * dx - nx, nd * dy - ny, nd * dz
     size = norm((qx, qy, qz))
@@ -140,13 +163,13 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
                 u = (ex + away * qx + turn * hx - x) * ax + (ey + away * qy + turn * hy - y) * ay
                 hangs = hangs and ez + away * qz + turn * hz > top0 + rise * u
             if hangs:
-                return False, px, py, pz
+                return False, (px, py, pz)
     limit = top0 + rise * ((px - x) * ax + (py - y) * ay)
     if pz <= limit:
-        return True, px, py, pz
+        return True, (px, py, pz)
     height = limit - ez
     if sine < FLAT_TOLERANCE or abs(height) > a * sine:
-        return False, px, py, pz
+        return False, (px, py, pz)
     height /= sine
     half = math.sqrt(max(0.0, a * a - height * height))
     best = math.inf
@@ -158,7 +181,7 @@ def deepest_below_edge(ex, ey, ez, dx, dy, dz, sine, a, nx, ny, x, y, ax, ay, to
         if depth < best:
             best = depth
             px, py = ex + rx, ey + ry
-    return True, px, py, limit
+    return True, (px, py, limit)
 
 
 @kernel
@@ -168,9 +191,8 @@ def sides_of(cone, pose, edge):
 
     The sides are 1 or -1; the clearance is measured along the plate's own directions.
     """
-    back, front, thick, thin = cone[0], cone[1], cone[2], cone[3]
-    level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
-    ax, ay, rise, width = edge.ux / level, edge.uy / level, edge.uz / level, edge.long * level
+    back, front, thick, thin, _, _ = cone
+    _, _, _, ax, ay, rise, width = plate_of(edge)
     gx, gy, dx, dy = pose.x - edge.x, pose.y - edge.y, pose.dx, pose.dy
     off_base, off_tip = (gy + back * dy) * ax - (gx + back * dx) * ay, (gy + front * dy) * ax - (gx + front * dx) * ay
     u_base, u_tip = (gx + back * dx) * ax + (gy + back * dy) * ay, (gx + front * dx) * ax + (gy + front * dy) * ay
@@ -207,8 +229,7 @@ def pierced(body, state, edge):
     are.
     """
     back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
-    level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
-    ax, ay = edge.ux / level, edge.uy / level
+    _, _, _, ax, ay, rise, width = plate_of(edge)
     gx, gy, gz = state[X] - edge.x, state[Y] - edge.y, state[Z] - edge.z
     off, turn = gy * ax - gx * ay, state[DY] * ax - state[DX] * ay
     base, tip = off + back * turn, off + front * turn
@@ -216,26 +237,27 @@ def pierced(body, state, edge):
         return False
     s = back + (front - back) * base / (base - tip)
     u = (gx + s * state[DX]) * ax + (gy + s * state[DY]) * ay
-    return 0.0 <= u <= edge.long * level and gz + s * state[DZ] <= edge.uz / level * u
+    return 0.0 <= u <= width and gz + s * state[DZ] <= rise * u
 
 
 @kernel
 def _below(low, high, at, rate):
-    """Part of [low, high] where at + rate t <= 0."""
+    """Part of [low, high] where at + rate t <= 0, as (low, high); low > high if there is none."""
     if rate == 0.0:
         return (low, high) if at <= 0.0 else (1.0, 0.0)
     return (low, min(high, -at / rate)) if rate > 0.0 else (max(low, -at / rate), high)
 
 
 @kernel
-def _reaches_plate(ex, ey, ez, dx, dy, dz, a, nx, ny, edge):
-    """Whether a disc (centre e, axis d) whose centre is on the side n of a plate's plane reaches the plate itself.
+def _reaches_plate(e, d, a, n, edge):
+    """Whether a disc (centre e [m], axis d, radius a [m]) whose centre is on the side n of a plate's plane reaches the
+    plate itself.
 
     A disc that crosses the plane only above the edge or beside a post hangs over or beside the plate.
     """
-    level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
-    ax, ay, rise = edge.ux / level, edge.uy / level, edge.uz / level
-    gx, gy = ex - edge.x, ey - edge.y
+    (ex, ey, ez), (dx, dy, dz), (nx, ny) = e, d, n
+    x, y, z, ax, ay, rise, width = plate_of(edge)
+    gx, gy = ex - x, ey - y
     off, nd = gx * nx + gy * ny, nx * dx + ny * dy
     size = math.sqrt(max(0.0, 1.0 - nd * nd))
     if not 0.0 <= off < a * size:
@@ -247,11 +269,11 @@ def _reaches_plate(ex, ey, ez, dx, dy, dz, a, nx, ny, edge):
     u, along = (gx + away * qx) * ax + (gy + away * qy) * ay, hx * ax + hy * ay
     high = math.sqrt(a * a - away * away)
     low = -high
-    low, high = _below(low, high, ez + away * qz - edge.z - rise * u, hz - rise * along)
+    low, high = _below(low, high, ez + away * qz - z - rise * u, hz - rise * along)
     if edge.first_post > 0.0:
         low, high = _below(low, high, -u, -along)
     if edge.last_post > 0.0:
-        low, high = _below(low, high, u - edge.long * level, along)
+        low, high = _below(low, high, u - width, along)
     return low <= high
 
 
@@ -262,21 +284,17 @@ def face_of_end(cone, pose, edge, end, side):
     Returns (whether it has a deepest point below the edge, whether that point is on the plate and the face reaches it,
     point, normal, gap).
     """
-    level = math.sqrt(edge.ux * edge.ux + edge.uy * edge.uy)
-    ax, ay = edge.ux / level, edge.uy / level
-    s, a = (cone[0], cone[2]) if end == 0 else (cone[1], cone[3])
-    dx, dy, dz = pose.dx, pose.dy, pose.dz
-    nx, ny = -side * ay, side * ax
-    below, px, py, pz = deepest_below_edge(
-        pose.x + s * dx, pose.y + s * dy, pose.z + s * dz, dx, dy, dz, math.sqrt(dx * dx + dy * dy), a, nx, ny,
-        edge.x, edge.y, ax, ay, edge.z, edge.uz / level,
-    )  # fmt: skip
-    u = (px - edge.x) * ax + (py - edge.y) * ay
-    gap = (px - edge.x) * nx + (py - edge.y) * ny
-    reaches = 0.0 <= u <= edge.long * level
+    plate = plate_of(edge)
+    s, a = (cone.back, cone.thick) if end == 0 else (cone.front, cone.thin)
+    c, d = axis_of(pose)
+    e, n = point(c, s, d), (-side * plate.ay, side * plate.ax)
+    below, p = deepest_below_edge(e, d, a, n, plate)
+    u = (p[0] - plate.x) * plate.ax + (p[1] - plate.y) * plate.ay
+    gap = (p[0] - plate.x) * n[0] + (p[1] - plate.y) * n[1]
+    reaches = 0.0 <= u <= plate.width
     if below and reaches and gap < 0.0:
-        reaches = _reaches_plate(pose.x + s * dx, pose.y + s * dy, pose.z + s * dz, dx, dy, dz, a, nx, ny, edge)
-    return below, reaches, (px, py, pz), (nx, ny, 0.0), gap
+        reaches = _reaches_plate(e, d, a, n, edge)
+    return below, reaches, p, (n[0], n[1], 0.0), gap
 
 
 @kernel
@@ -291,16 +309,16 @@ def is_its_own(core, z, n, plate):
 
 
 @inlined
-def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose, cone, step, within):
+def plate_contacts(query, count, step, edge, row, within):
     """Eq. [e]: contacts of a pose with a plate, its top edge and its posts; returns the new count.
 
     within : [m] edge and posts count if their gap is smaller
     """
+    state, pose, cone = query.state, query.pose, query.cone
     clear, base, tip, over = sides_of(cone, pose, edge)
     if clear > within:
         return count
-    left = step.dt - step.at
-    c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
+    left, axis = step.dt - step.at, axis_of(pose)
     # an object above the edge can reach the plate only through the edge, because it is convex
     by_base, held_base, p_base, n_base, gap_base = face_of_end(cone, pose, edge, 0, base)
     by_tip, held_tip, p_tip, n_tip, gap_tip = face_of_end(cone, pose, edge, 1, tip)
@@ -315,7 +333,8 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
             if (edge.first_post if part == 1 else edge.last_post) == 0.0:
                 continue
             first, u, long = start if part == 1 else point(start, edge.long, up), down, POST_LENGTH
-        gap, z, n, touches = deepest(cone, c, d, first, u, long, 0.0, 0.0, within)
+        core = SweptSphere(first, u, long, 0.0, 0.0)
+        gap, z, n, touches = deepest(cone, axis, core, within)
         # inclination of a post's normal towards its plate: an object from that side touches the plate, not the post
         lean = (edge.ux * n[0] + edge.uy * n[1]) * (0.0, -1.0, 1.0)[part]
         if not touches or n[2] > PUSHES_DOWN:
@@ -323,7 +342,7 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
         if lean > POST_LEAN:
             # if a post is just behind an end face, the lateral surface of the log is inside the plate, and no
             # separation leads along it
-            out = dot(n, d)
+            out = dot(n, axis[1])
             held_base = held_base or (gap < 0.0 and out < -BEHIND_FACE)
             held_tip = held_tip or (gap < 0.0 and out > BEHIND_FACE)
             continue
@@ -332,19 +351,12 @@ def plate_contacts(terrain, frame, edge, row, contacts, keys, count, state, pose
             by_base, by_tip = by_base and gap_base > gap, by_tip and gap_tip > gap
         # the top of a post belongs to the edge
         if is_its_own(edge, z, n, True) if part == 0 else z > 0.0:
-            count = touch_core(
-                terrain, frame, contacts, keys, count, state, pose, cone, (BARRIER, row, POST * part), first, u, long,
-                0.0, 0.0, z, n, gap, step, part == 0,
-            )  # fmt: skip
+            count = touch_core(query, count, step, (BARRIER, row, POST * part), core, (z, n, gap), part == 0)
     by_base, by_tip = by_base and held_base, by_tip and held_tip
     if count == before and not (by_base and gap_base < 0.0) and not (by_tip and gap_tip < 0.0):
         return count  # no contact yet
     if by_base:
-        count = touch(
-            terrain, frame, contacts, keys, count, state, pose, (BARRIER, row, FACE), p_base, n_base, gap_base, step
-        )
+        count = touch(query, count, step, (BARRIER, row, FACE), p_base, n_base, gap_base)
     if by_tip:
-        count = touch(
-            terrain, frame, contacts, keys, count, state, pose, (BARRIER, row, FACE + 1), p_tip, n_tip, gap_tip, step
-        )
+        count = touch(query, count, step, (BARRIER, row, FACE + 1), p_tip, n_tip, gap_tip)
     return count

@@ -42,33 +42,34 @@ from .contact_solver import add_impulse, exchange, solve
 from .contacts import along_normal, along_t, along_u
 from .cores import TREE
 from .energy import contact_work, impulse_work
-from .impacts import make_admissible, rebounds_at_all
+from .impacts import make_admissible, may_rebound, rebounds_at_all
 from .ledger import BROKE, TAKEN, hit_row
 from .limits import BREAKING_LOOKS, BROKEN_WITHIN, LEAST_PUSH
 from .log_body import MASS
-from .rotation import VX, VY, VZ, WX, WY, WZ, spin_of
+from .rotation import VX, VY, VZ, WX, WY, WZ
 
 
 @kernel
-def overloaded(scene, contacts, keys, count, state, body, fall, hits, number, time):
+def overloaded(cores, mass, scratch, state, count, hits, number):
     """(row of its first contact or -1, r [J/kg]) of the tree that would exceed its capacity by most, of all that would
     exceed it once the impulses of this step are recorded.
     """
+    contacts, keys, way = scratch.contacts, scratch.keys, scratch.way[0]
     worst, found, rest = 1.0, -1, 0.0
     for k in range(count):
         if keys[k, 0] != TREE or contacts[k].pn <= 0.0:
             continue
-        core = scene.cores.solid[keys[k, 1]]
-        capacity = core.capacity / body[MASS]
+        core = cores.solid[keys[k, 1]]
+        capacity = core.capacity / mass
         if capacity == math.inf:
             continue
         work, strongest, is_first = 0.0, 0.0, True
         for j in range(count):
             if keys[j, 0] == TREE and keys[j, 1] == keys[k, 1] and contacts[j].pn > 0.0:
                 is_first = is_first and j >= k
-                work -= contact_work(contacts[j], state, VX, fall)
+                work -= contact_work(contacts[j], state, way.fall)
                 strongest = max(strongest, contacts[j].pn)
-        row = hit_row(hits, number, 0.0, core.owner, time)
+        row = hit_row(hits, number, 0.0, core.owner, way.time)
         before = hits[row, TAKEN] if row < number else 0.0
         if not is_first or (row == number and strongest < LEAST_PUSH):
             continue
@@ -100,17 +101,18 @@ def push_with(contacts, first, last, share, velocities):
 
 
 @kernel
-def share_taking(contacts, first, last, state, kick, share, fall, rest):
-    """Eq. [o]: the s in (0, 1] with which the tree absorbs r [J/kg] if the other impulses are fixed: of two roots the
-    one nearer to the current share; -1 if there is none.
+def share_taking(contacts, rows, state, kick, share, fall, rest):
+    """Eq. [o]: the s in (0, 1] with which the tree absorbs r [J/kg] if the other impulses are fixed: of two roots of
+    s^2 q + s h + 2 r = 0 the one nearer to the current share; -1 if there is none.
 
+    rows : first and last + 1 of the tree's contacts; fall : [m/s] as in ``energy``
     state : includes that share of the tree's impulses, which as a whole would change the velocities by ``kick``
     """
     h = q = 0.0
     v = (state[VX] - share * kick[VX], state[VY] - share * kick[VY], state[VZ] + fall - share * kick[VZ])
     w = (state[WX] - share * kick[WX], state[WY] - share * kick[WY], state[WZ] - share * kick[WZ])
     dv, dw = (kick[VX], kick[VY], kick[VZ]), (kick[WX], kick[WY], kick[WZ])
-    for k in range(first, last):
+    for k in range(rows[0], rows[1]):
         c = contacts[k]
         h += (
             c.tried_n * (c.before_n + along_normal(c, v, w))
@@ -130,11 +132,13 @@ def share_taking(contacts, first, last, state, kick, share, fall, rest):
 
 
 @kernel
-def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fall, rest):
-    """Scale the impulses of the tree with the contacts from ``first`` to before ``last`` so that it absorbs r, and
-    solve the
-    contacts before them again. kick : (16,), buffer for a state. Returns the residual [m/s] of the last solve.
+def give_way(scratch, state, rows, rest, sweeps):
+    """Scale the impulses of the tree with these rows of contacts (first, last + 1) so that it absorbs r [J/kg], and
+    solve the contacts before them again. Returns the residual [m/s] of the last solve.
     """
+    contacts, rolling, kick, way = scratch.contacts, scratch.rolling[0], scratch.trial_state, scratch.way[0]
+    first, last = rows
+    tolerance, fall = way.tolerance, way.fall
     for k in range(kick.shape[0]):
         kick[k] = 0.0
     fastest = 0.0
@@ -147,7 +151,7 @@ def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fal
         contacts[k].line = 0
     share, low, high, residual = 1.0, 0.0, 1.0, 0.0
     for _ in range(BREAKING_LOOKS):
-        now = share_taking(contacts, first, last, state, kick, share, fall, rest)
+        now = share_taking(contacts, rows, state, kick, share, fall, rest)
         moved = fastest * abs(now - share)
         if now < 0.0 or (moved > tolerance and not low < now <= high):
             now = 0.5 * (low + high)  # with the other impulses fixed there is no root between the bounds
@@ -156,19 +160,19 @@ def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fal
         share = now
         if first == 0 or moved <= tolerance:
             break
-        _, residual = solve(contacts, first, state, rolling, tolerance, sweeps, False)
+        _, residual = solve(contacts, first, state, rolling, (tolerance, sweeps), False)
         taken = 0.0
         for k in range(first, last):
             c = contacts[k]
             c.pn, c.pt, c.pu = share * c.tried_n, share * c.tried_t, share * c.tried_u
-            taken -= contact_work(c, state, VX, fall)
+            taken -= contact_work(c, state, fall)
         if taken > rest:
             high = share
         else:
             low = share
         if abs(taken - rest) <= BROKEN_WITHIN * rest:
             break
-    now = share_taking(contacts, first, last, state, kick, share, fall, rest)
+    now = share_taking(contacts, rows, state, kick, share, fall, rest)
     now = share if now < 0.0 else now
     push_with(contacts, first, last, now - share, state)
     for k in range(first, last):
@@ -178,17 +182,18 @@ def give_way(contacts, first, last, state, kick, rolling, tolerance, sweeps, fal
 
 
 @kernel
-def break_trees(scene, state, body, settings, scratch, way, hits, number, count, fall, bounces):
+def break_trees(model, log, state, scratch, hits, number):
     """Break every tree that would absorb more than its capacity.
 
-    hits, number : the ledger of this log, before this step; count : contacts of the step; fall : [m/s] as in ``energy``
+    hits, number : the ledger of this log, before this step
 
     Returns how many contacts, the first of the table, are with obstacles that remain.
     """
-    contacts, keys, rolling, near = scratch.contacts, scratch.keys, scratch.rolling[0], scratch.near[0]
+    contacts, keys, near, way = scratch.contacts, scratch.keys, scratch.near[0], scratch.way[0]
+    settings, count = model.settings, way.count
     left = count
     while True:
-        worst, rest = overloaded(scene, contacts, keys, left, state, body, fall, hits, number, way.time)
+        worst, rest = overloaded(model.cores, log.body[MASS], scratch, state, left, hits, number)
         if worst < 0:
             break
         core = keys[worst, 1]
@@ -196,13 +201,11 @@ def break_trees(scene, state, body, settings, scratch, way, hits, number, count,
         scratch.gone[near.gone] = core
         near.gone += 1
         near.listed, near.obstacles_wake = False, 0.0  # the list of obstacles nearby is made again, without this tree
-        way.residual = give_way(
-            contacts, left, last, state, scratch.trial_state, rolling, way.tolerance, settings.sweeps, fall, rest
-        )
+        way.residual = give_way(scratch, state, (left, last), rest, settings.sweeps)
     if left == count:
         return count
-    gained = impulse_work(contacts, left, state, VX, fall, rolling, spin_of(state))
-    if way.residual > way.tolerance or (gained > 0.0 and bounces and rebounds_at_all(contacts, left)):
+    gained = impulse_work(contacts, left, state, scratch.rolling[0], way.fall)
+    if way.residual > way.tolerance or (gained > 0.0 and may_rebound(settings) and rebounds_at_all(contacts, left)):
         trial = scratch.trial_state
         for k in range(6):
             trial[VX + k] = scratch.free[k]
@@ -211,19 +214,18 @@ def break_trees(scene, state, body, settings, scratch, way, hits, number, count,
             add_impulse(c, trial, c.pn, c.pt, c.pu)
         for k in range(6):
             scratch.kicked[k] = trial[VX + k]
-        _, way.residual, _ = make_admissible(
-            contacts, left, state, body, scratch.kicked, trial, rolling, way.tolerance, settings.sweeps, way.residual,
-            fall, gained,
-        )  # fmt: skip
+        make_admissible(scratch, left, state, log.body, scratch.kicked, gained, settings.sweeps)
     return left
 
 
 @kernel
-def note_broken(scene, keys, first, last, hits, number, time):
-    """Record in the ledger, after this step's impulses, that the trees of these contacts broke in their hits."""
+def note_broken(cores, keys, rows, hits, number, time):
+    """Record in the ledger, after this step's impulses, that the trees of these contacts (rows: first, last + 1) broke
+    in their hits.
+    """
     if number > hits.shape[0]:
         return
-    for k in range(first, last):
-        row = hit_row(hits, number, 0.0, scene.cores.solid[keys[k, 1]].owner, time)
+    for k in range(rows[0], rows[1]):
+        row = hit_row(hits, number, 0.0, cores.solid[keys[k, 1]].owner, time)
         if row < number:
             hits[row, BROKE] = 1.0

@@ -11,26 +11,40 @@ tumbling. With the mean, half of the wheel's spurious resistance remains, so the
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from .asymmetric_top import move_freely
-from .cloud import matrix_of, to_world
+from .cloud import Cloud, matrix_of, to_world
 from .compiled import kernel
-from .contacts import add_contact, ground_contact
+from .contacts import Found, add_contact, ground_contact
 from .log_body import MASS
-from .rotation import DX, DY, DZ, VZ, X, Y, Z
+from .rotation import DX, DY, DZ, STATE_WIDTH, VZ, X, Y, Z
 from .scarring import scar_depth
 from .slip import scarred
-from .terrain import friction_at, surface
+from .terrain import Terrain, friction_at, surface
 from .vectors import blend
 
 NOW, AHEAD = 0, 9  # offsets of the rotation matrices of the present and the predicted pose in scratch.turns
 
 
+class CloudQuery(NamedTuple):
+    """As ``contacts.Query``, for a cloud: the pose ahead of it is laid out in the memory of the worker."""
+
+    cloud: Cloud
+    terrain: Terrain
+    frame: np.ndarray
+    scratch: Any
+    state: np.ndarray
+
+
 @kernel
-def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scratch):
-    """As ``contacts.terrain_contacts``, for the points of the cloud; scratch.turns receives both rotations."""
-    terrain, turned, trial = scene.terrain, scratch.turned, scratch.trial[0]
-    for k in range(16):
+def cloud_terrain_contacts(model, log, state, scratch, step):
+    """As ``rings.terrain_contacts``, for the points of the cloud; scratch.turns receives both rotations."""
+    cloud, terrain, settings, frame, body = model.cloud, model.terrain, model.settings, log.frame, log.body
+    turned, trial = scratch.turned, scratch.trial[0]
+    for k in range(STATE_WIDTH):
         turned[k] = state[k]
     turned[VZ] -= 0.5 * step.gravity * step.dt
     move_freely(turned, body, step.dt)
@@ -79,7 +93,7 @@ def cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scr
 
 @kernel
 def cloud_clearance(cloud, terrain, frame, state, turns):
-    """As ``contacts.clearance``, for the points of the cloud."""
+    """As ``ring_look.lowest_ring``, for the points of the cloud: the least gap [m], not below 0."""
     matrix_of(state, turns, NOW)
     least = math.inf
     for k in range(cloud.points.shape[0]):
@@ -92,11 +106,11 @@ def cloud_clearance(cloud, terrain, frame, state, turns):
 
 
 @kernel
-def touch_cloud(terrain, frame, scratch, count, state, key, p, n, gap, step):
-    """Add the contact of an obstacle at the predicted point p with normal n."""
+def touch_cloud(query, count, step, key, p, n, gap):
+    """Add the contact of an obstacle at the predicted point p [m] with normal n and gap [m]: as ``contacts.touch``."""
+    scratch, frame = query.scratch, query.frame
     trial = scratch.trial[0]
     r = (p[0] - trial.x, p[1] - trial.y, p[2] - trial.z)
-    mu = step.friction if step.friction >= 0.0 else friction_at(terrain, frame[0], frame[1], p[0], p[1])
-    return add_contact(
-        scratch.contacts, scratch.keys, count, state, key, r[0], r[1], r[2], n[0], n[1], n[2], mu, gap, step, False
-    )
+    mu = step.friction if step.friction >= 0.0 else friction_at(query.terrain, frame[0], frame[1], p[0], p[1])
+    found = Found(key, r, n, gap, mu)
+    return add_contact(scratch.contacts, scratch.keys, count, query.state, found, step, False)

@@ -15,11 +15,12 @@ from __future__ import annotations
 
 import math
 
+from .barriers import plate_of
 from .cloud import to_world
-from .cloud_contacts import AHEAD, touch_cloud
+from .cloud_contacts import AHEAD, CloudQuery, touch_cloud
 from .compiled import kernel
 from .contacts import Ahead
-from .cores import BARRIER, TREE, skin_of
+from .cores import BARRIER, TREE, SweptSphere, skin_of, swept_sphere
 from .limits import ASKEW, BEHIND, CORE_APART, FACE_ALIGNED, FLAT_TOLERANCE, OBSTACLE_TRAVEL, POST_LENGTH
 from .log_body import REACH
 from .vectors import axes_nearest, cross, dot, minus, norm, point
@@ -43,15 +44,16 @@ def lay_out(cloud, scratch):
 
 
 @kernel
-def _height_over(cloud, scratch, face, p):
-    """Distance [m] of a point from the plane of a face, positive outside."""
-    trial = scratch.trial[0]
-    return dot(scratch.normals[face], minus(p, (trial.x, trial.y, trial.z))) - cloud.offsets[face]
+def _height_over(query, face, p):
+    """Distance [m] of a point p from the plane of a face, positive outside: n.(p - centre) - offset."""
+    trial = query.scratch.trial[0]
+    return dot(query.scratch.normals[face], minus(p, (trial.x, trial.y, trial.z))) - query.cloud.offsets[face]
 
 
 @kernel
-def _clip_to_face(cloud, scratch, face, start, u, low, high):
-    """Part [low, high] of a line within the outline of a face, projected along the face's normal."""
+def _clip_to_face(query, face, start, u, low, high):
+    """Part [low, high] [m] of a line start + z u within the outline of a face, projected along the face's normal."""
+    cloud, scratch = query.cloud, query.scratch
     n = (scratch.normals[face, 0], scratch.normals[face, 1], scratch.normals[face, 2])
     first, last = cloud.starts[face], cloud.starts[face + 1]
     for k in range(first, last):
@@ -71,11 +73,14 @@ def _clip_to_face(cloud, scratch, face, start, u, low, high):
 
 
 @kernel
-def _way_out(cloud, scratch, start, u, long, enter, leave, free_start, free_end):
-    """Shortest separation of the hull from a core inside it: (depth, outward normal of the hull there, first and last
-    point along the core).
+def _way_out(query, core, inside, free):
+    """Shortest separation of the hull from a core inside it: (depth [m], outward normal of the hull there, first and
+    last position along the core [m]).
+
+    inside : [m] where the core enters and leaves the hull; free : whether its start and its end are free
     """
-    corners = scratch.corners
+    cloud, scratch, start, u = query.cloud, query.scratch, core.start, core.u
+    corners, (enter, leave) = scratch.corners, inside
     centre = (scratch.trial[0].x, scratch.trial[0].y, scratch.trial[0].z)
     best, m_best, first, last = math.inf, _NOWHERE, enter, leave
     for k in range(cloud.edges.shape[0]):
@@ -100,24 +105,26 @@ def _way_out(cloud, scratch, start, u, long, enter, leave, free_start, free_end)
         if support:
             best, m_best = depth, m
     for end in range(2):
-        free = free_start if end == 0 else free_end
-        z = 0.0 if end == 0 else long
-        if not free or not (enter <= z <= leave):
+        z = 0.0 if end == 0 else core.long
+        if not (free[0] if end == 0 else free[1]) or not (enter <= z <= leave):
             continue
         p = point(start, z, u)
         outward = -1.0 if end == 0 else 1.0
         for k in range(cloud.normals.shape[0]):
             n = (scratch.normals[k, 0], scratch.normals[k, 1], scratch.normals[k, 2])
             if outward * dot(n, u) < 0.0:
-                depth = -_height_over(cloud, scratch, k, p)
+                depth = -_height_over(query, k, p)
                 if depth < best:
                     best, m_best, first, last = depth, n, z, z
     return best, m_best, first, last
 
 
 @kernel
-def _nearest(cloud, scratch, start, u, long):
-    """Nearest points of the hull and a core outside it: (distance, point of the hull, z on the core, edge or -1)."""
+def _nearest(query, core):
+    """Nearest points of the hull and a core outside it: (distance [m], point of the hull [m], z on the core [m], edge
+    or -1).
+    """
+    cloud, scratch, start, u, long = query.cloud, query.scratch, core.start, core.u, core.long
     corners = scratch.corners
     best, p_best, z_best, edge = math.inf, _NOWHERE, 0.0, -1
     for k in range(cloud.edges.shape[0]):
@@ -135,9 +142,9 @@ def _nearest(cloud, scratch, start, u, long):
         z = 0.0 if end == 0 else long
         q = point(start, z, u)
         for k in range(cloud.normals.shape[0]):
-            distance = _height_over(cloud, scratch, k, q)
+            distance = _height_over(query, k, q)
             if 0.0 <= distance < best:
-                low, high = _clip_to_face(cloud, scratch, k, q, u, 0.0, 0.0)
+                low, high = _clip_to_face(query, k, q, u, 0.0, 0.0)
                 if low <= high:
                     n = (scratch.normals[k, 0], scratch.normals[k, 1], scratch.normals[k, 2])
                     best, p_best, z_best, edge = distance, point(q, -distance, n), z, -1
@@ -145,18 +152,20 @@ def _nearest(cloud, scratch, start, u, long):
 
 
 @kernel
-def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, long, wide, slope, free, step, most):
-    """Contacts of the hull with a round obstacle: core from start along u, radius wide + slope z; free : its ends.
+def core_contacts(query, count, step, key, core, free, most):
+    """Contacts of the hull with a round obstacle.
 
+    core : a ``SweptSphere``; free : whether its start and its end are free
     most : [-] share of both thicknesses that the fastest point of the hull may move in a step
     Returns (count, how far [m] it may move in the next).
     """
-    terrain = scene.terrain
+    cloud, scratch = query.cloud, query.scratch
+    start, u, long, wide, slope = core
     end = point(start, long, u)
     thick = max(wide, wide + slope * long)
     clear, enter, leave = -math.inf, 0.0, long
     for k in range(cloud.normals.shape[0]):
-        low, high = _height_over(cloud, scratch, k, start), _height_over(cloud, scratch, k, end)
+        low, high = _height_over(query, k, start), _height_over(query, k, end)
         clear = max(clear, min(low, high) - thick)
         if low > 0.0 and high > 0.0:
             leave = -1.0
@@ -169,7 +178,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
     if clear > 0.0:
         return count, travel
     if enter <= leave:
-        depth, m, first, last = _way_out(cloud, scratch, start, u, long, enter, leave, free[0], free[1])
+        depth, m, first, last = _way_out(query, core, (enter, leave), free)
         if depth == math.inf:
             return count, travel
         n = (-m[0], -m[1], -m[2])
@@ -180,11 +189,11 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
                 z = first if part == 0 else last
             p = point(start, z, u)
             count = touch_cloud(
-                terrain, frame, scratch, count, state, (key[0], key[1], key[2] + part),
-                point(p, wide + slope * z, n), n, -depth - wide - slope * z, step,
+                query, count, step, (key[0], key[1], key[2] + part), point(p, wide + slope * z, n), n,
+                -depth - wide - slope * z,
             )  # fmt: skip
         return count, travel
-    distance, p, z, edge = _nearest(cloud, scratch, start, u, long)
+    distance, p, z, edge = _nearest(query, core)
     gap = distance - wide - slope * z
     if gap >= 0.0 or distance == 0.0:
         return count, travel
@@ -198,7 +207,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
             face, most = k, aligned
     low, high = 1.0, 0.0
     if face >= 0:
-        low, high = _clip_to_face(cloud, scratch, face, start, u, 0.0, long)
+        low, high = _clip_to_face(query, face, start, u, 0.0, long)
     elif edge >= 0:
         a, b = scratch.corners[cloud.edges[edge, 0]], scratch.corners[cloud.edges[edge, 1]]
         d = minus(b, a)
@@ -212,7 +221,7 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
             at = low if part == 0 else high
             q = point(start, at, u)
             if face >= 0:
-                away = _height_over(cloud, scratch, face, q)
+                away = _height_over(query, face, q)
                 side = (-scratch.normals[face, 0], -scratch.normals[face, 1], -scratch.normals[face, 2])
             else:
                 a, b = scratch.corners[cloud.edges[edge, 0]], scratch.corners[cloud.edges[edge, 1]]
@@ -224,8 +233,8 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
             deepest = min(deepest, away - wide - slope * at)
             if away - wide - slope * at < 0.0:
                 count = touch_cloud(
-                    terrain, frame, scratch, count, state, (key[0], key[1], key[2] + part),
-                    point(q, away, side), side, away - wide - slope * at, step,
+                    query, count, step, (key[0], key[1], key[2] + part), point(q, away, side), side,
+                    away - wide - slope * at,
                 )  # fmt: skip
         if gap > deepest - ASKEW:  # otherwise they cross between the two, at a few degrees
             return count, travel
@@ -235,23 +244,24 @@ def core_contacts(cloud, scene, frame, scratch, count, state, key, start, u, lon
         scale = 1.0 / math.sqrt(1.0 + slope * slope)
         n = ((n[0] - slope * u[0]) * scale, (n[1] - slope * u[1]) * scale, (n[2] - slope * u[2]) * scale)
         gap *= scale
-    return touch_cloud(terrain, frame, scratch, count, state, key, p, n, gap, step), travel
+    return touch_cloud(query, count, step, key, p, n, gap), travel
 
 
 @kernel
-def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plate, step, most):
-    """Contacts of the vertices of the hull with a plate; returns (count, travel)."""
-    trial = scratch.trial[0]
-    level = math.sqrt(plate.ux * plate.ux + plate.uy * plate.uy)
-    x, y, ax, ay, width = plate.x, plate.y, plate.ux / level, plate.uy / level, plate.long * level
-    top0, rise = plate.z, plate.uz / level
+def _plate_contacts(query, count, step, reach, row, edge, most):
+    """Contacts of the vertices of the hull with the plate below an edge; returns (count, travel [m]).
+
+    reach : [m] of the farthest vertex from the centre of mass; row : of the edge; most : as in ``core_contacts``
+    """
+    cloud, scratch, trial = query.cloud, query.scratch, query.scratch.trial[0]
+    x, y, top0, ax, ay, rise, width = plate_of(edge)
     nx, ny = -ay, ax
     off_c = (trial.x - x) * nx + (trial.y - y) * ny
     u_c = (trial.x - x) * ax + (trial.y - y) * ay
     side = 1.0 if off_c >= 0.0 else -1.0
     beside = max(-u_c, u_c - width)
     above = trial.z - max(top0, top0 + rise * width)
-    clear = max(abs(off_c), beside, above) - body[REACH]
+    clear = max(abs(off_c), beside, above) - reach
     travel = max(most * cloud.thickness, clear)
     if clear > 0.0:
         return count, travel
@@ -264,41 +274,37 @@ def _plate_contacts(cloud, scene, frame, scratch, count, state, body, item, plat
         share = off / (off - off_c)
         at = u + share * (u_c - u)
         if 0.0 <= at <= width and c[2] + share * (trial.z - c[2]) <= top0 + rise * at:
-            count = touch_cloud(
-                scene.terrain, frame, scratch, count, state, (BARRIER, item, 8 + k), (c[0], c[1], c[2]),
-                (side * nx, side * ny, 0.0), -abs(off), step,
-            )  # fmt: skip
+            p, n = (c[0], c[1], c[2]), (side * nx, side * ny, 0.0)
+            count = touch_cloud(query, count, step, (BARRIER, row, 8 + k), p, n, -abs(off))
     return count, travel
 
 
 @kernel
-def cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, settings, dt):
-    """Contacts with all obstacles nearby. Returns (count, travel)."""
-    lay_out(cloud, scratch)
-    travel, near = math.inf, scratch.near[0]
+def cloud_obstacle_contacts(model, log, state, scratch, count, dt):
+    """Contacts with all obstacles nearby. Returns (count, travel [m])."""
+    settings, near = model.settings, scratch.near[0]
+    lay_out(model.cloud, scratch)
+    query, travel = CloudQuery(model.cloud, model.terrain, log.frame, scratch, state), math.inf
     most = min(settings.obstacle_travel, OBSTACLE_TRAVEL)
     for m in range(near.cores):
         core, row = scratch.near_cores[m], scratch.listed[m]
-        start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
-        before = (core.before_x, core.before_y, core.before_z)
+        swept, before = swept_sphere(core), (core.before_x, core.before_y, core.before_z)
         plate = core.kind == BARRIER
         friction, restitution = skin_of(settings, core.kind)
         step = Ahead(dt, settings.gravity, dt, restitution, friction, 0.0)
         free = (not plate and core.kind != TREE and dot(before, before) == 0.0, not plate and core.after == 0.0)
-        count, allowed = core_contacts(
-            cloud, scene, frame, scratch, count, state, (core.kind, row, 0), start, u, core.long - core.disc, core.wide,
-            core.slope, free, step, most,
-        )  # fmt: skip
+        rounded = SweptSphere(swept.start, swept.u, core.long - core.disc, core.wide, core.slope)
+        count, allowed = core_contacts(query, count, step, (core.kind, row, 0), rounded, free, most)
         travel = min(travel, allowed)
         if plate:
-            count, allowed = _plate_contacts(cloud, scene, frame, scratch, count, state, body, row, core, step, most)
+            count, allowed = _plate_contacts(query, count, step, log.body[REACH], row, core, most)
             travel = min(travel, allowed)
-            for post in range(2):
-                if (core.first_post if post == 0 else core.last_post) > 0.0:
+            for end in range(2):
+                if (core.first_post if end == 0 else core.last_post) > 0.0:
+                    top = point(swept.start, core.long * end, swept.u)
+                    post = SweptSphere(top, (0.0, 0.0, -1.0), POST_LENGTH, 0.0, 0.0)
                     count, allowed = core_contacts(
-                        cloud, scene, frame, scratch, count, state, (core.kind, row, 2 + 2 * post),
-                        point(start, core.long * post, u), (0.0, 0.0, -1.0), POST_LENGTH, 0.0, 0.0, (False, False),
-                        step, most,
-                    )  # fmt: skip
+                        query, count, step, (core.kind, row, 2 + 2 * end), post, (False, False), most
+                    )
                     travel = min(travel, allowed)
     return count, travel

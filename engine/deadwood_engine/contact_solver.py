@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
-from .contacts import along_normal, along_t, along_u
+from .contacts import along_normal, along_t, along_u, pushed
 from .extrapolation import before_unloading, go_ahead, sweeps_ahead
 from .limits import (
     BISECTIONS,
@@ -36,6 +36,7 @@ from .limits import (
 from .pressure import press
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 from .turning import remember_plane
+from .vectors import dot, point
 
 
 @kernel
@@ -127,18 +128,19 @@ def block_impulse(c, cn, ct, cu):
 
 
 @inlined
-def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
+def solve(contacts, count, state, rolling, until, lines, used=0):
     """Update the impulses of all contacts until no contact velocity changes by more than the tolerance (eq. 5 to 9).
 
     The velocities of the state must already include the impulses in the tables (warm start); they are updated in place.
-    rolling : the moment that resists rolling, a ROLLING; lines : whether there are lines of contacts along which the
-    pressure is distributed (``pressure``); used : sweeps made before.
+    rolling : the moment that resists rolling, a ROLLING; until : (tolerance [m/s], most sweeps)
+    lines : whether there are lines of contacts along which the pressure is distributed (``pressure``)
+    used : sweeps made before
 
     Returns (sweeps used, largest change of a contact velocity in the last sweep [m/s]).
     """
-    vx, vy, vz = state[VX], state[VY], state[VZ]
-    wx, wy, wz = state[WX], state[WY], state[WZ]
-    dx, dy, dz = state[DX], state[DY], state[DZ]
+    tolerance, sweeps = until
+    v, w = (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])
+    d = (state[DX], state[DY], state[DZ])
     moment, inertia, skin = rolling.moment, rolling.inertia, rolling.skin
     change = 0.0
     slow_from = EXTRAPOLATE_LINES_FROM if lines else EXTRAPOLATE_FROM
@@ -147,11 +149,11 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
         change, most, slow = 0.0, 0.0, used > slow_from
         same = before = now = 0.0
         if lines:
-            vx, vy, vz, wx, wy, wz, change = press(contacts, count, vx, vy, vz, wx, wy, wz)
+            v, w, change = press(contacts, count, v, w)
         for k in range(count):
             c = contacts[k]
             pn, pt, pu = c.pn, c.pt, c.pu
-            gn = along_normal(c, (vx, vy, vz), (wx, wy, wz)) - c.target
+            gn = along_normal(c, v, w) - c.target
             pressed = 0.0
             if lines and c.line != 0:  # the line has updated the normal impulse
                 gn, pressed = 0.0, c.pressed
@@ -160,8 +162,7 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
                     before += c.last_n * c.last_n + c.last_t * c.last_t + c.last_u * c.last_u
                     c.last_n, c.last_t, c.last_u = 0.0, 0.0, 0.0
                 continue
-            gt = along_t(c, (vx, vy, vz), (wx, wy, wz))
-            gu = along_u(c, (vx, vy, vz), (wx, wy, wz))
+            gt, gu = along_t(c, v, w), along_u(c, v, w)
             gnn, gnt, gnu = c.gnn, c.gnt, c.gnu
             mu = c.mu
             solved, qn, qt, qu = False, 0.0, 0.0, 0.0
@@ -187,32 +188,27 @@ def solve(contacts, count, state, rolling, tolerance, sweeps, lines, used=0):
             qn, qt, qu = qn - pn, qt - pt, qu - pu
             change = max(change, gnn * abs(qn), c.gtt * abs(qt), c.guu * abs(qu))
             if slow:
-                pushed = qn + pressed
-                same += pushed * c.last_n + qt * c.last_t + qu * c.last_u
+                total = qn + pressed
+                same += total * c.last_n + qt * c.last_t + qu * c.last_u
                 before += c.last_n * c.last_n + c.last_t * c.last_t + c.last_u * c.last_u
-                now += pushed * pushed + qt * qt + qu * qu
-                c.last_n, c.last_t, c.last_u = pushed, qt, qu
-            vx += c.nx * qn + c.tx * qt + c.ux * qu
-            vy += c.ny * qn + c.ty * qt + c.uy * qu
-            vz += c.nz * qn + c.tz * qt + c.uz * qu
-            wx += c.bnx * qn + c.btx * qt + c.bux * qu
-            wy += c.bny * qn + c.bty * qt + c.buy * qu
-            wz += c.bnz * qn + c.btz * qt + c.buz * qu
+                now += total * total + qt * qt + qu * qu
+                c.last_n, c.last_t, c.last_u = total, qt, qu
+            v, w = pushed(c, v, w, (qn, qt, qu))
         if most > 0.0 or moment != 0.0:
-            renewed = min(most, max(-most, moment - inertia * (wx * dx + wy * dy + wz * dz)))
+            renewed = min(most, max(-most, moment - inertia * dot(w, d)))
             turn = (renewed - moment) / inertia
             moment = renewed
             change = max(change, skin * abs(turn))
-            wx, wy, wz = wx + turn * dx, wy + turn * dy, wz + turn * dz
+            w = point(w, turn, d)
         if change <= tolerance:
             break
         if slow and used % EXTRAPOLATE_EVERY == 0 and used < min(sweeps, EXTRAPOLATE_UNTIL):
             times = before_unloading(contacts, count, min(sweeps_ahead(same, before, now), EXTRAPOLATE_MOST))
             if times > 1.0:
-                vx, vy, vz, wx, wy, wz = go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz)
+                v, w = go_ahead(contacts, count, times, v, w)
     rolling.moment = moment
-    state[VX], state[VY], state[VZ] = vx, vy, vz
-    state[WX], state[WY], state[WZ] = wx, wy, wz
+    state[VX], state[VY], state[VZ] = v
+    state[WX], state[WY], state[WZ] = w
     return used, change
 
 
@@ -255,12 +251,10 @@ def find_old(contacts, keys, count, old_keys, old_count):
 @kernel
 def add_impulse(c, state, pn, pt, pu):
     """Add a contact's impulse (n, t, u), per mass [m/s], to the velocities (eq. 5)."""
-    state[VX] += c.nx * pn + c.tx * pt + c.ux * pu
-    state[VY] += c.ny * pn + c.ty * pt + c.uy * pu
-    state[VZ] += c.nz * pn + c.tz * pt + c.uz * pu
-    state[WX] += c.bnx * pn + c.btx * pt + c.bux * pu
-    state[WY] += c.bny * pn + c.bty * pt + c.buy * pu
-    state[WZ] += c.bnz * pn + c.btz * pt + c.buz * pu
+    v, w = (state[VX], state[VY], state[VZ]), (state[WX], state[WY], state[WZ])
+    v, w = pushed(c, v, w, (pn, pt, pu))
+    state[VX], state[VY], state[VZ] = v
+    state[WX], state[WY], state[WZ] = w
 
 
 @inlined

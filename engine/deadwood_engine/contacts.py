@@ -8,7 +8,7 @@ cross it. The first touch is met, and no impulse ever lifts a log out of the gro
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from .compiled import inlined, kernel
 from .limits import HOVER, HOVER_MOST, IMPACT
 from .log_body import AXIAL, SKEW, TRANSVERSE
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, X, Y, Z, first_axis, square_to_axis, swing_of
-from .terrain import friction_at, surface
+from .terrain import Terrain, friction_at, surface
 from .vectors import cross, dot, norm
 
 # A contact: world axes, per unit of mass
@@ -71,6 +71,28 @@ TERRAIN = 0
 KEY_WIDTH = 3
 
 
+class Found(NamedTuple):
+    """A contact as detection finds it, at the pose of an ``Ahead``."""
+
+    key: tuple[int, int, int]  # (kind, slot or row, part): the contact's key
+    r: tuple[float, float, float]  # [m] point, relative to the centre of mass
+    n: tuple[float, float, float]  # normal, pointing away from the touched surface
+    gap: float  # [m] predicted, negative: penetration
+    mu: float  # coefficient of friction
+
+
+class Query(NamedTuple):
+    """A log at one pose of a step, whose contacts with obstacles are sought, and the table that receives them."""
+
+    terrain: Terrain
+    frame: np.ndarray  # DEM node of the log's frame (column, row)
+    contacts: np.ndarray
+    keys: np.ndarray
+    state: np.ndarray  # at the node from which the step starts
+    pose: Any  # a ``surroundings.POSE``
+    cone: Any  # the trapezoid that generates the log (``narrow_phase.Cone``)
+
+
 class Ahead(NamedTuple):
     """The step whose contacts are sought, and the pose within it for which they are found."""
 
@@ -98,6 +120,26 @@ def along_t(c, v, w):
 def along_u(c, v, w):
     """The same along its second tangent."""
     return dot((c.ux, c.uy, c.uz), v) + dot((c.rux, c.ruy, c.ruz), w)
+
+
+@kernel
+def pushed(c, v, w, p):
+    """Velocities (v, w) [m/s, 1/s] of a body after a contact's impulse p = (n, t, u), per mass [m/s] (eq. 5):
+    v + n p_n + t p_t + u p_u,  w + I^-1 (r x n p_n + r x t p_t + r x u p_u).
+    """
+    pn, pt, pu = p
+    return (
+        (
+            v[0] + (c.nx * pn + c.tx * pt + c.ux * pu),
+            v[1] + (c.ny * pn + c.ty * pt + c.uy * pu),
+            v[2] + (c.nz * pn + c.tz * pt + c.uz * pu),
+        ),
+        (
+            w[0] + (c.bnx * pn + c.btx * pt + c.bux * pu),
+            w[1] + (c.bny * pn + c.bty * pt + c.buy * pu),
+            w[2] + (c.bnz * pn + c.btz * pt + c.buz * pu),
+        ),
+    )
 
 
 @kernel
@@ -173,24 +215,27 @@ def set_frames(contacts, count, state, body):
 
 
 @kernel
-def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, gap, step, smooth):
+def add_contact(contacts, keys, count, state, found, step, smooth):
     """Append one contact: point, normal, and the least normal velocity after the step (eq. 6, 8 and 9); its frame
     is set later, by ``set_frames``.
 
-    gap is the gap predicted for the pose of ``step`` (an ``Ahead``); the present gap follows from the free velocity
-    along the normal. key is (kind, slot or item, part). Returns the new count; a full table ignores further contacts
-    (``scratch`` sizes it). smooth: as in ``set_normal``.
+        g_N = gap - t (gamma_N - n_z g t / 2)                              [m] present gap: gap is that after the time t
+        b0 = -max(0, g_N) / dt                                             [m/s] a gap may close, and no more
+        b = max(b0, -eps gamma_N - n_z g dt / 2)                           [m/s] Newton's law, for an impact
+
+    found : a ``Found``; step : an ``Ahead``, for whose pose it was found; smooth : as in ``set_normal``
+    Returns the new count; a full table ignores further contacts (``scratch`` sizes it).
     """
     if count >= contacts.shape[0]:
         return count
     dt, restitution, gravity = step.dt, step.restitution, step.gravity
-    keys[count, 0], keys[count, 1], keys[count, 2] = key
-    c = contacts[count]
-    c.rx, c.ry, c.rz = c.ahead_rx, c.ahead_ry, c.ahead_rz = rx, ry, rz
-    c.nx, c.ny, c.nz = c.ahead_nx, c.ahead_ny, c.ahead_nz = nx, ny, nz
+    keys[count, 0], keys[count, 1], keys[count, 2] = found.key
+    c, r, nz = contacts[count], found.r, found.n[2]
+    c.rx, c.ry, c.rz = c.ahead_rx, c.ahead_ry, c.ahead_rz = r
+    c.nx, c.ny, c.nz = c.ahead_nx, c.ahead_ny, c.ahead_nz = found.n
     set_normal(c, state, smooth)
     before = c.before_n
-    now = gap - step.at * (before - 0.5 * nz * gravity * step.at)
+    now = found.gap - step.at * (before - 0.5 * nz * gravity * step.at)
     c.gap = c.room = now
     # A gap that gravity closes within the step counts as closed; otherwise the contacts of a resting log would flicker
     now -= min(HOVER * gravity * dt * dt, HOVER_MOST)
@@ -201,11 +246,11 @@ def add_contact(contacts, keys, count, state, key, rx, ry, rz, nx, ny, nz, mu, g
         # for half of it. With -eps gamma- as the target there, a log rose by eps v dt / 2 too high
         c.rebound = max(0.0, -restitution * before - 0.5 * nz * gravity * dt - c.target)
         c.target += c.rebound
-    c.mu, c.turn = mu, 0.0
+    c.mu, c.turn = found.mu, 0.0
     c.roll = 0.0
     if step.rolling > 0.0 and smooth:
-        s = dot((rx, ry, rz), (state[DX], state[DY], state[DZ]))
-        c.roll = step.rolling * math.sqrt(max(0.0, dot((rx, ry, rz), (rx, ry, rz)) - s * s))
+        s = dot(r, (state[DX], state[DY], state[DZ]))
+        c.roll = step.rolling * math.sqrt(max(0.0, dot(r, r) - s * s))
     c.pn, c.pt, c.pu, c.shift = 0.0, 0.0, 0.0, 0.0
     c.last_n, c.last_t, c.last_u, c.line = 0.0, 0.0, 0.0, 0
     return count + 1
@@ -233,10 +278,8 @@ def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, 
     """Add the contact of point r (relative to the centre of mass) with the facet of gradient ``slope``."""
     nz = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
     before = count
-    count = add_contact(
-        contacts, keys, count, state, (TERRAIN, slot, 0), r[0], r[1], r[2],
-        -slope[0] * nz, -slope[1] * nz, nz, mu, gap * nz, step, smooth,
-    )  # fmt: skip
+    found = Found((TERRAIN, slot, 0), r, (-slope[0] * nz, -slope[1] * nz, nz), gap * nz, mu)
+    count = add_contact(contacts, keys, count, state, found, step, smooth)
     if count > before:
         # The reported penetration is measured at the surface below the point itself, not at the plane of the predicted
         # facet
@@ -246,19 +289,19 @@ def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, 
 
 
 @kernel
-def touch(terrain, frame, contacts, keys, count, state, trial, key, p, n, gap, step):
-    """Add the contact of an obstacle at the predicted point p with normal n.
-
-    step : an ``Ahead``, of which ``trial`` is the pose
+def touch(query, count, step, key, p, n, gap):
+    """Add the contact of an obstacle at the point p [m] of the query's pose, with normal n and gap [m]; returns the new
+    count. step : an ``Ahead``, for that pose
 
     The lever arm is rotated back to the present axis: the axis turns within the step, and the present spin about it
     (tens of rad/s) times that rotation would appear as a velocity along the normal.
     """
-    rx, ry, rz = p[0] - trial.x, p[1] - trial.y, p[2] - trial.z
-    s = dot((rx, ry, rz), (trial.dx, trial.dy, trial.dz))
-    rx, ry, rz = rx + s * (state[DX] - trial.dx), ry + s * (state[DY] - trial.dy), rz + s * (state[DZ] - trial.dz)
-    mu = step.friction if step.friction >= 0.0 else friction_at(terrain, frame[0], frame[1], p[0], p[1])
-    return add_contact(contacts, keys, count, state, key, rx, ry, rz, n[0], n[1], n[2], mu, gap, step, True)
+    state, pose, frame = query.state, query.pose, query.frame
+    rx, ry, rz = p[0] - pose.x, p[1] - pose.y, p[2] - pose.z
+    s = dot((rx, ry, rz), (pose.dx, pose.dy, pose.dz))
+    r = (rx + s * (state[DX] - pose.dx), ry + s * (state[DY] - pose.dy), rz + s * (state[DZ] - pose.dz))
+    mu = step.friction if step.friction >= 0.0 else friction_at(query.terrain, frame[0], frame[1], p[0], p[1])
+    return add_contact(query.contacts, query.keys, count, state, Found(key, r, n, gap, mu), step, True)
 
 
 @kernel

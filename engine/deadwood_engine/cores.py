@@ -49,6 +49,16 @@ CORE = np.dtype(
 )  # fmt: skip
 
 
+class SweptSphere(NamedTuple):
+    """A core's shape: all points within wide + slope z of start + z u, 0 <= z <= long (a tapered capsule)."""
+
+    start: tuple[float, float, float]  # [m]
+    u: tuple[float, float, float]  # direction, a unit vector
+    long: float  # [m]
+    wide: float  # [m] radius at the start
+    slope: float  # [-] its change along the core
+
+
 class Cores(NamedTuple):
     """Cores, shape (n, ...): node, DEM column and row below the start, int64 (n, 2); solid, of dtype CORE."""
 
@@ -110,9 +120,16 @@ def left_out(cores: Cores, gone: NDArray[np.bool_]) -> Cores:
 
 
 @kernel
-def _beside(x, y, ax, ay, bx, by):
+def swept_sphere(core):
+    """The ``SweptSphere`` of a record of CORE."""
+    return SweptSphere((core.x, core.y, core.z), (core.ux, core.uy, core.uz), core.long, core.wide, core.slope)
+
+
+@kernel
+def _beside(p, a, b):
     """Squared distance [m2] in plan of a point p from a segment a to b: |p - a - s (b - a)|^2, s in [0, 1]."""
-    ex, ey = bx - ax, by - ay
+    (x, y), (ax, ay) = p, a
+    ex, ey = b[0] - ax, b[1] - ay
     square, share = ex * ex + ey * ey, 0.0
     if square > 0.0:
         share = min(1.0, max(0.0, ((x - ax) * ex + (y - ay) * ey) / square))
@@ -121,31 +138,35 @@ def _beside(x, y, ax, ay, bx, by):
 
 
 @kernel
-def _apart_in_plan(ax, ay, bx, by, cx, cy, dx, dy):
+def _apart_in_plan(a, b, c, d):
     """Distance [m] in plan of two segments, a to b and c to d: 0 where they cross, else that of one of their ends."""
+    (ax, ay), (bx, by), (cx, cy), (dx, dy) = a, b, c, d
     ex, ey, fx, fy = bx - ax, by - ay, dx - cx, dy - cy
     one, two = ex * (cy - ay) - ey * (cx - ax), ex * (dy - ay) - ey * (dx - ax)
     three, four = fx * (ay - cy) - fy * (ax - cx), fx * (by - cy) - fy * (bx - cx)
     if one * two < 0.0 and three * four < 0.0:
         return 0.0
-    least = min(_beside(cx, cy, ax, ay, bx, by), _beside(dx, dy, ax, ay, bx, by))
-    return math.sqrt(min(least, _beside(ax, ay, cx, cy, dx, dy), _beside(bx, by, cx, cy, dx, dy)))
+    least = min(_beside(c, a, b), _beside(d, a, b))
+    return math.sqrt(min(least, _beside(a, c, d), _beside(b, c, d)))
 
 
 @kernel
-def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
-    """List the cores within reach [m] of the log's axis in plan (base to tip), in its frame; returns the count.
+def near(cores, frame, cell, listed, table, axis, reach):
+    """List the cores within reach [m] of the log's axis in plan, in its frame; returns the count.
 
+    axis : base and tip (x, y) [m]; listed, table : receive the rows of these cores, and their records in the frame
     A core is listed if the distance in plan from axis to axis [m], minus the core's largest radius, is at most
     ``reach``: this depends on the core alone, not on other obstacles or on the layout of the index. Tools rely on that
     (``evaluate.protection.siting``).
     """
     if cores.solid.shape[0] == 0:
         return 0
+    base, tip = axis
     ox, oy = frame[0] * cell, frame[1] * cell
     found = list_near(
         cores.index, listed,
-        ox + min(bx, tx) - reach, oy + min(by, ty) - reach, ox + max(bx, tx) + reach, oy + max(by, ty) + reach,
+        ox + min(base[0], tip[0]) - reach, oy + min(base[1], tip[1]) - reach,
+        ox + max(base[0], tip[0]) + reach, oy + max(base[1], tip[1]) + reach,
     )  # fmt: skip
     count = 0
     for m in range(found):
@@ -154,9 +175,9 @@ def near(cores, frame, cell, listed, table, bx, by, tx, ty, reach):
         x = (cores.node[item, 0] - frame[0]) * cell + core.x
         y = (cores.node[item, 1] - frame[1]) * cell + core.y
         if core.ux == 0.0 and core.uy == 0.0:
-            apart = math.sqrt(_beside(x, y, bx, by, tx, ty))
+            apart = math.sqrt(_beside((x, y), base, tip))
         else:
-            apart = _apart_in_plan(bx, by, tx, ty, x, y, x + core.long * core.ux, y + core.long * core.uy)
+            apart = _apart_in_plan(base, tip, (x, y), (x + core.long * core.ux, y + core.long * core.uy))
         if apart - max(core.wide, core.wide + core.long * core.slope) > reach:
             continue
         listed[count] = item

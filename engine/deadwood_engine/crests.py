@@ -14,6 +14,7 @@ ground.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,19 +49,39 @@ def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, re
 APEX = 2  # in place of a grid line's family: between grid lines, where a twisted cell is highest along the log
 
 
+class Nodes(NamedTuple):
+    """The heights of the DEM's nodes, in a log's frame."""
+
+    heights: np.ndarray
+    cell: float  # [m]
+    inverse_cell: float
+    i0: int  # column and row of the frame's node
+    j0: int
+
+
+class Generator(NamedTuple):
+    """A straight line p + t l [m] on the side of a log, and the part of it, t in [low, high], that is looked at."""
+
+    p: tuple[float, float, float]
+    along: tuple[float, float, float]
+    low: float
+    high: float
+
+
 @inlined
-def _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, inverse, way, line):
+def _crossing(nodes, line, inverse, way, number):
     """Where the line p + t l crosses a grid line: (vertical gap there [m], t, slope along the grid line).
 
-    inverse : [-] one over the component of l across these grid lines; way : 0 grid lines north-south, 1 east-west; line
-    :
-        its column or row from the node (j0, i0). Outside the DEM the gap is infinite.
+    inverse : [-] one over the component of l across these grid lines; way : 0 grid lines north-south, 1 east-west
+    number : of the grid line, its column or row from the node (j0, i0). Outside the DEM the gap is infinite.
     """
+    heights, cell, inverse_cell, i0, j0 = nodes
+    (px, py, pz), (lx, ly, lz), _, _ = line
     p, q, across = (px, py, ly) if way == 0 else (py, px, lx)
-    t = (line * cell - p) * inverse
+    t = (number * cell - p) * inverse
     place = (q + t * across) * inverse_cell
     node = np.floor(place)
-    i, j = (i0 + line, j0 + int(node)) if way == 0 else (i0 + int(node), j0 + line)
+    i, j = (i0 + number, j0 + int(node)) if way == 0 else (i0 + int(node), j0 + number)
     rows, columns = heights.shape
     if i < 0 or j < 0 or i >= columns - 1 or j >= rows - 1:
         return math.inf, t, 0.0
@@ -71,24 +92,23 @@ def _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, inver
 
 
 @inlined
-def _highest_of(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, high, way, highest):
+def _highest_of(nodes, line, way, highest):
     """The highest crossing so far, and those with the grid lines of one family (``way``): as ``_highest``."""
     gap, best, slope, family, number = highest
-    p, along = (px, lx) if way == 0 else (py, ly)
+    p, along = (line.p[0], line.along[0]) if way == 0 else (line.p[1], line.along[1])
     if abs(along) >= ALONG_GRID:  # otherwise it would not tell in which direction the crest is touched
         inverse = 1.0 / along
-        u, v = (p + low * along) * inverse_cell, (p + high * along) * inverse_cell
-        for line in range(int(math.ceil(min(u, v))), int(np.floor(max(u, v))) + 1):
-            here, t, rise = _crossing(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, inverse, way, line)
+        u, v = (p + line.low * along) * nodes.inverse_cell, (p + line.high * along) * nodes.inverse_cell
+        for k in range(int(math.ceil(min(u, v))), int(np.floor(max(u, v))) + 1):
+            here, t, rise = _crossing(nodes, line, inverse, way, k)
             if here < gap:
-                gap, best, slope, family, number = here, t, rise, way, line
+                gap, best, slope, family, number = here, t, rise, way, k
     return gap, best, slope, family, number
 
 
 @inlined
-def _highest(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, high, gap):
-    """Of the line p + t l's crossings with grid lines, t in [low, high], the one with the least height above ground, if
-    below ``gap``.
+def _highest(nodes, line, gap):
+    """Of a line's crossings with grid lines, the one with the least height above ground, if below ``gap`` [m].
 
     Returns (gap, t, slope along the grid line, its family as in ``_crossing``, -1 for none, and its number). If the
     line continues to approach the ground on one side, the family is APEX if it touches the twisted cell there, and none
@@ -96,11 +116,11 @@ def _highest(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, h
     """
     # each family separately, because the compiler then knows which it is (three quarters of the time)
     none = (gap, 0.0, 0.0, -1, 0)
-    first = _highest_of(heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, high, 0, none)
-    gap, best, slope, family, number = _highest_of(
-        heights, cell, inverse_cell, i0, j0, px, py, pz, lx, ly, lz, low, high, 1, first
-    )
+    first = _highest_of(nodes, line, 0, none)
+    gap, best, slope, family, number = _highest_of(nodes, line, 1, first)
     if family >= 0:
+        heights, cell, inverse_cell, i0, j0 = nodes
+        (px, py, pz), (lx, ly, lz), low, high = line
         for side in range(2):
             ahead = (BESIDE_CREST if side == 0 else -BESIDE_CREST) * cell
             t = best + ahead
@@ -140,13 +160,12 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
     [m];
     from the axis to the point there, its vertical gap [m] and the slope (x, y) of the plane that touches log and crest.
     """
-    heights, cell, inverse_cell = terrain.heights, terrain.cell, terrain.inverse_cell
+    nodes = Nodes(terrain.heights, terrain.cell, terrain.inverse_cell, i0, j0)
     k = taper / a
     lx, ly, lz = qx + k * ex, qy + k * ey, qz + k * ez
     most = min(gap - CREST * a, REFINED * a)  # a higher one is not a contact, even after refinement
-    gap, t, slope, family, line = _highest(
-        heights, cell, inverse_cell, i0, j0, cx + ex, cy + ey, cz + ez, lx, ly, lz, low, high, most
-    )
+    lowest = Generator((cx + ex, cy + ey, cz + ez), (lx, ly, lz), low, high)
+    gap, t, slope, family, number = _highest(nodes, lowest, most)
     if family < 0:
         return False, 0.0, ex, ey, ez, gap, 0.0, 0.0
     if family == APEX:
@@ -164,9 +183,8 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
     lx, ly, lz = qx + k * ox, qy + k * oy, qz + k * oz
     along = lx if family == 0 else ly
     if abs(along) >= ALONG_GRID:
-        near, place, slope = _crossing(
-            heights, cell, inverse_cell, i0, j0, cx + ox, cy + oy, cz + oz, lx, ly, lz, 1.0 / along, family, line
-        )
+        other = Generator((cx + ox, cy + oy, cz + oz), (lx, ly, lz), low, high)
+        near, place, slope = _crossing(nodes, other, 1.0 / along, family, number)
         if low <= place <= high and near < gap:
             nx, ny, steep = _plane_through(lx, ly, lz, family, slope)
             if not steep:

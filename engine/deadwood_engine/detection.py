@@ -19,11 +19,15 @@ from .rings import terrain_contacts
 
 
 @inlined
-def _ground(cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch):
-    """Terrain contacts of a log, or of a cloud. Numba drops the branch that the type of ``cloud`` excludes, so nobody
-    waits for the compilation of kernels for shapes that are not used.
+def _ground(cloud, model, log, state, scratch, step, span):
+    """Terrain contacts of a log, or of a cloud: (count, whether there is terrain below all of it).
+
+    Numba drops the branch that the type of ``cloud`` excludes, so nobody waits for the compilation of kernels for
+    shapes that are not used.
     """
     if cloud is None:
+        frame, body, stations = log
+        scene, settings, path, advance = model, model.settings, span.path, span.advance
         trial, near = scratch.trial[0], scratch.near[0]
         predict(state, step.dt, step.gravity, trial)
         count, whole = 0, True
@@ -33,48 +37,47 @@ def _ground(cloud, scene, frame, state, body, stations, settings, step, path, ad
                 trial, path, scratch.rings, scratch.look,
             )  # fmt: skip
         return count, whole
-    return cloud_terrain_contacts(cloud, scene, frame, state, body, settings, step, scratch)
+    return cloud_terrain_contacts(model, log, state, scratch, step)
 
 
 @inlined
-def _near_obstacles(cloud, scene, frame, scratch, count, state, body, settings, dt, advance):
+def _near_obstacles(cloud, model, log, state, scratch, count, span):
     """Contacts with all obstacles listed as near: as ``obstacles.contacts_with``."""
     if cloud is None:
-        return contacts_with(
-            scene.terrain, frame, scratch.near_cores, scratch.listed, scratch.near[0].cores, scratch.contacts,
-            scratch.keys, count, state, body, scratch.trial[0], settings, dt, advance, scratch.pose[0],
-        )  # fmt: skip
-    count, travel = cloud_obstacle_contacts(cloud, scene, frame, scratch, count, state, body, settings, dt)
+        return contacts_with(model, log, state, scratch, count, span)
+    count, travel = cloud_obstacle_contacts(model, log, state, scratch, count, span.dt)
     return count, travel, -math.inf, -1, -1  # a cloud queries all near obstacles in every step
 
 
 @inlined
-def lowest_gap(scene, frame, state, body, stations, scratch):
+def lowest_gap(model, log, state, scratch):
     """Clearance [m] of a log, or of a cloud."""
-    return _lowest_gap(scene.cloud, scene, frame, state, body, stations, scratch)
+    return _lowest_gap(model.cloud, model, log, state, scratch)
 
 
 @inlined
-def _lowest_gap(cloud, scene, frame, state, body, stations, scratch):
+def _lowest_gap(cloud, model, log, state, scratch):
+    """As ``lowest_gap``, by the type of ``cloud``."""
     if cloud is None:
-        return lowest_ring(scene.terrain, frame[0], frame[1], body, stations, state, scratch.look)
-    return cloud_clearance(cloud, scene.terrain, frame, state, scratch.turns)
+        frame = log.frame
+        return lowest_ring(model.terrain, frame[0], frame[1], log.body, log.stations, state, scratch.look)
+    return cloud_clearance(cloud, model.terrain, log.frame, state, scratch.turns)
 
 
 @inlined
-def find_contacts(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles):
-    """Contacts of the pose predicted for a step dt: terrain, then (if obstacles is true) obstacles.
+def find_contacts(model, log, state, scratch, span, obstacles):
+    """Contacts of the pose predicted for a step: terrain, then (if obstacles is true) obstacles.
 
-    path [m]: how far the log can have moved since its release; advance [m]: in this step. Surfaces farther away than
-    that are not queried: the rings are inactive (``terrain_contacts``), and so are the obstacles as a whole.
+    span : a ``Span``: its time, and how far the log can move. Surfaces farther away than that are not queried: the
+        rings are inactive (``terrain_contacts``), and so are the obstacles as a whole
 
     Returns (count, travel allowed in the next step by the obstacles [m], whether there is terrain below the whole log).
     """
-    terrain, trial, near = scene.terrain, scratch.trial[0], scratch.near[0]
-    step = Ahead(dt, settings.gravity, dt, settings.restitution, -1.0, settings.rolling_friction)
-    count, whole = _ground(scene.cloud, scene, frame, state, body, stations, settings, step, path, advance, scratch)
-    travel, ahead = math.inf, path + advance
-    if obstacles and scene.cores.solid.shape[0] > 0:
+    settings, body, trial, near = model.settings, log.body, scratch.trial[0], scratch.near[0]
+    step = Ahead(span.dt, settings.gravity, span.dt, settings.restitution, -1.0, settings.rolling_friction)
+    count, whole = _ground(model.cloud, model, log, state, scratch, step, span)
+    travel, ahead = math.inf, span.path + span.advance
+    if obstacles and model.cores.solid.shape[0] > 0:
         near.beside = 0
         if ahead + settings.travel < near.obstacles_wake:
             near.clear, near.thin = near.obstacles_wake - ahead, -1
@@ -90,8 +93,9 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
         if not near.listed or moved > 0.5 * NEAR_MARGIN:
             near.base_x, near.base_y, near.tip_x, near.tip_y, near.listed = bx, by, tx, ty, True
             reach = body[BASE_RADIUS] + NEAR_MARGIN
+            axis = (bx, by), (tx, ty)
             near.cores = cores.near(
-                scene.cores, frame, terrain.cell, scratch.listed, scratch.near_cores, bx, by, tx, ty, reach
+                model.cores, log.frame, model.terrain.cell, scratch.listed, scratch.near_cores, axis, reach
             )
             if near.gone > 0:
                 near.cores = cores.still_there(scratch.listed, scratch.near_cores, near.cores, scratch.gone, near.gone)
@@ -100,33 +104,31 @@ def find_contacts(scene, frame, state, body, stations, settings, dt, path, advan
         # obstacles that are not listed are farther away than the remaining margin
         free = travel = NEAR_MARGIN - moved
         ground = count
-        count, allowed, clear, thin, nearest = _near_obstacles(
-            scene.cloud, scene, frame, scratch, count, state, body, settings, dt, advance
-        )
-        if scratch.noted.shape[0] > 0:
-            noted, notes, book = scratch.noted, scratch.notes, scratch.book
+        count, allowed, clear, thin, nearest = _near_obstacles(model.cloud, model, log, state, scratch, count, span)
+        notes = scratch.notes
+        if notes.place.shape[0] > 0:
             near.clear, near.thin = travel, scratch.listed[thin] if allowed < travel else -1
-            note_contacts(noted, notes, book, scratch.keys, ground, count)
-            if scene.cloud is not None:
+            note_contacts(notes, scratch.keys, ground, count)
+            if model.cloud is not None:
                 for m in range(near.cores):
-                    note(noted, notes, book, scratch.listed[m])
+                    note(notes, scratch.listed[m])
             elif clear < free:
-                enter(noted, notes, book, scratch.listed[nearest])
+                enter(notes, scratch.listed[nearest])
         travel, free = min(travel, allowed), min(free, clear)
         # the distances are those of the predicted pose, and the present pose is within ``advance`` of it
-        near.obstacles_wake = path - advance + free
+        near.obstacles_wake = span.path - span.advance + free
     return count, travel, whole
 
 
 @kernel
-def contacts_at(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles):
+def contacts_at(model, log, state, scratch, span, obstacles):
     """``find_contacts`` for the rare calls outside the time step: compiled once, not inlined into each caller."""
-    return find_contacts(scene, frame, state, body, stations, settings, dt, path, advance, scratch, obstacles)
+    return find_contacts(model, log, state, scratch, span, obstacles)
 
 
 @kernel
-def owner_of(scene, key):
+def owner_of(cores, key):
     """(is a barrier, row in the user's table) of an obstacle's contact; other obstacles are numbered after the trees:
     lying logs, then boulders.
     """
-    return key[0] == BARRIER, scene.cores.solid[key[1]].owner
+    return key[0] == BARRIER, cores.solid[key[1]].owner

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 
 from .compiled import kernel
+from .contacts import pushed
 from .limits import EXTRAPOLATE_ALIKE
 
 
@@ -60,9 +61,9 @@ def before_unloading(contacts, count, times):
 
 
 @kernel
-def go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz):
+def go_ahead(contacts, count, times, v, w):
     """Advance all impulses by a multiple of their last change and project them onto their cones; returns the
-    velocities.
+    velocities (v, w) [m/s, 1/s].
     """
     for k in range(count):
         c = contacts[k]
@@ -73,10 +74,5 @@ def go_ahead(contacts, count, times, vx, vy, vz, wx, wy, wz):
             pt, pu = pt * most / size, pu * most / size
         qn, qt, qu = pn - c.pn, pt - c.pt, pu - c.pu
         c.pn, c.pt, c.pu = pn, pt, pu
-        vx += c.nx * qn + c.tx * qt + c.ux * qu
-        vy += c.ny * qn + c.ty * qt + c.uy * qu
-        vz += c.nz * qn + c.tz * qt + c.uz * qu
-        wx += c.bnx * qn + c.btx * qt + c.bux * qu
-        wy += c.bny * qn + c.bty * qt + c.buy * qu
-        wz += c.bnz * qn + c.btz * qt + c.buz * qu
-    return vx, vy, vz, wx, wy, wz
+        v, w = pushed(c, v, w, (qn, qt, qu))
+    return v, w

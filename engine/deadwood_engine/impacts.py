@@ -46,12 +46,14 @@ from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ, spin_of
 
 
 @kernel
-def settle(contacts, count, state, rolling, tolerance, sweeps, share):
+def settle(contacts, count, state, rolling, until, share):
     """Continue to sweep with friction that may not grow, until nothing changes by more than the tolerance [m/s].
 
+    until : (tolerance [m/s], most sweeps)
     |P_T,k| <= limit_k [m/s], a field of the contact: the least mu P_N,k so far, times the share (1, or 0: no friction).
     The moment that resists rolling is bounded in the same way. Returns the sweeps used.
     """
+    tolerance, sweeps = until
     change, used, most = math.inf, 0, 0.0
     for k in range(count):
         c = contacts[k]
@@ -99,6 +101,12 @@ def restart(contacts, count, state, free, rolling):
     for k in range(6):
         state[VX + k] = free[k]
     rolling.moment = 0.0
+
+
+@kernel
+def may_rebound(settings):
+    """Whether anything in the run rebounds."""
+    return settings.restitution + settings.tree_restitution + settings.barrier_restitution > 0.0
 
 
 @kernel
@@ -164,15 +172,17 @@ def blend(contacts, count, state, tried, rolling, moment, share):
 
 
 @kernel
-def make_admissible(contacts, count, state, body, free, tried, rolling, tolerance, sweeps, residual, fall, gained):
-    """Replace the impulses with which a solve ended by admissible ones [n].
+def make_admissible(scratch, count, state, body, free, gained, sweeps):
+    """Replace the impulses of the first ``count`` contacts, with which a solve ended, by admissible ones [n].
 
-    free : (6,), velocities before the impulses [m/s, 1/s]; tried : (16,), buffer for a state
-    residual, tolerance : [m/s] of the solve; fall : [m/s] due to gravity since the node, in the state and in ``free``
-    gained : [J/kg] the work of its impulses
+    free : (6,), velocities before the impulses [m/s, 1/s]; gained : [J/kg] the work of the impulses
+    sweeps : most of a solve
 
-    Returns (work now [J/kg], residual of the solve without restitution [m/s], sweeps used).
+    Returns (work now [J/kg], sweeps used); the residual of the slide is then that of the solve without restitution.
     """
+    contacts, rolling, tried, way = scratch.contacts, scratch.rolling[0], scratch.trial_state, scratch.way[0]
+    tolerance, residual, until = way.tolerance, way.residual, (way.tolerance, sweeps)
+    fall = way.fall  # in the state and in ``free``
     used, moment = 0, rolling.moment
     rebounds = rebounds_at_all(contacts, count)
     if rebounds:
@@ -184,19 +194,20 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
             c.target -= c.rebound
             c.line = 0
         restart(contacts, count, state, free, rolling)
-        used, residual = solve(contacts, count, state, rolling, tolerance, sweeps, False)
+        used, residual = solve(contacts, count, state, rolling, until, False)
+        way.residual = residual
     enough = 0.5 * fall * fall
     if residual > tolerance and (
         closing_speed(contacts, count, state) > count * tolerance
-        or impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)) > enough
+        or impulse_work(contacts, count, state, rolling, fall) > enough
     ):
-        used += settle(contacts, count, state, rolling, tolerance, sweeps, 1.0)
-        if impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)) > enough:
+        used += settle(contacts, count, state, rolling, until, 1.0)
+        if impulse_work(contacts, count, state, rolling, fall) > enough:
             restart(contacts, count, state, free, rolling)
-            used += settle(contacts, count, state, rolling, tolerance, sweeps, 0.0)
-    held = impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state))
+            used += settle(contacts, count, state, rolling, until, 0.0)
+    held = impulse_work(contacts, count, state, rolling, fall)
     if not rebounds:
-        return held, residual, used
+        return held, used
     share = share_that_holds_out(contacts, count, state, tried, max(tolerance, LEAST_APPROACH))
     for k in range(VX, WZ + 1):
         tried[k] -= state[k]
@@ -207,4 +218,4 @@ def make_admissible(contacts, count, state, body, free, tried, rolling, toleranc
     for k in range(count):
         contacts[k].rebound *= share
         contacts[k].target += contacts[k].rebound  # what the impulses now satisfy, for the energy balance
-    return impulse_work(contacts, count, state, VX, fall, rolling, spin_of(state)), residual, used
+    return impulse_work(contacts, count, state, rolling, fall), used

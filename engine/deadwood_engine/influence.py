@@ -22,12 +22,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import kernel
+from .compiled import inlined, kernel
 from .cores import BARRIER
 from .limits import NEAR_MARGIN, SAFE
 
@@ -40,6 +40,18 @@ NOTE = np.dtype([("core", "i8"), ("time", "f8"), ("stage", "i8")])
 # the number of stored stages, and the number of notes when the last one was stored
 NOW, NOTED, SETTLED, STAGES, KEPT = range(5)
 BOOK_WIDTH = 5
+
+
+class Notes(NamedTuple):
+    """What is noted of the present log; without rows where nothing is."""
+
+    place: np.ndarray  # int64 (cores,), each core's place + 1 among the notes, 0: it is not noted
+    rows: np.ndarray  # of dtype NOTE, in the order in which they were entered
+    book: np.ndarray  # (BOOK_WIDTH,), see NOW, NOTED, ...
+
+    @staticmethod
+    def allocate(cores: int) -> Notes:
+        return Notes(np.zeros(cores, np.int64), np.zeros(cores, NOTE).view(np.recarray), np.zeros(BOOK_WIDTH))
 
 
 @dataclass(frozen=True)
@@ -72,75 +84,77 @@ def influences_of(tables: dict[int, Any], solid: Any) -> Influences:
 
 
 @kernel
-def open_notes(noted, notes, book):
+def open_notes(notes):
     """Clear the notes of the previous log."""
-    for k in range(int(book[NOTED])):
-        noted[notes[k].core] = 0
-    book[:] = 0.0
+    for k in range(int(notes.book[NOTED])):
+        notes.place[notes.rows[k].core] = 0
+    notes.book[:] = 0.0
 
 
 @kernel
-def copy_notes(notes, book, kept, used):
+def copy_notes(notes, kept, used):
     """Append the notes of what mattered to the first ``used`` stored ones, if there is room; returns their number."""
     number = 0
-    for k in range(int(book[NOTED])):
-        if notes[k].time < math.inf:
+    for k in range(int(notes.book[NOTED])):
+        if notes.rows[k].time < math.inf:
             if used + number < kept.shape[0]:
-                kept[used + number] = notes[k]
+                kept[used + number] = notes.rows[k]
             number += 1
     return number
 
 
 @kernel
-def enter(noted, notes, book, row):
-    """Enter a core that has not mattered yet; noted : place + 1 of each core among the notes, 0 where it is not."""
-    if noted[row] == 0:
-        k = int(book[NOTED])
-        notes[k].core, notes[k].time, notes[k].stage = row, math.inf, int(book[STAGES]) - 1
-        book[NOTED] = k + 1.0
-        noted[row] = k + 1
+def enter(notes, core):
+    """Enter the core of this row, which has not mattered yet."""
+    if notes.place[core] == 0:
+        k = int(notes.book[NOTED])
+        row = notes.rows[k]
+        row.core, row.time, row.stage = core, math.inf, int(notes.book[STAGES]) - 1
+        notes.book[NOTED] = k + 1.0
+        notes.place[core] = k + 1
 
 
 @kernel
-def note(noted, notes, book, row):
-    """Record that a core matters, from now on at the latest."""
-    enter(noted, notes, book, row)
-    k = noted[row] - 1
-    if notes[k].time == math.inf:
-        notes[k].time = book[NOW]
+def note(notes, core):
+    """Record that the core of this row matters, from now on at the latest."""
+    enter(notes, core)
+    row = notes.rows[notes.place[core] - 1]
+    if row.time == math.inf:
+        row.time = notes.book[NOW]
 
 
 @kernel
-def note_all(notes, book):
+def note_all(notes):
     """Record that all cores entered so far matter."""
-    for k in range(int(book[SETTLED]), int(book[NOTED])):
-        if notes[k].time == math.inf:
-            notes[k].time = book[NOW]
-    book[SETTLED] = book[NOTED]
+    for k in range(int(notes.book[SETTLED]), int(notes.book[NOTED])):
+        if notes.rows[k].time == math.inf:
+            notes.rows[k].time = notes.book[NOW]
+    notes.book[SETTLED] = notes.book[NOTED]
 
 
 @kernel
-def note_contacts(noted, notes, book, keys, first, last):
+def note_contacts(notes, keys, first, last):
     """Record that the cores of these rows of the contact table matter."""
     for k in range(first, last):
-        note(noted, notes, book, keys[k, 1])
+        note(notes, keys[k, 1])
 
 
-@kernel
-def note_step(noted, notes, book, listed, near_cores, near, travel, decider, limited, unsure):
+@inlined
+def note_step(scratch, travel, decider, limited, unsure):
     """Record what determined the length of a step.
 
     travel : [m] of a step; decider : the near core that ``time_beside`` names, or -1; limited : whether, without one,
         the bound [m] of a thin or lying obstacle, or that of the list, determined it
     unsure : whether an obstacle that was not queried could have done so
     """
+    notes, near = scratch.notes, scratch.near[0]
     if decider >= 0:
-        note(noted, notes, book, listed[decider])
-        unsure = unsure or near_cores[decider].clear > SAFE * min(travel, near.clear)
+        note(notes, scratch.listed[decider])
+        unsure = unsure or scratch.near_cores[decider].clear > SAFE * min(travel, near.clear)
     elif limited:
         if near.thin >= 0:
-            note(noted, notes, book, near.thin)
+            note(notes, near.thin)
         else:
             unsure = True
     if unsure or travel > 0.5 * NEAR_MARGIN:
-        note_all(notes, book)
+        note_all(notes)

@@ -42,7 +42,7 @@ from .contacts import TERRAIN
 from .detection import owner_of
 from .energy import contact_work
 from .limits import BLOW, HIT_PAUSE, LEAST_PUSH
-from .rotation import VX, X, Y, Z
+from .rotation import X, Y, Z
 from .terrain import surface
 from .vectors import dot, norm, point
 
@@ -116,23 +116,24 @@ def hit_row(hits, number, by_barrier, item, time):
 
 
 @inlined
-def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy, hits, number):
+def note_pushes(model, log, state, scratch, hits, summary, energy):
     """Enter the impulses of this step's trees and barriers.
 
-    state, free : after the solve, and the velocities without its impulses; both lack gravity's half of the step behind
-    clock : (time of the node [s], dt [s], number of the step, gravity)
+    state : after the solve; it and ``scratch.free``, the velocities without its impulses, lack gravity's half of the
+        step behind
+    summary : has the number of the step, and that of the hits so far
     energy : kinetic, per mass, just before the impulses of the step [J/kg]
     Returns the number of hits; one more than fits if the table is full (slide again with a larger one).
     """
-    time, dt, step, gravity = clock
-    fall = 0.5 * gravity * dt
+    cores, contacts, keys, free, way = model.cores, scratch.contacts, scratch.keys, scratch.free, scratch.way[0]
+    time, dt, fall, step, number = way.time, way.dt, way.fall, summary.steps, summary.hits
     if number > hits.shape[0]:
         return number
-    for k in range(count):
+    for k in range(way.count):
         c = contacts[k]
         if keys[k, 0] == TERRAIN or c.pn <= 0.0:
             continue
-        is_barrier, item = owner_of(scene, keys[k])
+        is_barrier, item = owner_of(cores, keys[k])
         by_barrier = 1.0 if is_barrier else 0.0
         row = hit_row(hits, number, by_barrier, item, time)
         if row == number and c.pn < LEAST_PUSH:
@@ -146,10 +147,13 @@ def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy,
             hit[BY_BARRIER], hit[ITEM], hit[STEP], hit[ENERGY] = by_barrier, item, step, energy
         hit[LAST] = max(hit[LAST], time)
         if hit[STEP] == step and c.pn > hit[STRONGEST]:
-            _first_push(scene, frame, state, free[0], free[1], free[2] + fall, c, time, dt, hit)
-        hit[TAKEN] -= contact_work(c, state, VX, fall)
-        if _is_first(scene, contacts, keys, k):
-            blow = _blow(scene, contacts, keys, count, k, BLOW * gravity * dt)
+            hit[STRONGEST] = c.pn
+            p, ahead = _first_touch(state, c, dt)
+            height, _, _ = surface(model.terrain, log.frame[0], log.frame[1], p[0], p[1])
+            _open_hit(hit, time + ahead, p, height, (free[0], free[1], free[2] + fall), (c.nx, c.ny, c.nz))
+        hit[TAKEN] -= contact_work(c, state, fall)
+        if _is_first(cores, contacts, keys, k):
+            blow = _blow(cores, contacts, keys, (k, way.count), BLOW * model.settings.gravity * dt)
             hit[BLOW_X] += blow[0]
             hit[BLOW_Y] += blow[1]
             hit[BLOW_Z] += blow[2]
@@ -157,25 +161,26 @@ def note_pushes(scene, frame, state, free, contacts, keys, count, clock, energy,
 
 
 @kernel
-def _is_first(scene, contacts, keys, row):
+def _is_first(cores, contacts, keys, row):
     """Whether none of the earlier contacts acts on the same owner."""
-    mine = owner_of(scene, keys[row])
+    mine = owner_of(cores, keys[row])
     for k in range(row):
-        if keys[k, 0] != TERRAIN and contacts[k].pn > 0.0 and owner_of(scene, keys[k]) == mine:
+        if keys[k, 0] != TERRAIN and contacts[k].pn > 0.0 and owner_of(cores, keys[k]) == mine:
             return False
     return True
 
 
 @kernel
-def _blow(scene, contacts, keys, count, first, least):
-    """Impulse per mass [m/s] that stops the approach to the owner of the contact ``first``, of all contacts with it:
+def _blow(cores, contacts, keys, rows, least):
+    """Impulse per mass [m/s] that stops the approach to the owner of the first of these rows, of all contacts with it:
     J min(1, (u + b) / (G |J|)), zero if u is at most ``least`` [m/s] (see above).
     """
-    mine = owner_of(scene, keys[first])
+    first, count = rows
+    mine = owner_of(cores, keys[first])
     push, turn, turned, approach, back = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
     for k in range(first, count):
         c = contacts[k]
-        if keys[k, 0] == TERRAIN or c.pn <= 0.0 or owner_of(scene, keys[k]) != mine:
+        if keys[k, 0] == TERRAIN or c.pn <= 0.0 or owner_of(cores, keys[k]) != mine:
             continue
         push = point(point(point(push, c.pn, (c.nx, c.ny, c.nz)), c.pt, (c.tx, c.ty, c.tz)), c.pu, (c.ux, c.uy, c.uz))
         turn = point(turn, c.pn, (c.rnx, c.rny, c.rnz))
@@ -193,25 +198,30 @@ def _blow(scene, contacts, keys, count, first, least):
 
 
 @kernel
-def _first_push(scene, frame, state, vx, vy, vz, c, time, dt, hit):
-    """When, where, how fast and at what angle a contact first acts.
+def _first_touch(state, c, dt):
+    """(place [m], time [s] from the node) where and when a contact first acts.
 
     The contact was found one step ahead: the point moves on with its own velocity until its gap is closed.
     """
-    hit[STRONGEST] = c.pn
     ahead = 0.0
     if c.gap > 0.0 and c.before_n < 0.0:
         ahead = min(dt, -c.gap / c.before_n)
     px = state[X] + c.rx + ahead * (c.nx * c.before_n + c.tx * c.before_t + c.ux * c.before_u)
     py = state[Y] + c.ry + ahead * (c.ny * c.before_n + c.ty * c.before_t + c.uy * c.before_u)
     pz = state[Z] + c.rz + ahead * (c.nz * c.before_n + c.tz * c.before_t + c.uz * c.before_u)
-    hit[FIRST] = time + ahead
-    hit[LAST] = max(hit[LAST], hit[FIRST])
-    hit[PLACE], hit[PLACE + 1], hit[PLACE + 2] = px, py, pz
-    height, _, _ = surface(scene.terrain, frame[0], frame[1], px, py)
-    hit[HEIGHT] = pz - height
-    speed = norm((vx, vy, vz))
+    return (px, py, pz), ahead
+
+
+@kernel
+def _open_hit(hit, time, p, ground, v, n):
+    """Enter when [s], where [m], how high above the ground [m], how fast [m/s] and at what angle to the obstacle's
+    normal n a hit begins: arccos(-v.n / |v|).
+    """
+    hit[FIRST] = time
+    hit[LAST] = max(hit[LAST], time)
+    hit[PLACE], hit[PLACE + 1], hit[PLACE + 2] = p
+    hit[HEIGHT] = p[2] - ground
+    speed = norm(v)
     hit[SPEED] = speed
     if speed > 0.0:
-        square = -dot((vx, vy, vz), (c.nx, c.ny, c.nz)) / speed
-        hit[ANGLE] = math.acos(min(1.0, max(-1.0, square)))
+        hit[ANGLE] = math.acos(min(1.0, max(-1.0, -dot(v, n) / speed)))

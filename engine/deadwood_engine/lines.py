@@ -62,8 +62,9 @@ def segments_of(lines: Lines, x0: float = 0.0, y0: float = 0.0) -> Segments:
 
 
 @kernel
-def hull_meets_segment(hull, size, ax, ay, bx, by):
-    """Whether a convex hull (counterclockwise) and a segment have a point in common, by clipping the segment."""
+def hull_meets_segment(hull, size, a, b):
+    """Whether a convex hull (counterclockwise) and a segment a -> b have a point in common, by clipping the segment."""
+    (ax, ay), (bx, by) = a, b
     enter, leave = 0.0, 1.0
     ex, ey = bx - ax, by - ay
     for k in range(size):
@@ -84,8 +85,9 @@ def hull_meets_segment(hull, size, ax, ay, bx, by):
 
 
 @kernel
-def segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
+def segments_cross(a, b, c, d):
     """Whether the path a -> b crosses the segment c -> d from one side to the other."""
+    (ax, ay), (bx, by), (cx, cy), (dx, dy) = a, b, c, d
     ex, ey = dx - cx, dy - cy
     p = ex * (ay - cy) - ey * (ax - cx)
     q = ex * (by - cy) - ey * (bx - cx)
@@ -98,14 +100,18 @@ def segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
 
 
 @kernel
-def touch_segments(index, ends, owner, hull, size, path, shift_x, shift_y, touched, crossed):
+def touch_segments(segments, hull, size, path, shift, touched, crossed):
     """Mark the owners of segments that a swept hull touches, and those that the path of the centre crosses.
 
-    ends [m] shape (n, 4): x, y of both ends; hull and path are moved by the shift into the segments' frame. An empty
-    hull (size 0) touches nothing.
+    segments : a ``Segments``; path : x, y of the centre [m] before and after; shift : (x, y) [m] by which hull and path
+        are moved into the segments' frame
+    An empty hull (size 0) touches nothing.
     """
     if size == 0:
         return
+    index, ends, owner = segments.index, segments.ends, segments.owner
+    shift_x, shift_y = shift
+    before, after = (path[0], path[1]), (path[2], path[3])
     low_x, low_y, high_x, high_y = math.inf, math.inf, -math.inf, -math.inf
     for k in range(size):
         low_x, high_x = min(low_x, hull[k, 0]), max(high_x, hull[k, 0])
@@ -116,9 +122,9 @@ def touch_segments(index, ends, owner, hull, size, path, shift_x, shift_y, touch
             place = j * index.columns + i
             for m in range(index.start[place], index.start[place + 1]):
                 item = index.items[m]
-                ax, ay = ends[item, 0] - shift_x, ends[item, 1] - shift_y
-                bx, by = ends[item, 2] - shift_x, ends[item, 3] - shift_y
-                if not touched[owner[item]] and hull_meets_segment(hull, size, ax, ay, bx, by):
+                a = (ends[item, 0] - shift_x, ends[item, 1] - shift_y)
+                b = (ends[item, 2] - shift_x, ends[item, 3] - shift_y)
+                if not touched[owner[item]] and hull_meets_segment(hull, size, a, b):
                     touched[owner[item]] = True
-                if not crossed[owner[item]] and segments_cross(path[0], path[1], path[2], path[3], ax, ay, bx, by):
+                if not crossed[owner[item]] and segments_cross(before, after, a, b):
                     crossed[owner[item]] = True

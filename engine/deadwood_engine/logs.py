@@ -69,7 +69,7 @@ class Start:
     """Placed logs, ready to slide.
 
     frame : int64 (n, 2), DEM node (column, row) of each log's local frame
-    state : (n, 16), initial state in that frame (``rotation`` names the columns); body : (n, 7), ``log_body``
+    state : (n, 16), initial state in that frame (``rotation`` names the columns); body : (n, BODY_WIDTH), ``log_body``
     """
 
     frame: NDArray[np.int64]

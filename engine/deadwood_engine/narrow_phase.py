@@ -32,9 +32,11 @@ r(z), kr        wide, slope           m, -   radius of the obstacle at its start
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from .compiled import inlined, kernel
 from .contacts import Ahead, touch
+from .cores import SweptSphere
 from .limits import (
     ASKEW,
     DEEPEST_STEPS,
@@ -56,15 +58,48 @@ from .rotation import VX, VY, VZ, swing_of
 from .vectors import across, blend, dot, norm, point
 
 
+class Cone(NamedTuple):
+    """The trapezoid that generates the log by revolution, in coordinates along its axis (from the centre of mass)."""
+
+    back: float  # [m] s of the base
+    front: float  # [m] s of the tip
+    thick: float  # [m] radius of the base
+    thin: float  # [m] radius of the tip
+    taper: float  # [-] change of the radius along the axis
+    cosine: float  # of the half angle
+
+
+class Offset(NamedTuple):
+    """A core relative to the log's axis: its point at z is s0 + beta z along the axis and p0 + z pu off it [m]."""
+
+    s0: float
+    beta: float
+    p0: tuple[float, float, float]
+    pu: tuple[float, float, float]
+
+
 @kernel
 def cone_of(body):
-    """(back, front, thick, thin, taper, cosine of the half angle) of the trapezoid that generates the log by
-    revolution.
-    """
+    """The ``Cone`` of a log."""
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
     cosine = 1.0 / math.sqrt(1.0 + taper * taper)
     back = -body[CENTRE]
-    return back, back + body[LENGTH], body[BASE_RADIUS], body[TIP_RADIUS], taper, cosine
+    return Cone(back, back + body[LENGTH], body[BASE_RADIUS], body[TIP_RADIUS], taper, cosine)
+
+
+@kernel
+def axis_of(pose):
+    """(centre of mass c [m], direction d) of a pose."""
+    return (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
+
+
+@kernel
+def offset_of(axis, core):
+    """The ``Offset`` of a core: s0 = (start - c).d, beta = u.d; p0 = start - c - s0 d, pu = u - beta d."""
+    c, d = axis
+    g0 = point(core.start, -1.0, c)
+    s0, beta = dot(g0, d), dot(core.u, d)
+    return Offset(s0, beta, point(g0, -s0, d), point(core.u, -beta, d))
 
 
 @kernel
@@ -94,59 +129,65 @@ def signed_distance(cone, s, rho):
 
 
 @kernel
-def look_at(cone, d, u, slope, wide, s0, p0, pu, z):
-    """f, its slope, and phi's gradient (world) at position z on the core; s0, p0: the start along and off the axis."""
-    p = point(p0, z, pu)
+def look_at(cone, d, core, offset, z):
+    """f(z) = phi - wide - slope z [m], its derivative [-], and phi's gradient (world), at position z on the core."""
+    p = point(offset.p0, z, offset.pu)
     rho = math.sqrt(dot(p, p))
-    phi, gs, gr = signed_distance(cone, s0 + z * dot(d, u), rho)
-    e = blend(1.0 / rho, p, 0.0, p) if rho > 0.0 else across(d, u)
+    phi, gs, gr = signed_distance(cone, offset.s0 + z * offset.beta, rho)
+    e = blend(1.0 / rho, p, 0.0, p) if rho > 0.0 else across(d, core.u)
     g = blend(gs, d, gr, e)
-    return phi - wide - slope * z, dot(g, u) - slope, g
+    return phi - core.wide - core.slope * z, dot(g, core.u) - core.slope, g
 
 
 @kernel
-def _first_guess(cone, s0, p0, beta, pu, slope, long):
-    """Minimum of f if the side of the log is nearest, in closed form: rho' = ka beta + kr / cosine."""
+def _first_guess(cone, core, offset):
+    """Minimum z [m] of f if the side of the log is nearest, in closed form: rho' = ka beta + kr / cosine."""
+    p0, pu = offset.p0, offset.pu
     w = dot(pu, pu)
     if w < FLAT_TOLERANCE:
-        return min(long, max(0.0, -s0 * beta))
+        return min(core.long, max(0.0, -offset.s0 * offset.beta))
     z = -dot(p0, pu) / w
     p = point(p0, z, pu)
-    lean = cone[4] * beta + slope / cone[5]
+    lean = cone.taper * offset.beta + core.slope / cone.cosine
     if lean * lean < w:
         z += lean * math.sqrt(dot(p, p) / (w * (w - lean * lean)))
-    return min(long, max(0.0, z))
+    return min(core.long, max(0.0, z))
 
 
 @kernel
 def reach_along(cone, d, n, p):
-    """Distance of a point p (relative to the log's centre) beyond the log in the direction n: exact for any n."""
+    """Distance [m] of a point p (relative to the log's centre) beyond the log in the direction n, exact for any n:
+    p.n minus the support function of the cone, the larger of s n.d + a sqrt(1 - (n.d)^2) of its two ends.
+    """
     nd = dot(n, d)
     off = math.sqrt(max(0.0, 1.0 - nd * nd))
-    return dot(p, n) - max(cone[0] * nd + cone[2] * off, cone[1] * nd + cone[3] * off)
+    return dot(p, n) - max(cone.back * nd + cone.thick * off, cone.front * nd + cone.thin * off)
 
 
 @kernel
-def deepest(cone, c, d, start, u, long, wide, slope, within):
-    """Eq. [d], least gap of a log and a core: (gap, position z, gradient n there, whether it is below ``within``).
+def deepest(cone, axis, core, within):
+    """Eq. [d], least gap [m] of a log and a core: (gap, position z [m], gradient n there, whether it is below
+    ``within``).
 
-    n points from the log to the core. The search is abandoned, and the gap a bound, if no z can have less than
-    ``within`` [m].
+        gap = min over z in [0, long] of phi(start + z u) - wide - slope z
+
+    axis : centre c and direction d of the log; core : a ``SweptSphere``. n points from the log to the core. The search
+    is abandoned, and the gap a bound, if no z can have less than ``within`` [m].
     """
-    g0 = point(start, -1.0, c)
-    s0, beta = dot(g0, d), dot(u, d)
-    p0, pu = point(g0, -s0, d), point(u, -beta, d)
-    z = _first_guess(cone, s0, p0, beta, pu, slope, long)
-    f, rise, g = look_at(cone, d, u, slope, wide, s0, p0, pu, z)
+    c, d = axis
+    u, long = core.u, core.long
+    offset = offset_of(axis, core)
+    z = _first_guess(cone, core, offset)
+    f, rise, g = look_at(cone, d, core, offset, z)
     low, f_low, rise_low, g_low = z, f, rise, g
     high, f_high, rise_high, g_high = z, f, rise, g
-    step = 2.0 * cone[2]
+    step = 2.0 * cone.thick
     # the minimum is between a falling and a rising position, or at an end of the core
     while rise_low > FLAT_TOLERANCE and low > 0.0:
         high, f_high, rise_high, g_high = low, f_low, rise_low, g_low
         low = max(0.0, low - step)
         step *= 4.0
-        f_low, rise_low, g_low = look_at(cone, d, u, slope, wide, s0, p0, pu, low)
+        f_low, rise_low, g_low = look_at(cone, d, core, offset, low)
     if rise_low > -FLAT_TOLERANCE:
         z, f, g = low, f_low, g_low
     else:
@@ -154,7 +195,7 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
             low, f_low, rise_low, g_low = high, f_high, rise_high, g_high
             high = min(long, high + step)
             step *= 4.0
-            f_high, rise_high, g_high = look_at(cone, d, u, slope, wide, s0, p0, pu, high)
+            f_high, rise_high, g_high = look_at(cone, d, core, offset, high)
         if rise_high < FLAT_TOLERANCE:
             z, f, g = high, f_high, g_high
         else:
@@ -171,7 +212,7 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
                     at = low - rise_low * (high - low) / (rise_high - rise_low)
                 if not low < at < high:
                     at = 0.5 * (low + high)
-                f, rise, g = look_at(cone, d, u, slope, wide, s0, p0, pu, at)
+                f, rise, g = look_at(cone, d, core, offset, at)
                 if rise <= 0.0:
                     low, f_low, rise_low, g_low = at, f, rise, g
                 if rise >= 0.0:
@@ -186,12 +227,13 @@ def deepest(cone, c, d, start, u, long, wide, slope, within):
     size = norm(g)
     # exactly through the axis: a log may be moved to either side of the core
     n = blend(1.0 / size, g, 0.0, g) if size > THROUGH_AXIS else across(d, u)
-    return reach_along(cone, d, n, point(g0, z, u)) - wide - slope * z, z, n, True
+    reach = reach_along(cone, d, n, point(point(core.start, -1.0, c), z, u))
+    return reach - core.wide - core.slope * z, z, n, True
 
 
 @kernel
-def top_chord(cone, c, d, middle, flat, wide):
-    """The chord of a flat top along the log with the least gap: (start, direction, length [m]).
+def top_chord(cone, axis, middle, flat, wide):
+    """The chord of a flat top along the log with the least gap, as a ``SweptSphere``.
 
     middle : of the disc of radius ``flat`` [m], about which the top is rounded by ``wide`` [m]
 
@@ -199,6 +241,7 @@ def top_chord(cone, c, d, middle, flat, wide):
     y is n.l, n the gap's gradient and l the direction across; at an end of the chord, s = +-b, n.l + n.t ds/dy with
     ds/dy = -y/s.
     """
+    c, d = axis
     level = math.sqrt(d[0] * d[0] + d[1] * d[1])
     t = (d[0] / level, d[1] / level, 0.0) if level > VERTICAL else (1.0, 0.0, 0.0)
     across_x, across_y = -t[1], t[0]
@@ -209,7 +252,7 @@ def top_chord(cone, c, d, middle, flat, wide):
     for _ in range(TOP_LOOKS):
         half = math.sqrt(max(0.0, flat * flat - y * y))
         start, long = point(point(middle, y, (across_x, across_y, 0.0)), -half, t), 2.0 * half
-        _, z, n, _ = deepest(cone, c, d, start, t, long, wide, 0.0, math.inf)
+        _, z, n, _ = deepest(cone, axis, SweptSphere(start, t, long, wide, 0.0), math.inf)
         rise, along = n[0] * across_x + n[1] * across_y, dot(n, t)
         if z <= 0.0:
             rise = rise * half + along * y
@@ -224,28 +267,26 @@ def top_chord(cone, c, d, middle, flat, wide):
         else:
             low = y
         y = 0.5 * (low + high)
-    return start, t, long
+    return SweptSphere(start, t, long, wide, 0.0)
 
 
 @inlined
-def line_ends(cone, c, d, start, u, long, z, n):
-    """(first, last) position of the core that lies along the log's side or face; both are z if there is none."""
-    g0 = point(start, -1.0, c)
-    s0, beta = dot(g0, d), dot(u, d)
-    p0, pu = point(g0, -s0, d), point(u, -beta, d)
+def line_ends(cone, d, core, offset, z, n):
+    """(first, last) position [m] of the core that lies along the log's side or face; both are z if there is none."""
+    s0, beta, p0, pu = offset
     w, nd = dot(pu, pu), dot(n, d)
     first, last = z, z
     if abs(nd) < 0.5 and w < LINE_ANGLE:
-        first, last = (cone[0] - s0) / beta, (cone[1] - s0) / beta
+        first, last = (cone.back - s0) / beta, (cone.front - s0) / beta
     elif abs(nd) > 0.5 and 1.0 - w < LINE_ANGLE:
-        a = cone[2] if nd < 0.0 else cone[3]
+        a = cone.thick if nd < 0.0 else cone.thin
         middle = -dot(p0, pu) / w
         p = point(p0, middle, pu)
         half = math.sqrt(max(0.0, a * a - dot(p, p)) / w)
         first, last = middle - half, middle + half
     first, last = min(first, last), max(first, last)
-    first, last = max(0.0, first), min(long, last)
-    if last - first < LINE_APART * cone[2]:
+    first, last = max(0.0, first), min(core.long, last)
+    if last - first < LINE_APART * cone.thick:
         return z, z
     inset = LINE_INSET * (last - first)
     return first + inset, last - inset
@@ -261,40 +302,35 @@ def gap_at_end(state, pose, p, n, gap, left):
 
 
 @inlined
-def touch_core(
-    terrain, frame, contacts, keys, count, state, pose, cone, key, start, u, long, wide, slope, z, n, gap, step, plate
-):
-    """Add the contacts of a pose with a core whose least gap is at z, along n; returns the new count.
+def touch_core(query, count, step, key, core, least, plate):
+    """Add the contacts of a pose with a core; returns the new count.
+
+    least : (z, n, gap) as from ``deepest``; plate : nothing may be pressed down, because there is a plate below the
+        core
 
     If both share a line, each of its two ends that comes within ``UNFORESEEN`` in the rest of the step is a
-    contact: both instead of the least gap, unless the log crosses the core between them; one in addition to it. plate :
-    nothing may be pressed down, because there is a plate below the core.
+    contact: both instead of the least gap, unless the log crosses the core between them; one in addition to it.
     """
-    c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
-    first, last = line_ends(cone, c, d, start, u, long, z, n)
+    z, n, gap = least
+    cone, axis = query.cone, axis_of(query.pose)
+    d, offset = axis[1], offset_of(axis, core)
+    first, last = line_ends(cone, d, core, offset, z, n)
     if first < last:
-        g0 = point(start, -1.0, c)
-        s0 = dot(g0, d)
-        p0, pu = point(g0, -s0, d), point(u, -dot(u, d), d)
         before, deepest_end = count, math.inf
         for end in range(2):
             at = first if end == 0 else last
-            if abs(at - z) < LINE_APART * cone[2]:
+            if abs(at - z) < LINE_APART * cone.thick:
                 continue
-            f, _, g = look_at(cone, d, u, slope, wide, s0, p0, pu, at)
-            p = point(point(start, at, u), -f - wide - slope * at, g)
+            f, _, g = look_at(cone, d, core, offset, at)
+            p = point(point(core.start, at, core.u), -f - core.wide - core.slope * at, g)
             g = blend(-1.0, g, 0.0, g)
             deepest_end = min(deepest_end, f)
-            left = gap_at_end(state, pose, p, g, f, step.dt - step.at)
+            left = gap_at_end(query.state, query.pose, p, g, f, step.dt - step.at)
             if left < UNFORESEEN and not (plate and g[2] < -PUSHES_DOWN):
                 restitution = step.restitution if left < 0.0 else 0.0
-                count = touch(
-                    terrain, frame, contacts, keys, count, state, pose, (key[0], key[1], key[2] + 1 + end), p, g, f,
-                    Ahead(step.dt, step.gravity, step.at, restitution, step.friction, step.rolling),
-                )  # fmt: skip
+                late = Ahead(step.dt, step.gravity, step.at, restitution, step.friction, step.rolling)
+                count = touch(query, count, late, (key[0], key[1], key[2] + 1 + end), p, g, f)
         if count - before == 2 and gap > deepest_end - ASKEW:
             return count
-    p = point(point(start, z, u), -gap - wide - slope * z, n)
-    return touch(
-        terrain, frame, contacts, keys, count, state, pose, key, p, (-n[0], -n[1], -n[2]), gap, step
-    )  # fmt: skip
+    p = point(point(core.start, z, core.u), -gap - core.wide - core.slope * z, n)
+    return touch(query, count, step, key, p, (-n[0], -n[1], -n[2]), gap)

@@ -11,8 +11,8 @@ import math
 
 from .barriers import is_its_own, plate_contacts, sides_of
 from .compiled import inlined, kernel
-from .contacts import Ahead, predict
-from .cores import BARRIER, TREE, skin_of
+from .contacts import Ahead, Query, predict
+from .cores import BARRIER, TREE, skin_of, swept_sphere
 from .limits import (
     FIRST_TOUCH,
     LYING_TRAVEL,
@@ -24,7 +24,7 @@ from .limits import (
     UNFORESEEN,
 )
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
-from .narrow_phase import cone_of, deepest, top_chord, touch_core
+from .narrow_phase import axis_of, cone_of, deepest, top_chord, touch_core
 from .rotation import DX, DY, DZ, VX, VY, VZ, swing_of
 from .vectors import axes_nearest, dot, norm, point
 
@@ -34,56 +34,53 @@ def _nearest(cone, pose, core):
     """(least clearance [m] of the log from a core, position along its axis, radius of the log there, of the core)."""
     if core.kind == BARRIER:
         clear, _, _, _ = sides_of(cone, pose, core)
-        return clear, cone[0] if -cone[0] > cone[1] else cone[1], cone[3], 0.0  # its faster end; its thinnest place
-    c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
+        # its faster end; its thinnest place
+        return clear, cone.back if -cone.back > cone.front else cone.front, cone.thin, 0.0
+    c, d = axis_of(pose)
     start, u = (core.x, core.y, core.z), (core.ux, core.uy, core.uz)
-    s, z = axes_nearest(c, d, cone[0], cone[1], start, u, core.long)
+    s, z = axes_nearest(c, d, cone.back, cone.front, start, u, core.long)
     r = point(point(point(c, s, d), -1.0, start), -z, u)
     distance = norm(r)
-    mine, theirs = cone[2] + cone[4] * (s - cone[0]), core.wide + core.slope * z
+    mine, theirs = cone.thick + cone.taper * (s - cone.back), core.wide + core.slope * z
     # after a distance t, the axes are sqrt(distance^2 + apart t^2) apart, and both thicker by at most sqrt(steep) t
-    apart, steep = 1.0 - abs(dot(d, u)), cone[4] * cone[4] + core.slope * core.slope
+    apart, steep = 1.0 - abs(dot(d, u)), cone.taper * cone.taper + core.slope * core.slope
     if steep < 0.5 * apart:
         return distance * math.sqrt(1.0 - steep / apart) - mine - theirs, s, mine, theirs
-    return distance - cone[2] - max(core.wide, core.wide + core.slope * core.long), s, mine, theirs
+    return distance - cone.thick - max(core.wide, core.wide + core.slope * core.long), s, mine, theirs
 
 
 @inlined
-def _contacts_at(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step, within):
-    """Contacts of one pose with one obstacle, with gaps below ``within`` [m]."""
+def _contacts_at(query, count, step, core, row, within):
+    """Contacts of one pose with one obstacle, with gaps below ``within`` [m]; returns the new count."""
     if core.kind == BARRIER:
-        return plate_contacts(terrain, frame, core, row, contacts, keys, count, state, pose, cone, step, within)
-    c, d = (pose.x, pose.y, pose.z), (pose.dx, pose.dy, pose.dz)
-    start, u, long, wide = (core.x, core.y, core.z), (core.ux, core.uy, core.uz), core.long, core.wide
-    gap, z, n, touches = deepest(cone, c, d, start, u, long, wide, core.slope, within)
-    if touches and core.disc > 0.0 and z >= long:
-        wide -= core.disc
-        start, u, long = top_chord(cone, c, d, point(start, long, u), core.disc, wide)
-        gap, z, n, touches = deepest(cone, c, d, start, u, long, wide, core.slope, within)
+        return plate_contacts(query, count, step, core, row, within)
+    cone, axis = query.cone, axis_of(query.pose)
+    swept = swept_sphere(core)
+    gap, z, n, touches = deepest(cone, axis, swept, within)
+    if touches and core.disc > 0.0 and z >= swept.long:
+        swept = top_chord(cone, axis, point(swept.start, swept.long, swept.u), core.disc, swept.wide - core.disc)
+        gap, z, n, touches = deepest(cone, axis, swept, within)
     if touches and is_its_own(core, z, n, False):
-        count = touch_core(
-            terrain, frame, contacts, keys, count, state, pose, cone, (core.kind, row, 0), start, u, long, wide,
-            core.slope, z, n, gap, step, False,
-        )  # fmt: skip
+        count = touch_core(query, count, step, (core.kind, row, 0), swept, (z, n, gap), False)
     return count
 
 
 @inlined
-def contacts_with(
-    terrain, frame, table, listed, number, contacts, keys, count, state, body, trial, settings, dt, advance, pose
-):
-    """Contacts with the near obstacles.
+def contacts_with(model, log, state, scratch, count, span):
+    """Contacts with the near obstacles, after the first ``count`` of the table; span : a ``Span``.
 
     Returns (count, travel, free, thin, nearest): how far [m] the log's fastest point may move in the next step without
     passing a thin obstacle, and without touching anything (negative where it may touch); which near cores determine
     these, or -1. For thicker stems the table receives where along the log's axis the stem is nearest, and how far [m]
     the axis may move sideways there (``time_beside``).
     """
+    settings, body, pose, dt = model.settings, log.body, scratch.pose[0], span.dt
     travel, free, thin, nearest = math.inf, math.inf, -1, -1
-    cone = cone_of(body)
+    trial, cone = scratch.trial[0], cone_of(body)
+    query = Query(model.terrain, log.frame, scratch.contacts, scratch.keys, state, pose, cone)
     swing = _swing(state)
-    for m in range(number):
-        core, row = table[m], listed[m]
+    for m in range(scratch.near[0].cores):
+        core, row = scratch.near_cores[m], scratch.listed[m]
         clear, s, mine, theirs = _nearest(cone, trial, core)
         # at most so far that the axes cannot change sides; and, if the log is thin compared with the stems, as the neck
         # between two
@@ -101,7 +98,7 @@ def contacts_with(
             travel, thin = bound, m
         if clear < free:
             free, nearest = clear, m
-        if clear > advance:
+        if clear > span.advance:
             continue
         friction, restitution = skin_of(settings, core.kind)
         # follow the predicted path until they touch, then bisect the time since the previous query
@@ -129,10 +126,8 @@ def contacts_with(
             clear, s, _, _ = _nearest(cone, pose, core)
             found = before
             if clear < within:
-                found = _contacts_at(
-                    terrain, frame, core, row, contacts, keys, before, state, pose, cone,
-                    Ahead(dt, settings.gravity, at, restitution if within == 0.0 else 0.0, friction, 0.0), within,
-                )  # fmt: skip
+                step = Ahead(dt, settings.gravity, at, restitution if within == 0.0 else 0.0, friction, 0.0)
+                found = _contacts_at(query, before, step, core, row, within)
             if within > 0.0:
                 count = found
                 break

@@ -10,6 +10,7 @@ Cells: cell (j, i) of a raster extends half a cell around its centre (x0 + i cel
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +28,16 @@ _DIAGONAL = math.sqrt(0.5)
 
 
 @kernel
-def outline(points, at, bx, by, tx, ty, base, tip, sine, cosine, ux, uy):
+def outline(points, at, ends, radii, u, cosine):
     """Write the points of the outline from row ``at``; returns how many, at most 16.
 
-    Base end (bx, by), tip end (tx, ty), their radii, the axis direction in plan (ux, uy) and the sine and cosine of its
-    tilt from the vertical. If the ends are far apart, the inner three of the eight points of each lie inside the hull
-    and are omitted.
+    ends, radii : of base and tip, (x, y) [m] and [m]; u : direction of the axis in plan; cosine : of its tilt from the
+        vertical
+    An end face seen from above is an ellipse with the half axes a across and a |cosine| along u. If the ends are far
+    apart, the inner three of the eight points of each lie inside the hull and are omitted.
     """
+    (bx, by), (tx, ty) = ends
+    (base, tip), (ux, uy) = radii, u
     apart = (tx - bx) * ux + (ty - by) * uy > INNER_HIDDEN * base
     row = at
     for turn in range(2):
@@ -92,15 +96,17 @@ def convex_hull(points, count, hull):
 
 
 @kernel
-def hull_rows(hull, size, x0, y0, cell, part, left, right):
+def hull_rows(hull, size, grid, part, left, right):
     """Columns that a convex hull overlaps in each raster row: left[j] to right[j]; returns first and last row.
 
     hull : counterclockwise; columns 2 and 3 are a buffer for its vertices in cells
+    grid : (x0, y0, cell) [m]
     part : first column and row, number of columns and rows, of the raster within the whole to which (x0, y0) belongs.
         The results are relative to that part, but computed in the whole, so that every part gives the same bits.
     Rows and columns outside the part are cut off; an empty range has first > last, an empty row left > right. An empty
     hull (size 0) is in no row.
     """
+    x0, y0, cell = grid
     column, row, columns, rows = part
     low, high = math.inf, -math.inf
     for k in range(size):
@@ -135,29 +141,55 @@ def hull_rows(hull, size, x0, y0, cell, part, left, right):
     return first - row, last - row
 
 
+class StoredPoses(NamedTuple):
+    """Stored poses of logs, one after the other, each in order of time; from the corner of a raster.
+
+    log_row : int64 (m,), row of the log in the radii; base, tip : [m] (m, 3); base_radius, tip_radius : [m] (n,)
+    """
+
+    log_row: NDArray[np.int64]
+    base: Array
+    tip: Array
+    base_radius: Array
+    tip_radius: Array
+
+
+class Drawing(NamedTuple):
+    """Scratch memory of the sweeps; the last row of ``hull`` is a path."""
+
+    points: Array
+    hull: Array
+    left: NDArray[np.int64]  # columns of each row
+    right: NDArray[np.int64]
+    crossed: NDArray[np.bool_]  # lines
+
+    @staticmethod
+    def allocate(rows: int, lines: int) -> Drawing:
+        count = 2 * OUTLINE_POINTS
+        spans = (np.zeros(rows + 1, np.int64), np.zeros(rows + 1, np.int64))
+        return Drawing(np.zeros((count, 2)), np.zeros((count + 3, 4)), *spans, np.zeros(lines, np.bool_))
+
+
 @kernel
-def _swept(points, hull, base, tip, base_radius, tip_radius, previous, k):
-    """Hull of the outlines of poses ``previous`` and ``k``; returns its size."""
-    count = 0
+def pose_before(poses, k):
+    """Row of the previous pose of the same log; ``k`` for its first."""
+    return k - 1 if k > 0 and poses.log_row[k - 1] == poses.log_row[k] else k
+
+
+@kernel
+def swept_hull(poses, k, work):
+    """Hull of the outlines of a pose and the previous one of the same log, into work.hull; returns its size."""
+    log, previous, count = poses.log_row[k], pose_before(poses, k), 0
     for turn in range(2):
         row = previous if turn == 0 else k
-        bx, by, bz = base[row, 0], base[row, 1], base[row, 2]
-        dx, dy, dz = tip[row, 0] - bx, tip[row, 1] - by, tip[row, 2] - bz
+        base, tip = poses.base[row], poses.tip[row]
+        dx, dy, dz = tip[0] - base[0], tip[1] - base[1], tip[2] - base[2]
         plan = math.sqrt(dx * dx + dy * dy)
         length = math.sqrt(plan * plan + dz * dz)
-        ux, uy = (dx / plan, dy / plan) if plan > 0.0 else (1.0, 0.0)
-        count += outline(
-            points, count, bx, by, tip[row, 0], tip[row, 1], base_radius, tip_radius,
-            plan / length, dz / length, ux, uy,
-        )  # fmt: skip
-    return convex_hull(points, count, hull)
-
-
-def _work(rows: int, lines: int) -> tuple[NDArray, ...]:
-    """Scratch memory of the sweeps: points, hull (and a path behind it), left and right columns, crossed lines."""
-    count = 2 * OUTLINE_POINTS
-    spans = (np.zeros(rows + 1, np.int64), np.zeros(rows + 1, np.int64))
-    return np.zeros((count, 2)), np.zeros((count + 3, 4)), *spans, np.zeros(lines, np.bool_)
+        u = (dx / plan, dy / plan) if plan > 0.0 else (1.0, 0.0)
+        ends, radii = ((base[0], base[1]), (tip[0], tip[1])), (poses.base_radius[log], poses.tip_radius[log])
+        count += outline(work.points, count, ends, radii, u, dz / length)
+    return convex_hull(work.points, count, work.hull)
 
 
 LISTED = 0  # position in ``order`` of the number of listed cells
@@ -181,36 +213,35 @@ def count_danger(passed, order, danger):
 
 
 @kernel
-def _sweep_hits(log_row, base, tip, base_radius, tip_radius, cell, count, stamp, work):
-    points, hull, left, right, _ = work
+def _sweep_hits(poses, cell, count, stamp, work):
+    """As ``sweep_hits``; stamp : int64, the last log in each cell, row + 1."""
     rows, columns = count.shape
-    part = (0, 0, columns, rows)
-    for k in range(len(log_row)):
-        log = log_row[k]
-        previous = k - 1 if k > 0 and log_row[k - 1] == log else k
-        size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
-        first, last = hull_rows(hull, size, 0.0, 0.0, cell, part, left, right)
+    grid, part = (0.0, 0.0, cell), (0, 0, columns, rows)
+    for k in range(len(poses.log_row)):
+        log = poses.log_row[k]
+        first, last = hull_rows(work.hull, swept_hull(poses, k, work), grid, part, work.left, work.right)
         for j in range(first, last + 1):
-            for i in range(left[j], right[j] + 1):
+            for i in range(work.left[j], work.right[j] + 1):
                 if stamp[j, i] != log + 1:
                     stamp[j, i] = log + 1
                     count[j, i] += 1
 
 
 @kernel
-def _sweep_danger(log_row, base, tip, base_radius, tip_radius, cell, touch, count, stamp, passed, order, danger, work):
-    points, hull, left, right, _ = work
+def _sweep_danger(poses, cell, touch, hits, danger_lists, work):
+    """As ``sweep_danger``; hits : (count, stamp) as in ``_sweep_hits``; danger_lists : (passed, order, danger) as in
+    ``trace.RasterArrays``.
+    """
+    (count, stamp), (passed, order, danger) = hits, danger_lists
     rows, columns = count.shape
-    part = (0, 0, columns, rows)
-    for k in range(len(log_row)):
-        log = log_row[k]
-        previous = k - 1 if k > 0 and log_row[k - 1] == log else k
-        if previous == k:
+    grid, part = (0.0, 0.0, cell), (0, 0, columns, rows)
+    for k in range(len(poses.log_row)):
+        log = poses.log_row[k]
+        if pose_before(poses, k) == k:
             count_danger(passed, order, danger)  # of the previous log
-        size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
-        first, last = hull_rows(hull, size, 0.0, 0.0, cell, part, left, right)
+        first, last = hull_rows(work.hull, swept_hull(poses, k, work), grid, part, work.left, work.right)
         for j in range(first, last + 1):
-            for i in range(left[j], right[j] + 1):
+            for i in range(work.left[j], work.right[j] + 1):
                 if stamp[j, i] != log + 1:
                     stamp[j, i] = log + 1
                     count[j, i] += np.uint32(1)
@@ -222,20 +253,29 @@ def _sweep_danger(log_row, base, tip, base_radius, tip_radius, cell, touch, coun
     count_danger(passed, order, danger)
 
 
-def checked_rows(log_row: NDArray[np.int64], radius: Array, *per_pose: Array) -> NDArray[np.int64]:
-    """The rows as the kernels need them, verified so that no index is out of range.
+def stored_poses(
+    log_row: NDArray[np.int64], base: Array, tip: Array, base_radius: Array, tip_radius: Array, x0: float, y0: float
+) -> StoredPoses:
+    """Stored poses as the kernels need them, from (x0, y0) [m]: far from the origin products of coordinates lose
+    digits. Verified so that no index is out of range.
 
     Raises
     ------
     ValueError
-        if a row is not one of the radii's, or one of ``per_pose`` is not as long as the rows
+        if a row is not one of the radii's, or the ends are not as many as the rows
     """
-    rows = np.asarray(log_row, np.int64)
-    if len(rows) and not (int(rows.min()) >= 0 and int(rows.max()) < len(radius)):
-        raise ValueError(f"log_row runs from {rows.min()} to {rows.max()}, but there are {len(radius)} logs")
+    rows, number, origin = np.asarray(log_row, np.int64), min(len(base_radius), len(tip_radius)), (x0, y0, 0.0)
+    if len(rows) and not (int(rows.min()) >= 0 and int(rows.max()) < number):
+        raise ValueError(f"log_row runs from {rows.min()} to {rows.max()}, but there are {number} logs")
+    check_per_pose(rows, base, tip)
+    base, tip = (np.ascontiguousarray(each - np.array(origin)) for each in (base, tip))
+    return StoredPoses(rows, base, tip, base_radius, tip_radius)
+
+
+def check_per_pose(rows: NDArray[np.int64], *per_pose: Array) -> None:
+    """Raises ValueError if one of ``per_pose`` is not as long as the rows."""
     if any(len(each) != len(rows) for each in per_pose):
         raise ValueError(f"there are {len(rows)} rows of logs, but {[len(each) for each in per_pose]} values for them")
-    return rows
 
 
 def sweep_hits(
@@ -263,14 +303,9 @@ def sweep_hits(
     -------
     uint32, the given shape, row 0 southernmost
     """
+    poses = stored_poses(log_row, base, tip, base_radius, tip_radius, x0, y0)
     count, stamp = np.zeros(shape, np.uint32), np.zeros(shape, np.int64)
-    # far from the origin products of coordinates lose digits: compute from the raster's corner
-    origin = np.array([x0, y0, 0.0])
-    rows = checked_rows(log_row, np.minimum(base_radius, tip_radius), base, tip)
-    _sweep_hits(
-        rows, np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
-        base_radius, tip_radius, cell, count, stamp, _work(shape[0], 0),
-    )  # fmt: skip
+    _sweep_hits(poses, cell, count, stamp, Drawing.allocate(shape[0], 0))
     return count
 
 
@@ -297,28 +332,23 @@ def sweep_danger(
     count : uint32, the given shape; danger : uint32, shape (lines + 1, rows, columns), first for any line, then for
     each
     """
+    poses = stored_poses(log_row, base, tip, base_radius, tip_radius, x0, y0)
     count, stamp = np.zeros(shape, np.uint32), np.zeros(shape, np.int64)
     passed, order = np.zeros(count.size, np.uint32), np.full(touch.shape[1] + 1, -1)
     order[LISTED] = 0
     danger = np.zeros((touch.shape[1] + 1, count.size), np.uint32)
-    origin = np.array([x0, y0, 0.0])
-    rows = checked_rows(log_row, np.minimum(base_radius, tip_radius), base, tip)
-    _sweep_danger(
-        rows, np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin), base_radius, tip_radius, cell,
-        np.ascontiguousarray(touch, np.int64), count, stamp, passed, order, danger, _work(shape[0], 0),
-    )  # fmt: skip
+    touch, work = np.ascontiguousarray(touch, np.int64), Drawing.allocate(shape[0], 0)
+    _sweep_danger(poses, cell, touch, (count, stamp), (passed, order, danger), work)
     return count, danger.reshape(-1, *shape)
 
 
 @kernel
-def _sweep_touches(log_row, base, tip, base_radius, tip_radius, index, ends, owner, touched, pose_row, work):
-    points, hull, _, _, crossed = work
-    path = hull[2 * OUTLINE_POINTS + 2]
-    for k in range(len(log_row)):
-        log = log_row[k]
-        previous = k - 1 if k > 0 and log_row[k - 1] == log else k
-        size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
-        touch_segments(index, ends, owner, hull, size, path, 0.0, 0.0, touched[log], crossed)
+def _sweep_touches(poses, segments, touched, pose_row, work):
+    """As ``sweep_touches``."""
+    path = work.hull[2 * OUTLINE_POINTS + 2]
+    for k in range(len(poses.log_row)):
+        log, size = poses.log_row[k], swept_hull(poses, k, work)
+        touch_segments(segments, work.hull, size, path, (0.0, 0.0), touched[log], work.crossed)
         for line in range(touched.shape[1]):
             if touched[log, line] and pose_row[log, line] < 0:
                 pose_row[log, line] = k
@@ -342,11 +372,6 @@ def sweep_touches(
     """
     touched = np.zeros((len(base_radius), segments.lines), np.bool_)
     pose_row = np.full(touched.shape, -1, np.int64)
-    origin = np.array([segments.x0, segments.y0, 0.0])
-    rows = checked_rows(log_row, np.minimum(base_radius, tip_radius), base, tip)
-    _sweep_touches(
-        rows, np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
-        base_radius, tip_radius, segments.index, segments.ends, segments.owner, touched, pose_row,
-        _work(0, segments.lines),
-    )  # fmt: skip
+    poses = stored_poses(log_row, base, tip, base_radius, tip_radius, segments.x0, segments.y0)
+    _sweep_touches(poses, segments, touched, pose_row, Drawing.allocate(0, segments.lines))
     return touched, pose_row

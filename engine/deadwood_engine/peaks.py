@@ -11,29 +11,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import kernel
-from .outline import _swept, _work, checked_rows, hull_rows
+from .outline import Drawing, check_per_pose, hull_rows, pose_before, stored_poses, swept_hull
 
 Array = NDArray[np.float64]
 
 
 @kernel
-def _sweep_peaks(log_row, base, tip, base_radius, tip_radius, values, cell, start, filled, stamp, peaks, work):
-    """Returns whether there was a place for every value; there is none for a log more than was counted."""
-    points, hull, left, right, _ = work
-    rows, columns = stamp.shape
+def _sweep_peaks(poses, values, cell, places, peaks, work):
+    """Returns whether there was a place for every value; there is none for a log more than was counted.
+
+    values : (channels, poses); places : (start, filled, stamp), where each cell has its peaks, how many are there, and
+        the last log in it, row + 1
+    """
+    start, filled, stamp = places
+    base, tip, (rows, columns) = poses.base, poses.tip, stamp.shape
+    grid, part = (0.0, 0.0, cell), (0, 0, columns, rows)
     bottom, top = -0.5 * cell, (rows - 0.5) * cell
-    for k in range(len(log_row)):
-        log = log_row[k]
-        previous = k - 1 if k > 0 and log_row[k - 1] == log else k
-        wide = max(base_radius[log], tip_radius[log])
+    for k in range(len(poses.log_row)):
+        log, previous = poses.log_row[k], pose_before(poses, k)
+        wide = max(poses.base_radius[log], poses.tip_radius[log])
         low = min(min(base[k, 1], tip[k, 1]), min(base[previous, 1], tip[previous, 1])) - wide
         high = max(max(base[k, 1], tip[k, 1]), max(base[previous, 1], tip[previous, 1])) + wide
         if high < bottom or low > top:
             continue
-        size = _swept(points, hull, base, tip, base_radius[log], tip_radius[log], previous, k)
-        first, last = hull_rows(hull, size, 0.0, 0.0, cell, (0, 0, columns, rows), left, right)
+        first, last = hull_rows(work.hull, swept_hull(poses, k, work), grid, part, work.left, work.right)
         for j in range(first, last + 1):
-            for i in range(left[j], right[j] + 1):
+            for i in range(work.left[j], work.right[j] + 1):
                 place = j * columns + i
                 if stamp[j, i] != log + 1:
                     if filled[j, i] >= start[place + 1] - start[place]:
@@ -59,7 +62,7 @@ class CellPeaks:
         self.start = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
         self.peaks = np.zeros((channels, int(self.start[-1])), np.float32)
         self._filled, self._stamp = np.zeros(counts.shape, np.uint32), np.zeros(counts.shape, np.int64)
-        self._work = _work(counts.shape[0], 0)
+        self._work = Drawing.allocate(counts.shape[0], 0)
 
     def add(
         self,
@@ -78,12 +81,10 @@ class CellPeaks:
         m):
         the values at each pose, not negative. (x0, y0) is the centre of the first cell here.
         """
-        origin = np.array([x0, y0, 0.0])
-        rows = checked_rows(log_row, np.minimum(base_radius, tip_radius), base, tip, *np.atleast_2d(values))
-        complete = _sweep_peaks(
-            rows, np.ascontiguousarray(base - origin), np.ascontiguousarray(tip - origin),
-            base_radius, tip_radius, np.ascontiguousarray(values, np.float64), cell, self.start, self._filled,
-            self._stamp, self.peaks, self._work,
-        )  # fmt: skip
+        poses = stored_poses(log_row, base, tip, base_radius, tip_radius, x0, y0)
+        check_per_pose(poses.log_row, *np.atleast_2d(values))
+        places = self.start, self._filled, self._stamp
+        values = np.ascontiguousarray(values, np.float64)
+        complete = _sweep_peaks(poses, values, cell, places, self.peaks, self._work)
         if not complete:
             raise ValueError("more logs in a cell than were counted: the counts are not of these logs and cells")

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
-from .contacts import along_normal
+from .contacts import along_normal, pushed
 from .limits import LINE_BEND, LINE_ROOM, LINE_STEP, LINE_TURN
 from .rotation import DX, DY, DZ, VX, VY, VZ, WX, WY, WZ
 from .vectors import dot
@@ -150,10 +150,11 @@ def _linear(contacts, first, after, total, moment):
 
 
 @inlined
-def press(contacts, count, vx, vy, vz, wx, wy, wz):
+def press(contacts, count, v, w):
     """Update the normal impulses of every line, distributed linearly along it (eq. [m]).
 
-    Returns (velocities, largest change of the velocity at an end of a line [m/s]).
+    v, w : velocities of the log [m/s, 1/s]
+    Returns (v, w, largest change of the velocity at an end of a line [m/s]).
     """
     change, start = 0.0, 0
     while start < count:
@@ -169,8 +170,7 @@ def press(contacts, count, vx, vy, vz, wx, wy, wz):
             before_last = (moment - a.along * total) / length
             one, other = _ends(
                 contacts, start, last,
-                along_normal(a, (vx, vy, vz), (wx, wy, wz)) - a.target,
-                along_normal(b, (vx, vy, vz), (wx, wy, wz)) - b.target,
+                along_normal(a, v, w) - a.target, along_normal(b, v, w) - b.target,
                 total - before_last, before_last,
             )  # fmt: skip
             change = max(change, a.gnn * abs(one - total + before_last), b.gnn * abs(other - before_last))
@@ -185,11 +185,6 @@ def press(contacts, count, vx, vy, vz, wx, wy, wz):
                     t, u = -c.pt, -c.pu
                     c.pt, c.pu = 0.0, 0.0
                 c.pn, c.pressed = p, q
-                vx += c.nx * q + c.tx * t + c.ux * u
-                vy += c.ny * q + c.ty * t + c.uy * u
-                vz += c.nz * q + c.tz * t + c.uz * u
-                wx += c.bnx * q + c.btx * t + c.bux * u
-                wy += c.bny * q + c.bty * t + c.buy * u
-                wz += c.bnz * q + c.btz * t + c.buz * u
+                v, w = pushed(c, v, w, (q, t, u))
         start += max(number, 1)
-    return vx, vy, vz, wx, wy, wz, change
+    return v, w, change

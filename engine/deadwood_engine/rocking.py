@@ -25,6 +25,7 @@ WINDOWS = 4
 
 @kernel
 def _forget(windows, row):
+    """Clear one window: a box of nothing, without energy."""
     for k in range(6):
         windows[row, LOW + k], windows[row, HIGH + k] = math.inf, -math.inf
     windows[row, PEAK] = 0.0

@@ -85,13 +85,14 @@ def area_below(cloud, corners, p, n, along):
 
 
 @kernel
-def drag(cloud, terrain, frame, state, body, settings, scratch, dt):
+def drag(cloud, model, log, state, scratch, dt):
     """Slow down a body that is in the ground for dt by eq. [q]. Returns the work [J/kg].
 
     Logs (cloud is None) are round and rigid, and so is their ground.
     """
     if cloud is None:
         return 0.0
+    terrain, frame = model.terrain, log.frame
     speed = math.sqrt(state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2)
     if scratch.way[0].scar == 0.0 or speed == 0.0:
         return 0.0
@@ -109,7 +110,7 @@ def drag(cloud, terrain, frame, state, body, settings, scratch, dt):
         return 0.0
     along = (state[VX] / speed, state[VY] / speed, state[VZ] / speed)
     area = area_below(cloud, scratch.corners, p, n, along)
-    rate = 0.5 * (1.0 + settings.scar_drag) * SOIL_DENSITY * area / body[MASS]  # [1/m]
+    rate = 0.5 * (1.0 + model.settings.scar_drag) * SOIL_DENSITY * area / log.body[MASS]  # [1/m]
     left = 1.0 / (1.0 + rate * speed * dt)
     state[VX], state[VY], state[VZ] = left * state[VX], left * state[VY], left * state[VZ]
     return 0.5 * speed * speed * (left * left - 1.0)

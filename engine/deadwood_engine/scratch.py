@@ -1,4 +1,4 @@
-"""The settings of a run and the memory of a worker, as the kernels take them."""
+"""The memory of a worker: the slide of its present log, and everything that a step writes to."""
 
 from __future__ import annotations
 
@@ -9,51 +9,23 @@ import numpy as np
 from . import contacts
 from .cloud import Cloud
 from .cores import CORE, CORE_CONTACTS
-from .influence import BOOK_WIDTH, NOTE
+from .influence import Notes
 from .outline import OUTLINE_POINTS
 from .ring_look import LOOK_ROOM, RING_ROWS
 from .rocking import ROCKING_WIDTH, WINDOWS
 from .rolling import ROLLING
-from .stages import StageTable
+from .rotation import STATE_WIDTH
 from .surroundings import NEAR, POSE
 from .trace import MEMORY_WIDTH
-from .way import WAY
-
-
-class Settings(NamedTuple):
-    """The settings of a run: those of the fidelity, in metres and seconds, and the user's."""
-
-    time_step: float
-    travel: float  # [m] of the fastest point in a step
-    tolerance: float  # [-] of g dt
-    sweeps: int
-    trace_step: float  # [m] of the ends between outlines
-    restitution: float  # of the ground
-    time_limit: float
-    rest_speed: float
-    gravity: float
-    obstacle_travel: float  # [-] of the two thicknesses, of the fastest point in a step near an obstacle
-    ring_points: int  # candidates of a ring between the ends
-    backward: bool  # sweep the contacts from last to first
-    rolling_friction: float  # [-] of the ground
-    tree_friction: float  # [-] of stems and lying logs; negative: the ground's
-    tree_restitution: float
-    barrier_friction: float
-    barrier_restitution: float
-    stage_steps: int = 0  # steps between two stored stages; 0: none is stored
-    until_reached: bool = False  # a log ends when it has touched every line
-    breaks: bool = False  # whether any tree can break
-    friction_max: float = 0.0  # of the ground, for large slip (``slip``)
-    friction_kappa: float = 0.0  # [1/m]; 0: friction does not depend on slip
-    friction_beta: float = 0.0  # [1/s]
-    strength: float = 0.0  # [kN/m2] of soft ground (``scarring``); 0: it is hard
-    scar_drag: float = 0.0  # [-]
+from .way import SUMMARY, WAY
 
 
 class Scratch(NamedTuple):
     """Memory of a worker, allocated once: nothing is allocated while logs slide."""
 
-    way: np.ndarray  # state of the log's slide
+    state: np.ndarray  # (16,) pose and velocities of the present log (``rotation``)
+    summary: np.ndarray  # its summary; and that of a log that has not started
+    way: np.ndarray  # the rest of its slide
     contacts: np.ndarray
     keys: np.ndarray
     old_keys: np.ndarray
@@ -84,10 +56,7 @@ class Scratch(NamedTuple):
     turns: np.ndarray  # its rotation matrices, now and predicted
     corners: np.ndarray  # its hull at the predicted pose
     normals: np.ndarray
-    noted: np.ndarray  # each core's place among the notes (``influence``); empty if nothing is noted
-    notes: np.ndarray
-    book: np.ndarray
-    stages: StageTable  # stages stored for the current log, or those from which logs are continued
+    notes: Notes  # of the obstacles that mattered (``influence``)
 
     @staticmethod
     def allocate(
@@ -96,7 +65,6 @@ class Scratch(NamedTuple):
         raster_rows: int,
         cloud: Cloud | None,
         noting: bool = False,
-        stages: StageTable | None = None,
     ) -> Scratch:
         # every candidate of the log, and the maximum of each obstacle (``CORE_CONTACTS``), for as many as can touch a
         # log at once. ``add_contact``, the only function that writes to the table, ignores any excess
@@ -104,7 +72,11 @@ class Scratch(NamedTuple):
         cloud = cloud or Cloud.none()
         table += len(cloud.points) + 64 * min(len(cloud.corners), 64)
         outline = max(OUTLINE_POINTS, len(cloud.corners))
+        summary = np.zeros(2, SUMMARY).view(np.recarray)
+        summary.item_row, summary.grip = -1, np.nan
         return Scratch(
+            np.zeros(STATE_WIDTH),
+            summary,
             np.zeros(1, WAY).view(np.recarray),
             np.zeros(table, contacts.CONTACT).view(np.recarray),
             np.zeros((table, contacts.KEY_WIDTH), np.int64),
@@ -136,8 +108,5 @@ class Scratch(NamedTuple):
             np.zeros(18),
             np.zeros(cloud.corners.shape),
             np.zeros(cloud.normals.shape),
-            np.zeros(core_count if noting else 0, np.int64),
-            np.zeros(core_count if noting else 0, NOTE).view(np.recarray),
-            np.zeros(BOOK_WIDTH),
-            stages or StageTable.allocate(0, 0, 0),
+            Notes.allocate(core_count if noting else 0),
         )

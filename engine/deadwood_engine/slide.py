@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import step, trace
+from . import trace, trajectory
 from .cloud import Shape
 from .cores import BARRIER, LYING, TREE
 from .fidelity import Fidelity, longest_travel, station_spacing, trace_step, where_things_rebound
@@ -24,11 +24,12 @@ from .ledger import HIT_WIDTH
 from .limits import GRAVITY, LEAST_STATIONS, MOST_STAGES, STAGE_STEPS
 from .log_body import BODY_WIDTH, LENGTH
 from .logs import Logs, Start, place_logs, stations_for
+from .model import Model, Settings
 from .rasters import Rasters, raster_arrays
 from .result import Result, result_of
 from .rotation import STATE_WIDTH
 from .scene import Scene
-from .scratch import Scratch, Settings
+from .scratch import Scratch
 from .stages import StageKeeper, Stages, StageTable
 from .way import SUMMARY
 
@@ -169,6 +170,8 @@ def slide(
         raise ValueError(f"going_on must name a stage for each of {number} logs")
     if (begins >= 0).any() and (table.lines.shape[1], table.fences.shape[1]) != (lines, barriers):
         raise ValueError("the stages are not of this scene's lines and barriers")
+    model, stamps = Model(*arrays, settings), _stamps(number)
+    batch = trajectory.Batch(start.frame, start.state, start.body, stations, stamps, keep, begins)
     lock = threading.Lock()
     done = [0] * workers
     cpu = [0.0] * workers
@@ -184,13 +187,10 @@ def slide(
             rows,
             arrays.cloud,
             influences,
-            StageTable.allocate(MOST_STAGES, lines, barriers) if settings.stage_steps else table,
         )
+        stored = StageTable.allocate(MOST_STAGES, lines, barriers) if settings.stage_steps else table
         room, hit_room = np.zeros((POSES_AT_ONCE, trace.POSE_WIDTH)), np.zeros((64 * chunk, HIT_WIDTH))
         note_room = np.zeros(64 * chunk if influences else 0, NOTE).view(np.recarray)
-        # workers writing every step to neighbouring rows of one array would wait for each other's cache lines
-        own, told = np.zeros(state.shape[1]), np.zeros(2, SUMMARY).view(np.recarray)
-        told.item_row, told.grip = -1, np.nan
         while not stop[0]:
             with lock:
                 row = next(queue, number)
@@ -198,21 +198,19 @@ def slide(
             if row == last:
                 break
             while row < last and not stop[0]:
-                reached, wanted = step.slide_logs(
-                    arrays, start.frame, start.state, start.body, stations, settings, scratch, raster, row_stamp, marks,
-                    room, keep, hit_room, note_room, own, told, state, summary, begins, row,
-                    last, stop,
-                )  # fmt: skip
+                results = trajectory.Results(raster, marks, room, hit_room, note_room, state, summary)
+                reached, wanted = trajectory.slide_logs(model, batch, scratch, results, stored, (row, last), stop)
                 if reached == row:
                     # Sliding again with more room gives the same bits, and the stamp prevents hits from counting twice.
                     if keep[row] and wanted > len(room):
                         room = np.zeros((2 * wanted, trace.POSE_WIDTH))
-                    if told[0].hits > len(hit_room):
+                    told = scratch.summary[0]
+                    if told.hits > len(hit_room):
                         hit_room = np.zeros((2 * len(hit_room), HIT_WIDTH))
-                    if told[0].influences > len(note_room):
+                    if told.influences > len(note_room):
                         note_room = np.zeros(2 * len(note_room), NOTE).view(np.recarray)
                 elif settings.stage_steps:
-                    keeper.add(row, scratch.stages, scratch.notes, int(scratch.book[NOTED]))
+                    keeper.add(row, stored, scratch.notes.rows, int(scratch.notes.book[NOTED]))
                 first = noted = posed = 0
                 for each in range(row, reached):
                     struck = summary[each].hits
@@ -237,7 +235,6 @@ def slide(
             failures.append(failure)
             stop[0] = 1
 
-    row_stamp = _stamps(number)
     pool = [threading.Thread(target=guarded, args=(k,), daemon=True) for k in range(workers)]
     try:
         for thread in pool:

@@ -179,6 +179,7 @@ class StageKeeper:
 
 @kernel
 def _copy(values, place):
+    """Copy the values of one array into another."""
     for k in range(values.shape[0]):
         place[k] = values[k]
 
@@ -189,10 +190,10 @@ def keep_stage(stages, scratch, state, summary, marks, travel):
 
     Not if a thin obstacle bounds the next step [m], but was not entered: without it the predicted path would differ.
     """
-    book, near, way = scratch.book, scratch.near[0], scratch.way[0]
+    book, near, way = scratch.notes.book, scratch.near[0], scratch.way[0]
     if way.travel < travel:
         looked = way.next_look == way.time + REST_WINDOW  # the thin obstacle is then that of the test for rest
-        if looked or (near.thin >= 0 and scratch.noted[near.thin] == 0):
+        if looked or (near.thin >= 0 and scratch.notes.place[near.thin] == 0):
             return
     more = book[STAGES] == 0.0 or book[NOTED] > book[KEPT]
     row = int(book[STAGES]) - (0 if more else 1)
@@ -228,10 +229,11 @@ def keep_stage(stages, scratch, state, summary, marks, travel):
 
 
 @kernel
-def go_on(stages, row, scene, frame, body, scratch, state, marks):
-    """Restore everything from a stage. The near list is made again, without removed obstacles, for the place where it
-    was made.
+def go_on(stage, model, log, state, scratch, marks):
+    """Restore everything from a stage (table, row). The near list is made again, without removed obstacles, for the
+    place where it was made.
     """
+    stages, row = stage
     scratch.way[0], scratch.near[0], scratch.rolling[0] = stages.way[row], stages.near[row], stages.rolling[row]
     _copy(stages.state[row], state)
     _copy(stages.memory[row], scratch.memory)
@@ -251,11 +253,8 @@ def go_on(stages, row, scene, frame, body, scratch, state, marks):
     if near.cores == 0:
         return
     looked_at = near.beside > 0
-    reach = body[BASE_RADIUS] + NEAR_MARGIN
-    near.cores = cores.near(
-        scene.cores, frame, scene.terrain.cell, scratch.listed, scratch.near_cores,
-        near.base_x, near.base_y, near.tip_x, near.tip_y, reach,
-    )  # fmt: skip
+    axis, reach = ((near.base_x, near.base_y), (near.tip_x, near.tip_y)), log.body[BASE_RADIUS] + NEAR_MARGIN
+    near.cores = cores.near(model.cores, log.frame, model.terrain.cell, scratch.listed, scratch.near_cores, axis, reach)
     near.beside = near.cores if looked_at else 0
     first, last = stages.core_rows[row, 0], stages.core_rows[row, 1]
     for k in range(near.cores):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from .lines import touch_segments
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, MASS, TIP_RADIUS
 from .outline import LISTED, convex_hull, hull_rows, outline
 from .prefetch import prefetch
-from .rotation import DX, DY, DZ, WX, WY, WZ, X, Y, Z
+from .rotation import DX, DY, DZ, VX, WX, WY, WZ, X, Y, Z
 
 
 class RasterArrays(NamedTuple):
@@ -56,6 +56,18 @@ class Marks(NamedTuple):
     crossed: np.ndarray
     line_time: np.ndarray  # [s] first touch of each line
     inside: np.ndarray  # bool (n,): lines that contain the log's start, reached with its first outline
+
+
+class Output(NamedTuple):
+    """What one log leaves behind."""
+
+    rasters: RasterArrays
+    stamp: Any  # a number that no other log has, for the rasters
+    marks: Marks
+    poses: np.ndarray  # room for poses
+    keep: Any  # whether they are stored
+    hits: np.ndarray  # room for hits (``ledger``)
+    summary: Any  # a ``way.SUMMARY``
 
 
 # Columns of a pose
@@ -144,12 +156,9 @@ def _outline_of(points, at, memory, body):
     ex, ey = memory[LAST_TIP] - memory[LAST_BASE], memory[LAST_TIP + 1] - memory[LAST_BASE + 1]
     ez = memory[LAST_TIP + 2] - memory[LAST_BASE + 2]
     plan = math.sqrt(ex * ex + ey * ey)
-    ux, uy = (ex / plan, ey / plan) if plan > 0.0 else (1.0, 0.0)
-    length = body[LENGTH]
-    return outline(
-        points, at, memory[LAST_BASE], memory[LAST_BASE + 1], memory[LAST_TIP], memory[LAST_TIP + 1],
-        body[BASE_RADIUS], body[TIP_RADIUS], plan / length, ez / length, ux, uy,
-    )  # fmt: skip
+    u = (ex / plan, ey / plan) if plan > 0.0 else (1.0, 0.0)
+    ends = (memory[LAST_BASE], memory[LAST_BASE + 1]), (memory[LAST_TIP], memory[LAST_TIP + 1])
+    return outline(points, at, ends, (body[BASE_RADIUS], body[TIP_RADIUS]), u, ez / body[LENGTH])
 
 
 @kernel
@@ -187,41 +196,52 @@ def _outline_at(cloud, points, at, memory, body):
     return cloud.corners.shape[0]
 
 
+@kernel
+def _grid_of(terrain, frame, rasters):
+    """The rasters' grid in a log's frame, and their part of it, as ``hull_rows`` takes them; and the shift (x, y) [m]
+    from the frame to the corner of the whole DEM.
+    """
+    shift = (frame[0] + terrain.column) * terrain.cell, (frame[1] + terrain.row) * terrain.cell
+    rows, columns = rasters.deposits.shape
+    return (-shift[0], -shift[1], terrain.cell), (terrain.column, terrain.row, columns, rows), shift
+
+
 @inlined
-def draw(scene, frame, state, body, memory, work, rasters, row, marks, time):
+def draw(model, log, state, scratch, out, time):
     """Draw the area swept since the last outline into the rasters and mark the lines that it touches.
 
-    work = (points, hull, left, right). On the first call the memory holds the present pose: the area is the outline.
+    time : [s] now. On the first call the memory holds the present pose: the area is the outline.
     """
-    points, hull, left, right = work
-    terrain = scene.terrain
+    memory, points, hull, body = scratch.memory, scratch.points, scratch.hull, log.body
     path = hull[hull.shape[0] - 1]
-    start_x, start_y = memory[LAST_X], memory[LAST_Y]
-    speed, energy, jump = memory[PEAK_SPEED], memory[PEAK_ENERGY] * body[MASS], memory[PEAK_JUMP]
-    number = _outline_at(scene.cloud, points, 0, memory, body)
+    path[0], path[1], path[2], path[3] = memory[LAST_X], memory[LAST_Y], state[X], state[Y]
+    number = _outline_at(model.cloud, points, 0, memory, body)
     remember_pose(memory, state, body)
     remember_turn(memory, state)
-    number += _outline_at(scene.cloud, points, number, memory, body)
+    number += _outline_at(model.cloud, points, number, memory, body)
     size = convex_hull(points, number, hull)
-    path[0], path[1], path[2], path[3] = start_x, start_y, state[X], state[Y]
-    shift_x, shift_y = (frame[0] + terrain.column) * terrain.cell, (frame[1] + terrain.row) * terrain.cell
+    grid, part, shift = _grid_of(model.terrain, log.frame, out.rasters)
+    marks = out.marks
     if marks.lines.shape[0] > 0:
-        lines = scene.lines
-        touch_segments(
-            lines.index, lines.ends, lines.owner, hull, size, path, shift_x, shift_y, marks.lines, marks.lines
-        )
+        touch_segments(model.lines, hull, size, path, shift, marks.lines, marks.lines)
         for line in range(marks.lines.shape[0]):
             if marks.lines[line] and not marks.line_time[line] <= time:
                 marks.line_time[line] = time
     if marks.fences.shape[0] > 0:
-        fences = scene.fences
-        touch_segments(
-            fences.index, fences.ends, fences.owner, hull, size, path, shift_x, shift_y, marks.fences, marks.crossed
-        )
-    rows, columns = rasters.deposits.shape
-    part = (terrain.column, terrain.row, columns, rows)
-    first, last = hull_rows(hull, size, -shift_x, -shift_y, terrain.cell, part, left, right)
-    now, fast, heavy, high = np.uint32(row + 1), np.float32(speed), np.float32(energy), np.float32(jump)
+        touch_segments(model.fences, hull, size, path, shift, marks.fences, marks.crossed)
+    first, last = hull_rows(hull, size, grid, part, scratch.left, scratch.right)
+    _hit_cells(memory, (scratch.left, scratch.right), (first, last), out, body[MASS])
+
+
+@inlined
+def _hit_cells(memory, sides, rows, out, mass):
+    """Count the log in the cells of these rows (first, last) between both sides (left and right columns), and enter its
+    peaks there. mass : [kg]
+    """
+    rasters, marks = out.rasters, out.marks
+    (left, right), (first, last), columns = sides, rows, rasters.deposits.shape[1]
+    now, fast = np.uint32(out.stamp + 1), np.float32(memory[PEAK_SPEED])
+    heavy, high = np.float32(memory[PEAK_ENERGY] * mass), np.float32(memory[PEAK_JUMP])
     tall = np.float32(memory[PEAK_HEIGHT])
     listed, maxima = rasters.order[LISTED], rasters.maxima.shape[0] > 0
     # the rows are far apart in memory: requested all at once, they arrive together
@@ -286,17 +306,14 @@ def forget_after(marks, sunk):
 
 
 @kernel
-def draw_deposit(scene, frame, state, body, memory, work, rasters):
+def draw_deposit(model, log, state, scratch, rasters):
     """Count the log in the cells that its final outline overlaps."""
-    points, hull, left, right = work
-    remember_pose(memory, state, body)
+    memory, points, hull, left, right = scratch.memory, scratch.points, scratch.hull, scratch.left, scratch.right
+    remember_pose(memory, state, log.body)
     remember_turn(memory, state)
-    size = convex_hull(points, _outline_at(scene.cloud, points, 0, memory, body), hull)
-    terrain, cell = scene.terrain, scene.terrain.cell
-    rows, columns = rasters.deposits.shape
-    shift_x, shift_y = (frame[0] + terrain.column) * cell, (frame[1] + terrain.row) * cell
-    part = (terrain.column, terrain.row, columns, rows)
-    first, last = hull_rows(hull, size, -shift_x, -shift_y, cell, part, left, right)
+    size = convex_hull(points, _outline_at(model.cloud, points, 0, memory, log.body), hull)
+    grid, part, _ = _grid_of(model.terrain, log.frame, rasters)
+    first, last = hull_rows(hull, size, grid, part, left, right)
     for j in range(first, last + 1):
         for i in range(left[j], right[j] + 1):
             rasters.deposits[j, i] += 1
@@ -310,12 +327,11 @@ def keep_pose(poses, kept, time, state, body, clearance, height):
         pose[POSE_T] = time
         back, front = -body[CENTRE], body[LENGTH] - body[CENTRE]
         speed = 0.0
-        spin = 0.0
         for axis in range(3):
             pose[POSE_X + axis] = state[X + axis]
             pose[POSE_BASE + axis] = state[X + axis] + back * state[DX + axis]
             pose[POSE_TIP + axis] = state[X + axis] + front * state[DX + axis]
-            speed += state[7 + axis] ** 2
+            speed += state[VX + axis] ** 2
         spin = state[WX] ** 2 + state[WY] ** 2 + state[WZ] ** 2
         pose[POSE_SPEED] = math.sqrt(speed)
         pose[POSE_SPIN] = math.sqrt(spin)

@@ -53,13 +53,14 @@ def remember_plane(old, c, state):
 
 
 @inlined
-def turn_contacts(contacts, keys, count, state, old_contacts, kick, fall, flat):
+def turn_contacts(contacts, keys, count, state, old_contacts, speeds):
     """Eq. [k]: let the impulse act along a plane between the previous and the predicted one, if a ground contact is
     loaded in both steps.
 
-    kick : [m/s] of gravity in this step; fall : [m/s] the part of it that the velocities already include
-    flat : [m/s] smaller turns are ignored
+    speeds : [m/s] that of gravity in this step; the part of it that the velocities already include; and the approach
+        to a turned plane below which it is ignored
     """
+    kick, fall, flat = speeds
     for k in range(count):
         c = contacts[k]
         target = c.target

@@ -10,16 +10,19 @@ from .limits import FLAT_TOLERANCE, SKEW_LINES
 
 @kernel
 def cross(a, b):
+    """a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @kernel
 def dot(a, b):
+    """a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel
 def norm(a):
+    """|a|."""
     return math.sqrt(dot(a, a))
 
 
@@ -31,6 +34,7 @@ def point(a, s, d):
 
 @kernel
 def minus(a, b):
+    """a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 

@@ -40,6 +40,7 @@ WAY = np.dtype(
         ("work", "f8"),  # J/kg, of all contacts so far
         ("speed", "f8"), ("energy", "f8"), ("gap", "f8"),  # m/s, J/kg, m, present values
         ("height", "f8"),  # m, of its centre of mass above the terrain
+        ("fall", "f8"),  # m/s, due to gravity between the node and the middle of the step: g dt / 2
         ("residual", "f8"), ("tolerance", "f8"),  # m/s, of this step's solve
         ("next_look", "f8"), ("next_rocking", "f8"),  # s, time of the next tests for rest and for oscillation
         ("count", "i8"), ("old_count", "i8"),  # contacts of this step, and those loaded in the last

@@ -20,12 +20,26 @@ import rasterio
 import shapely
 from rasterio.transform import from_origin
 
+from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.tools import map_intensity, map_origins, site_barriers, slide_logs, value_trees, vary
 
 EAST, NORTH = 2_786_000.0, 1_196_000.0
 WIDTH, LENGTH = 60, 100
 FOOT = 30.0
 RASTERS = ("hit_count", "reach_probability", "deposit_count", "speed_max", "energy_max", "jump_max")
+
+
+class StopAfter(Quiet):
+    """Requests a stop once a number of logs is done."""
+
+    def __init__(self, logs: int) -> None:
+        self.logs, self.done = logs, 0.0
+
+    def progress(self, done: float, total: float, what: str) -> None:
+        self.done = done if what == "sliding logs" else 0.0
+
+    def cancelled(self) -> bool:
+        return self.done >= self.logs
 
 
 def write_dem(path: Path, *, cell: float = 1.0, crs: str | None = "EPSG:2056", flat: bool = False, **profile) -> str:
@@ -131,6 +145,15 @@ def edit_manifest(folder: Path, **parameters: Any) -> None:
 
 def layer(run: Path, name: str) -> gpd.GeoDataFrame:
     return gpd.read_file(run / "run.gpkg", layer=name)
+
+
+def arrivals(run: Path) -> set[tuple[int, str]]:
+    """Each log with each line that it reached."""
+    try:
+        table = layer(run, "reached_by")
+    except Exception:  # no log reached a line
+        return set()
+    return set(zip(table["log_id"].tolist(), table["line_id"].tolist(), strict=True))
 
 
 def summary(run: Path) -> dict[str, Any]:

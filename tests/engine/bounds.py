@@ -139,6 +139,8 @@ def seen(table: str, rows: int, place: Scene, *rest) -> bool:
 
     def short(*sizes) -> Scratch:
         made = whole(*sizes)
+        if table in made.notes._fields:
+            return made._replace(notes=made.notes._replace(**{table: getattr(made.notes, table)[:rows]}))
         return made._replace(**{table: getattr(made, table)[:rows]})
 
     Scratch.allocate = staticmethod(short)
@@ -161,7 +163,7 @@ def cones() -> dict[str, dict]:
     place = scene(*every)
     tables = ("listed", "near_cores", "left", "right")
     tables += ("hit_trees", "hit_barriers", "rings", "points", "keys", "old_contacts", "memory", "rocking", "trial")
-    tables += ("noted", "notes")
+    tables += ("place", "rows")  # of the notes
     # few logs meet two barriers, and there is one pose ahead
     rows = dict.fromkeys(tables, 1) | {"hit_barriers": 0, "trial": 0}
     return {"ends": told, "seen": {table: seen(table, rows[table], place, COARSE, 24, 6.0) for table in tables}}

@@ -1,12 +1,11 @@
 """Plates: whether one goes through a log's axis, how its pieces follow the ground, where they stand."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from deadwood_engine import Barriers, Scene
-from deadwood_engine.barriers import deepest_below_edge, pierced
+from deadwood_engine.barriers import Plate, deepest_below_edge, pierced
+from deadwood_engine.cores import CORE
 from deadwood_engine.log_body import CENTRE, LENGTH, cone_bodies
 
 
@@ -61,7 +60,8 @@ def test_pierced_is_what_a_dense_search_finds():
         heading = rng.uniform(0, 2 * np.pi)
         unit = np.array([np.cos(heading), np.sin(heading), rise]) / np.hypot(1.0, rise)
         long, start = rng.uniform(1.0, 6.0), rng.uniform(-2.0, 2.0, 3)
-        edge = SimpleNamespace(x=start[0], y=start[1], z=start[2], ux=unit[0], uy=unit[1], uz=unit[2], long=long)
+        edge = np.zeros(1, CORE).view(np.recarray)[0]
+        (edge.x, edge.y, edge.z), (edge.ux, edge.uy, edge.uz), edge.long = start, unit, long
         axis = rng.standard_normal(3)
         axis /= np.linalg.norm(axis)
         state = np.zeros(16)
@@ -78,7 +78,7 @@ def test_pierced_is_what_a_dense_search_finds():
             if abs(margin) < 5e-3:
                 continue  # too near to tell by points
             expected = margin > 0.0
-        assert getattr(pierced, "py_func", pierced)(solid, state, edge) == expected
+        assert pierced(solid, state, edge) == expected
         told[expected] += 1
     assert min(told.values()) > 20
 
@@ -94,7 +94,6 @@ def test_deepest_point_of_a_face_below_the_top():
         axis /= np.linalg.norm(axis)
         turn = rng.uniform(0, 2 * np.pi)
         normal, along = np.array([np.cos(turn), np.sin(turn), 0.0]), (-np.sin(turn), np.cos(turn))
-        sine = np.hypot(axis[0], axis[1])
         side = np.cross(axis, normal)
         side /= np.linalg.norm(side)
         other = np.cross(axis, side)
@@ -102,8 +101,8 @@ def test_deepest_point_of_a_face_below_the_top():
         ring = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * other
         disc = (centre + a * np.linspace(0, 1, 101)[:, None, None] * ring).reshape(-1, 3)
         below = disc[:, 2] <= 0.0
-        plate = (normal[0], normal[1], 0.0, 0.0, along[0], along[1], 0.0, 0.0)
-        found, *p = deepest_below_edge(*(*centre, *axis, sine, a, *plate))
+        plate = Plate(0.0, 0.0, 0.0, along[0], along[1], 0.0, np.inf)
+        found, p = deepest_below_edge(tuple(centre), tuple(axis), a, tuple(normal[:2]), plate)
         off = centre @ normal
         in_plane = np.abs(disc @ normal) < 0.005
         if off >= 0.0 and in_plane.any():

@@ -55,7 +55,7 @@ def test_the_share_absorbs_the_requested_energy(plain, seed, share):
     for part in (1e-6, 0.3, 0.999):
         state, whole = np.zeros(16), np.zeros(16)
         state[7:13], whole[7:13] = before + share * kick, kick
-        s = plain("breaking").share_taking(table, 0, len(table), state, whole, share, 0.0, part * most)
+        s = plain("breaking").share_taking(table, (0, len(table)), state, whole, share, 0.0, part * most)
         after = before + s * kick
         assert 0.5 * (before @ before - after @ after) == pytest.approx(part * most, rel=1e-9)
         assert 0.0 < s <= 1.0
@@ -70,10 +70,10 @@ def test_no_share_takes_more_than_the_push_can(plain):
     state, whole = np.zeros(16), np.zeros(16)
     state[7:13], whole[7:13] = before, kick
     share_taking = plain("breaking").share_taking
-    assert share_taking(table, 0, 1, state, whole, 0.0, 0.0, 10.0 * (kick @ kick)) == -1.0
+    assert share_taking(table, (0, 1), state, whole, 0.0, 0.0, 10.0 * (kick @ kick)) == -1.0
     state[7:13] = -before  # it goes away
     table[0].before_n, table[0].before_t, table[0].before_u = speeds(table[0], -before)
-    assert share_taking(table, 0, 1, state, whole, 0.0, 0.0, 1e-3) == -1.0
+    assert share_taking(table, (0, 1), state, whole, 0.0, 0.0, 1e-3) == -1.0
 
 
 def test_a_trees_contacts_come_last_and_keep_their_keys(plain):

@@ -1,13 +1,12 @@
 """Contacts of a cloud's points with the ground, one by one against NumPy."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from deadwood_engine import Scene, Shape
 from deadwood_engine.cores import TREE
+from deadwood_engine.model import Log, Model, Settings
 from deadwood_engine.rotation import set_axis
 from deadwood_engine.scratch import Scratch
 from deadwood_engine.terrain import surfaces_at
@@ -46,12 +45,13 @@ def found(plain, scene, cloud, state, slip=0.0):
     """The contacts with the ground of a step: (records, keys, whether there is terrain below all of it)."""
     scratch = Scratch.allocate(8, 1, 1, cloud.cloud)
     step = plain("contacts").Ahead(DT, G, DT, 0.0, -1.0, 0.1)
-    law = SimpleNamespace(friction_max=2.0, friction_kappa=1.0 if slip else 0.0, strength=0.0)
+    law = Settings(DT, 0.2, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
+    law = law._replace(friction_max=2.0, friction_kappa=1.0 if slip else 0.0)
     scratch.way[0].slip = slip
     body = cloud.bodies(np.array([2000.0]))[0]
-    count, whole = plain("cloud_contacts").cloud_terrain_contacts(
-        cloud.cloud, scene.arrays, np.zeros(2, np.int64), state, body, law, step, scratch
-    )
+    model = Model._make((*scene.arrays._replace(cloud=cloud.cloud), law))
+    log = Log(np.zeros(2, np.int64), body, 0)
+    count, whole = plain("cloud_contacts").cloud_terrain_contacts(model, log, state, scratch, step)
     return scratch.contacts[:count], scratch.keys[:count], whole, scratch
 
 
@@ -121,9 +121,9 @@ def test_an_obstacle_s_contact_is_at_the_point_ahead(plain, scene, cloud, fricti
     state, (_, _, _, scratch) = body_at(5.0), found(plain, scene, cloud, body_at(5.0))
     step = plain("contacts").Ahead(DT, G, DT, 0.3, friction, 0.0)
     p, n, trial = (14.0, 15.0, 5.2), (0.0, 1.0, 0.0), scratch.trial[0]
-    count = plain("cloud_contacts").touch_cloud(
-        scene.arrays.terrain, np.zeros(2, np.int64), scratch, 0, state, (TREE, 4, 1), p, n, -0.03, step
-    )
+    file = plain("cloud_contacts")
+    query = file.CloudQuery(cloud.cloud, scene.arrays.terrain, np.zeros(2, np.int64), scratch, state)
+    count = file.touch_cloud(query, 0, step, (TREE, 4, 1), p, n, -0.03)
     c = scratch.contacts[0]
     assert count == 1
     assert scratch.keys[0].tolist() == [TREE, 4, 1]

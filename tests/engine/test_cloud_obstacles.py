@@ -8,9 +8,10 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
 from deadwood_engine import Scene, Shape
-from deadwood_engine.cores import BARRIER, CORE, LYING, TREE
+from deadwood_engine.cores import BARRIER, CORE, LYING, TREE, SweptSphere
 from deadwood_engine.limits import FACE_ALIGNED
 from deadwood_engine.log_body import REACH
+from deadwood_engine.model import Log, Model, Settings
 from deadwood_engine.rotation import set_axis
 from deadwood_engine.scratch import Scratch
 
@@ -41,6 +42,8 @@ class Box:
         self.file.lay_out(self.cloud, self.scratch)
         self.step = plain("contacts").Ahead(1e-9, 0.0, 1e-9, 0.0, 0.4, 0.0)
         self.frame = np.zeros(2, np.int64)
+        query = plain("cloud_contacts").CloudQuery
+        self.query = query(self.cloud, scene.terrain, self.frame, self.scratch, self.state)
 
     def distance(self, point):
         """Of places (..., 3) from the box, 0 within."""
@@ -49,10 +52,8 @@ class Box:
 
     def meets(self, start, u, long, wide, free=(False, False)):
         """Contacts with a core of one radius: (gaps, normals, points of contact, travel)."""
-        count, travel = self.file.core_contacts(
-            self.cloud, self.scene, self.frame, self.scratch, 0, self.state, (LYING, 0, 0), tuple(start), tuple(u),
-            long, wide, 0.0, free, self.step, MOST,
-        )  # fmt: skip
+        core = SweptSphere(tuple(start), tuple(u), long, wide, 0.0)
+        count, travel = self.file.core_contacts(self.query, 0, self.step, (LYING, 0, 0), core, free, MOST)
         table = self.scratch.contacts[:count]
         normals = np.column_stack([table["n" + axis] for axis in "xyz"])
         return table["room"], normals, self.centre + np.column_stack([table["r" + axis] for axis in "xyz"]), travel
@@ -185,9 +186,7 @@ def test_corners_beyond_a_plate_are_pushed_back_to_the_middle_s_side(plain, scen
         first = box.centre + rng.normal(size=3) * 0.4 - rng.uniform(0.2, 1.5) * ahead
         plate.x, plate.y, plate.z, plate.long = *first, 2.0
         plate.ux, plate.uy, plate.uz = ahead
-        count, travel = box.file._plate_contacts(
-            box.cloud, scene, box.frame, box.scratch, 0, box.state, box.body, 5, plate, box.step, MOST
-        )
+        count, travel = box.file._plate_contacts(box.query, 0, box.step, box.body[REACH], 5, plate, MOST)
         normal = np.array([-ahead[1], ahead[0], 0.0]) / np.hypot(*ahead[:2])
         normal *= np.sign(normal @ (box.centre - first))
         expected = {}
@@ -211,9 +210,7 @@ def test_corners_beyond_a_plate_are_pushed_back_to_the_middle_s_side(plain, scen
     far = np.zeros(1, CORE).view(np.recarray)[0]
     far.x, far.y, far.z, far.ux, far.long = 15.0, 25.0, 50.0, 1.0, 2.0
     box = Box(plain, scene, Rotation.identity(), (15.0, 15.0, 5.0))
-    count, travel = box.file._plate_contacts(
-        box.cloud, scene, box.frame, box.scratch, 0, box.state, box.body, 5, far, box.step, MOST
-    )
+    count, travel = box.file._plate_contacts(box.query, 0, box.step, box.body[REACH], 5, far, MOST)
     assert count == 0
     assert travel == pytest.approx(10.0 - box.body[REACH])
 
@@ -230,12 +227,10 @@ def test_each_kind_that_is_near_has_its_own_friction(plain, scene):
     cores[0].z, cores[0].ux, cores[0].uz = 0.0, 0.0, 1.0
     cores[2].first_post, cores[2].z = 1.0, 6.5  # the edge above the box, the post right through
     box.scratch.listed[:3], box.scratch.near[0].cores = (7, 8, 9), 3
-    settings = plain("scratch").Settings(
-        0.01, 0.4, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, 0.0, 0.5, 3, False, 0.1, 0.61, 0.11, 0.62, 0.12
-    )
-    count, travel = box.file.cloud_obstacle_contacts(
-        box.cloud, scene, box.frame, box.scratch, 0, box.state, box.body, settings, 1e-3
-    )
+    settings = Settings(0.01, 0.4, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, 0.0, 0.5, 3, False, 0.1, 0.61, 0.11, 0.62, 0.12)
+    model = Model._make((*scene._replace(cloud=box.cloud), settings))
+    log = Log(box.frame, box.body, 0)
+    count, travel = box.file.cloud_obstacle_contacts(model, log, box.state, box.scratch, 0, 1e-3)
     keys, table = box.scratch.keys[:count], box.scratch.contacts[:count]
     assert {tuple(key[:2]) for key in keys.tolist()} == {(TREE, 7), (LYING, 8), (BARRIER, 9)}
     assert 2 in keys[keys[:, 0] == BARRIER][:, 2]

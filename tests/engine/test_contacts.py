@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from deadwood_engine.contacts import CONTACT, OLD_CONTACT, Ahead
+from deadwood_engine.contacts import CONTACT, OLD_CONTACT, Ahead, Found
 from deadwood_engine.cores import CORE
 from deadwood_engine.rolling import ROLLING
 from deadwood_engine.scratch import Scratch
@@ -38,7 +38,13 @@ def test_a_gap_counts_as_closed_that_gravity_closes_in_the_step_but_half_a_milli
     step = Ahead(dt, gravity, dt, 0.0, 0.4, 0.0)
     ahead = gap - 0.5 * gravity * dt * dt  # of the pose of ``step``, to which gravity alone has moved it
     count = plain("contacts").add_contact(
-        scratch.contacts, scratch.keys, 0, state, (0, 0, 0), 0.0, 0.0, -0.3, 0.0, 0.0, 1.0, 0.4, ahead, step, True
+        scratch.contacts,
+        scratch.keys,
+        0,
+        state,
+        Found((0, 0, 0), (0.0, 0.0, -0.3), (0.0, 0.0, 1.0), ahead, 0.4),
+        step,
+        True,
     )
     assert count == 1
     contact = scratch.contacts[0]

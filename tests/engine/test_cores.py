@@ -45,7 +45,7 @@ def test_no_core_in_reach_of_a_log_is_left_out(scene, seed):
     base = rng.uniform(0.0, 1.0, 2)
     tip = base + rng.uniform(-10.0, 10.0, 2)
     reach = rng.uniform(0.1, 3.0)
-    count = near(*(cores, frame, 1.0, listed, table, *base, *tip, reach))
+    count = near(cores, frame, 1.0, listed, table, (tuple(base), tuple(tip)), reach)
     assert (np.diff(listed[:count]) > 0).all()
     # brute force: least distance in plan of both axes on dense grids, less the core's widest radius
     log = frame + base + np.linspace(0, 1, 201)[:, None] * (tip - base)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from deadwood_engine.crests import APEX, _highest, along_side, crest
+from deadwood_engine.crests import APEX, Generator, Nodes, _highest, along_side, crest
 from deadwood_engine.limits import ALONG_GRID, BESIDE_CREST
 from deadwood_engine.terrain import bilinear, prepare
 
@@ -87,8 +87,8 @@ def test_of_all_grid_lines_the_highest_is_found_or_where_the_cell_beside_it_is_h
             for line in range(60) if low <= (line * CELL - p) / along <= high
         ]  # fmt: skip
         best = min(crossings, key=gap_at, default=math.inf)
-        numbers = [1.0 / CELL, 0, 0, px, py, 0.15, *way, low, high, least]
-        found_one = _highest(terrain.heights, CELL, *numbers)
+        line = Generator((px, py, 0.15), tuple(way), low, high)
+        found_one = _highest(Nodes(terrain.heights, CELL, 1.0 / CELL, 0, 0), line, least)
         gap, t, slope, family, _ = found_one
         if not crossings or gap_at(best) >= least:
             assert (gap, family) == (least, -1)

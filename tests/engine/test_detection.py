@@ -11,13 +11,15 @@ import pytest
 from deadwood_engine import Barriers, Blocks, LyingLogs, Scene, Shape, Trees
 from deadwood_engine.cores import BARRIER
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, cone_bodies
-from deadwood_engine.scratch import Scratch, Settings
+from deadwood_engine.model import Log, Model, Settings, Span
+from deadwood_engine.scratch import Scratch
 from deadwood_engine.surroundings import know_nothing
 
 DT = 0.01
 STATIONS = 13
 SETTINGS = Settings(DT, 0.05, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, 9.81, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
 LOG = cone_bodies(np.array([0.5]), np.array([6.0]), np.array([400.0]))[0]
+WHERE = Log(np.zeros(2, np.int64), LOG, STATIONS)
 SIZE = 60.0
 
 
@@ -69,10 +71,10 @@ def told(scratch, count):
 def test_what_is_known_to_be_far_is_not_missed(plain, seed, kind):
     """A log that stores where no query is needed, beside one without that knowledge at any pose: the same contacts."""
     find = plain("detection").find_contacts
-    scene, rows = scene_of(kind), 130
+    model, rows = Model(*scene_of(kind).arrays, SETTINGS), 130
     knowing, fresh = (Scratch.allocate(STATIONS, rows, 1, None) for _ in range(2))
     know_nothing(knowing.near[0])
-    frame, path, contacts, slept, blind = np.zeros(2, np.int64), 0.0, 0, 0, 0
+    path, contacts, slept, blind = 0.0, 0, 0, 0
     for state, moved in way(seed):
         path += moved
         know_nothing(fresh.near[0])
@@ -82,9 +84,7 @@ def test_what_is_known_to_be_far_is_not_missed(plain, seed, kind):
             slept += scratch is knowing and path < near.rings_wake
             blind += scratch is knowing and path + SETTINGS.travel < near.obstacles_wake
             # no step is taken: the log stands at the pose, but for the gravity of DT
-            count, travel, whole = find(
-                scene.arrays, frame, state, LOG, STATIONS, SETTINGS, DT, path, 5e-4, scratch, True
-            )
+            count, travel, whole = find(model, WHERE, state, scratch, Span(DT, path, 5e-4), True)
             assert whole
             assert travel > 0.0
             found.append(told(scratch, count))
@@ -100,23 +100,20 @@ def test_without_obstacles_a_step_is_bound_by_none(plain):
     know_nothing(scratch.near[0])
     state = next(way(0))[0]
     state[2] = 9.0
-    found = plain("detection").find_contacts(
-        scene_of().arrays, np.zeros(2, np.int64), state, LOG, STATIONS, SETTINGS, DT, 0.0, 0.0, scratch, True
-    )
+    model = Model(*scene_of().arrays, SETTINGS)
+    found = plain("detection").find_contacts(model, WHERE, state, scratch, Span(DT, 0.0, 0.0), True)
     assert found == (0, math.inf, True)
 
 
 def test_obstacles_are_left_out_where_they_are_not_requested(plain):
     """As where the ground alone is asked whether it holds a log at rest."""
-    scene, state = scene_of("all"), np.zeros(16)
+    model, state = Model(*scene_of("all").arrays, SETTINGS), np.zeros(16)
     state[:3], state[13] = (22.0, 30.5, 0.8), 1.0  # in the barrier
     kinds = []
     for obstacles in (True, False):
         scratch = Scratch.allocate(STATIONS, 80, 1, None)
         know_nothing(scratch.near[0])
-        count, *_ = plain("detection").find_contacts(
-            scene.arrays, np.zeros(2, np.int64), state, LOG, STATIONS, SETTINGS, DT, 0.0, 0.0, scratch, obstacles
-        )
+        count, *_ = plain("detection").find_contacts(model, WHERE, state, scratch, Span(DT, 0.0, 0.0), obstacles)
         kinds.append(set(scratch.keys[:count, 0].tolist()))
     assert BARRIER in kinds[0]
     assert kinds[1] <= {0}
@@ -125,7 +122,7 @@ def test_obstacles_are_left_out_where_they_are_not_requested(plain):
 def test_what_is_no_barrier_is_numbered_behind_the_trees(plain):
     scene = scene_of("all").arrays
     for row, core in enumerate(scene.cores.solid):
-        is_barrier, item = plain("detection").owner_of(scene, (core.kind, row, 0))
+        is_barrier, item = plain("detection").owner_of(scene.cores, (core.kind, row, 0))
         assert is_barrier == (core.kind == BARRIER)
         assert item == core.owner
 
@@ -138,11 +135,13 @@ def test_the_lowest_gap_is_that_of_the_cone_or_of_the_cloud(plain, height):
     state[:4], state[13] = (15.0, 15.0, LOG[BASE_RADIUS] + height, 1.0), 1.0
     gap = plain("detection").lowest_gap
     scratch = Scratch.allocate(STATIONS, 0, 1, None)
-    frame = np.zeros(2, np.int64)
-    assert gap(scene.arrays, frame, state, LOG, STATIONS, scratch) == pytest.approx(height)
+    assert gap(Model(*scene.arrays, SETTINGS), WHERE, state, scratch) == pytest.approx(height)
     box = Shape.of(np.array(np.meshgrid([0, 0.5], [0, 0.6], [0, 0.4])).reshape(3, -1).T)
-    arrays = scene.arrays._replace(cloud=box.cloud)
+    model, log = (
+        Model(*scene.arrays._replace(cloud=box.cloud), SETTINGS),
+        WHERE._replace(body=box.bodies(np.ones(1))[0]),
+    )
     state[3:7] = box.turned(np.array([[1.0, 0.0, 0.0, 0.0]]))[0]
     scratch = Scratch.allocate(STATIONS, 0, 1, box.cloud)
     expected = max(0.0, LOG[BASE_RADIUS] + height - 0.2)
-    assert gap(arrays, frame, state, box.bodies(np.ones(1))[0], STATIONS, scratch) == pytest.approx(expected)
+    assert gap(model, log, state, scratch) == pytest.approx(expected)

@@ -68,7 +68,7 @@ def test_impulses_and_velocities_continue_together(random_contacts, seed):
         for axis in "xyz":
             table["b" + name + axis] = rng.normal(size=5)
     before, motion = table.copy(), rng.normal(size=6)
-    found = go_ahead(table, 5, times, *motion)
+    found = np.ravel(go_ahead(table, 5, times, tuple(motion[:3]), tuple(motion[3:])))
     expected = motion.copy()
     for c, b in zip(table, before, strict=True):
         pn = max(0.0, b.pn + times * b.last_n)

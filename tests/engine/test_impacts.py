@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from deadwood_engine.contact_solver import solve
-from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead, add_contact, set_frames
+from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead, Found, add_contact, set_frames
 from deadwood_engine.energy import impulse_work
 from deadwood_engine.impacts import largest_share, make_admissible
 from deadwood_engine.log_body import AXIAL, CENTRE, LENGTH, TRANSVERSE, cone_bodies
-from deadwood_engine.rolling import ROLLING
 from deadwood_engine.rotation import spin_of
+from deadwood_engine.scratch import Scratch
 
 LOG = cone_bodies(np.array([0.75]), np.array([30.0]), np.array([300.0]))[0]
 TIGHT = 1e-9
@@ -37,10 +37,8 @@ def problem(rng, number, *, restitution, wedge=False):
         places.append((place, normal))
         normal = normal / np.linalg.norm(normal)
         step = Ahead(1e-9, 0.0, 1e-9, restitution, -1.0, 0.0)
-        add_contact(
-            table, keys, k, state, (0, k, 0), place[0], place[1], place[2], normal[0], normal[1], normal[2],
-            rng.choice([0.0, 0.3, 0.6, 1.2]), -1.0, step, False,
-        )  # fmt: skip
+        found = Found((0, k, 0), tuple(place), tuple(normal), -1.0, rng.choice([0.0, 0.3, 0.6, 1.2]))
+        add_contact(table, keys, k, state, found, step, False)
     set_frames(table, number, state, LOG)
     return table, state
 
@@ -58,22 +56,18 @@ def approach(table, state):
     return -(n @ state[7:10] + lever @ state[10:13])
 
 
-def rolling_of():
-    return np.array([(0.0, 0.0, 0.0, LOG[AXIAL], 0.3)], ROLLING).view(np.recarray)[0]
-
-
 def made_admissible(table, state, sweeps):
     """As a step does it: solved, and put right where that found no end or gave energy."""
-    free, rolling = state[7:13].copy(), rolling_of()
-    rolling.spin_before = spin_of(state)
-    _, residual = solve(table, len(table), state, rolling, TIGHT, sweeps, False)
-    gained = impulse_work(table, len(table), state, 7, 0.0, rolling, spin_of(state))
+    scratch = Scratch.allocate(8, 1, 1, None)._replace(contacts=table)
+    free, rolling, way = state[7:13].copy(), scratch.rolling[0], scratch.way[0]
+    rolling.inertia, rolling.skin, rolling.spin_before = LOG[AXIAL], 0.3, spin_of(state)
+    _, way.residual = solve(table, len(table), state, rolling, (TIGHT, sweeps), False)
+    way.tolerance = TIGHT
+    gained = impulse_work(table, len(table), state, rolling, 0.0)
     left = gained
-    if residual > TIGHT or gained > 0.0:
-        left, residual, _ = make_admissible(
-            table, len(table), state, LOG, free, np.zeros(16), rolling, TIGHT, sweeps, residual, 0.0, gained
-        )
-    return gained, left, residual
+    if way.residual > TIGHT or gained > 0.0:
+        left, _ = make_admissible(scratch, len(table), state, LOG, free, gained, sweeps)
+    return gained, left, way.residual
 
 
 def check(table, state, before, left, *, tolerance):

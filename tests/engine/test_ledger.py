@@ -28,9 +28,12 @@ from deadwood_engine.ledger import (
     note_pushes,
 )  # fmt: skip
 from deadwood_engine.limits import HIT_PAUSE
+from deadwood_engine.model import Log, Model, Settings
+from deadwood_engine.scratch import Scratch
 
 DT, G = 0.01, 9.81
 FALL = 0.5 * G * DT
+SETTINGS = Settings(DT, 0.2, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -55,9 +58,11 @@ def pushes(scene, hits, number, time, *contacts, velocity=(-6.0, 0.0, -FALL), st
         keys[k] = (TERRAIN if stem < 0 else TREE), stem, 0
         c.nx, c.ty, c.uz, c.pn, c.before_n, c.gap, c.rx, c.rz = 1.0, 1.0, 1.0, push, before, gap, -0.4, 0.5
         state[7] = after
-    return note_pushes(
-        scene, np.zeros(2, np.int64), state, free, table, keys, len(contacts), (time, DT, step, G), energy, hits, number
-    )
+    scratch = Scratch.allocate(8, 1, 1, None)._replace(contacts=table, keys=keys, free=free)
+    summary, way = scratch.summary[0], scratch.way[0]
+    way.time, way.dt, way.fall, way.count, summary.steps, summary.hits = time, DT, FALL, len(contacts), step, number
+    log = Log(np.zeros(2, np.int64), np.zeros(9), 8)
+    return note_pushes(Model._make((*scene, SETTINGS)), log, state, scratch, hits, summary, energy)
 
 
 def test_a_pause_ends_a_hit_and_another_stem_is_another(scene):
@@ -125,7 +130,7 @@ def test_no_blow_is_more_than_the_energy_before_it_can_bring(plain, scene, rando
                 for axis, value in zip("xyz", lever / (across, across, axial), strict=True):
                     c["b" + name + axis] = value
                 c["before_" + name] = v @ [c[name + axis] for axis in "xyz"] + w @ lever
-        blow = ledger._blow(scene, table, keys, number, 0, 0.0)
+        blow = ledger._blow(scene.cores, table, keys, (0, number), 0.0)
         energy = 0.5 * (v @ v + w @ ((across, across, axial) * w))
         assert np.linalg.norm(blow) <= np.sqrt(2.0 * energy) * (1.0 + 1e-12)
         largest = max(largest, np.linalg.norm(blow) / np.sqrt(2.0 * energy))

@@ -37,21 +37,23 @@ def test_a_hull_meets_what_it_meets(seed):
         hull = hull[::-1].copy()
     for a, b in rng.uniform(-4, 4, (200, 2, 2)):
         meets = shapely.intersects(shape, shapely.LineString([a, b]))
-        assert hull_meets_segment(hull, len(hull), *a, *b) == meets
+        assert hull_meets_segment(hull, len(hull), tuple(a), tuple(b)) == meets
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_a_path_crosses_what_it_crosses(seed):
     rng = np.random.default_rng(seed)
     for a, b, c, d in rng.uniform(-1, 1, (300, 4, 2)):
-        assert segments_cross(*a, *b, *c, *d) == shapely.crosses(shapely.LineString([a, b]), shapely.LineString([c, d]))
+        assert segments_cross(*map(tuple, (a, b, c, d))) == shapely.crosses(
+            shapely.LineString([a, b]), shapely.LineString([c, d])
+        )
 
 
 def test_a_way_along_vertices_is_crossed_once():
     """A path through the vertex that two pieces share crosses one of them, so a line is crossed once, not twice."""
     bend = [((-1, 0), (0, 0)), ((0, 0), (1, 0))]
-    through = sum(segments_cross(0, -1, 0, 1, *c, *d) for c, d in bend)
-    along = sum(segments_cross(-1, 1, 1, 1, *c, *d) for c, d in bend)
+    through = sum(segments_cross((0, -1), (0, 1), c, d) for c, d in bend)
+    along = sum(segments_cross((-1, 1), (1, 1), c, d) for c, d in bend)
     assert through == 1
     assert along == 0
 
@@ -60,9 +62,9 @@ def test_touched_and_crossed_are_marked_by_line():
     cut = segments_of(lines([(0, 0), (10, 0)], [(0, 5), (10, 5)], [(4, -9), (4, 9)]))
     hull = np.array([(3.0, -1.0), (5.0, -1.0), (5.0, 2.0), (3.0, 2.0)])
     touched, crossed = np.zeros(3, bool), np.zeros(3, bool)
-    touch_segments(cut.index, cut.ends, cut.owner, hull, 4, np.array([3.5, -1.0, 3.5, 2.0]), 0.0, 0.0, touched, crossed)
+    touch_segments(cut, hull, 4, np.array([3.5, -1.0, 3.5, 2.0]), (0.0, 0.0), touched, crossed)
     assert touched.tolist() == [True, False, True]
     assert crossed.tolist() == [True, False, False]
     touched[:], crossed[:] = False, False
-    touch_segments(cut.index, cut.ends, cut.owner, hull, 0, np.zeros(4), 0.0, 0.0, touched, crossed)
+    touch_segments(cut, hull, 0, np.zeros(4), (0.0, 0.0), touched, crossed)
     assert not touched.any()

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from deadwood_engine.cores import SweptSphere
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.narrow_phase import cone_of, deepest, reach_along, signed_distance, top_chord
+
+ORIGIN = (0.0, 0.0, 0.0)
 
 
 def solid(taper=0.5):
@@ -68,9 +71,8 @@ def test_the_least_gap_along_a_core_is_found_wherever_it_is():
     cone, rng = cone_of(body), np.random.default_rng(0)
     for number in range(600):
         d, u, start, long, wide, slope = some_core(rng, number)
-        gap, z, n, found = deepest(
-            cone, (0.0, 0.0, 0.0), tuple(d), tuple(start), tuple(u), long, wide, slope, np.inf
-        )  # fmt: skip
+        core = SweptSphere(tuple(start), tuple(u), long, wide, slope)
+        gap, z, n, found = deepest(cone, (ORIGIN, tuple(d)), core, np.inf)
         assert found
         assert np.linalg.norm(n) == pytest.approx(1.0, abs=1e-12)
         places = np.append(np.linspace(0.0, long, 2000), z)
@@ -92,8 +94,9 @@ def test_given_up_only_where_nothing_is_near():
     given_up = 0
     for number in range(400):
         d, u, start, long, wide, slope = some_core(rng, number)
-        whole = deepest(cone, (0.0, 0.0, 0.0), tuple(d), tuple(start), tuple(u), long, wide, slope, np.inf)
-        _, _, _, found = deepest(cone, (0.0, 0.0, 0.0), tuple(d), tuple(start), tuple(u), long, wide, slope, 0.0)
+        core = SweptSphere(tuple(start), tuple(u), long, wide, slope)
+        whole = deepest(cone, (ORIGIN, tuple(d)), core, np.inf)
+        _, _, _, found = deepest(cone, (ORIGIN, tuple(d)), core, 0.0)
         given_up += not found
         assert found == (whole[0] < 0.0) or abs(whole[0]) < 2e-6
     assert given_up > 50
@@ -110,26 +113,26 @@ def test_an_edge_through_a_rim_leaves_square_to_itself():
         u /= np.linalg.norm(u)
         middle = np.array([tip - rng.uniform(0.0, 0.05), 0.0, front - rng.uniform(0.0, 0.05)])
         start = middle - 10.0 * u
-        core = (tuple(start), tuple(u), 20.0, 0.0, 0.0)
-        gap, z, n, found = deepest(cone, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), *core, 0.0)
+        core = SweptSphere(tuple(start), tuple(u), 20.0, 0.0, 0.0)
+        gap, z, n, found = deepest(cone, (ORIGIN, (0.0, 0.0, 1.0)), core, 0.0)
         if not found:
             continue
         seen += 1
         assert abs(np.dot(n, u)) < 1e-3
         assert gap == pytest.approx(reach_along(cone, (0.0, 0.0, 1.0), n, tuple(start + z * u)), abs=1e-12)
         away = tuple(start - (gap - 1e-4) * np.array(n))
-        left, _, _, _ = deepest(cone, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), away, *core[1:], np.inf)
+        left, _, _, _ = deepest(cone, (ORIGIN, (0.0, 0.0, 1.0)), core._replace(start=away), np.inf)
         assert left > -1e-4
     assert seen > 150
 
 
 def least_gap_of_a_stump(cone, c, d, foot, long, wide, flat):
     """(gap, n) of a log and a stump, as ``obstacles`` finds them, and whether it is the top's."""
-    gap, z, n, _ = deepest(cone, c, d, foot, (0.0, 0.0, 1.0), long, wide, 0.0, np.inf)
+    gap, z, n, _ = deepest(cone, (c, d), SweptSphere(foot, (0.0, 0.0, 1.0), long, wide, 0.0), np.inf)
     if z < long:
         return gap, n, False
-    start, t, size = top_chord(cone, c, d, (foot[0], foot[1], foot[2] + long), flat, wide - flat)
-    gap, _, n, _ = deepest(cone, c, d, start, t, size, wide - flat, 0.0, np.inf)
+    chord = top_chord(cone, (c, d), (foot[0], foot[1], foot[2] + long), flat, wide - flat)
+    gap, _, n, _ = deepest(cone, (c, d), chord, np.inf)
     return gap, n, True
 
 
@@ -182,7 +185,8 @@ def test_a_log_across_a_stump_lies_on_all_of_its_flat_top():
     """Horizontal, 10 cm beside its middle: the chord below its axis, over its full length."""
     body = solid(taper=1.0)
     cone = cone_of(body)
-    start, t, long = top_chord(cone, (0.0, 0.1, 2.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.3, 0.1)
+    start, t, long, wide, slope = top_chord(cone, ((0.0, 0.1, 2.0), (1.0, 0.0, 0.0)), (0.0, 0.0, 1.0), 0.3, 0.1)
+    assert (wide, slope) == (0.1, 0.0)
     assert long == pytest.approx(2.0 * np.sqrt(0.3**2 - 0.1**2), abs=1e-9)
     assert start == pytest.approx((-0.5 * long, 0.1, 1.0), abs=1e-9)
     assert t == (1.0, 0.0, 0.0)

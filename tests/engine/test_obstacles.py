@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine.contacts import predict
-from deadwood_engine.cores import CORE, TREE
+from deadwood_engine.cores import CORE, TREE, swept_sphere
 from deadwood_engine.limits import SKEW_LINES
 from deadwood_engine.log_body import CENTRE, LENGTH, cone_bodies
 from deadwood_engine.narrow_phase import cone_of, deepest
@@ -65,10 +65,7 @@ def test_a_log_is_as_clear_of_a_core_as_is_reported(taper):
         core.ux, core.uy, core.uz = u
         pose.dx, pose.dy, pose.dz = d
         clear, s, mine, theirs = _nearest(cone, pose, core)
-        start = (core.x, core.y, core.z)
-        gap, z, _, _ = deepest(
-            cone, (0.0, 0.0, 0.0), tuple(d), start, tuple(u), core.long, core.wide, core.slope, np.inf
-        )
+        gap, z, _, _ = deepest(cone, ((0.0, 0.0, 0.0), tuple(d)), swept_sphere(core), np.inf)
         # axes within 3e-5 rad of parallel are taken for parallel: 0.4 mm on the log's 12 m
         parallel = np.sum(np.cross(d, u) ** 2) < SKEW_LINES
         assert clear <= max(gap, 0.0) + (12.0 * SKEW_LINES**0.5 if parallel else 1e-9)

@@ -161,7 +161,7 @@ def test_what_is_no_place_stays_within_the_tables(first):
         left, right = spans[:, 50 : 50 + rows]
         # also without a hull in between, as if that were wrong: any points, in any order
         for hull, number in ((around[50 : 50 + count + 3], size), (np.hstack([points, points]), count)):
-            bottom, top = hull_rows(hull, number, 0.0, 0.0, 0.5, (*first, columns, rows), left, right)
+            bottom, top = hull_rows(hull, number, (0.0, 0.0, 0.5), (*first, columns, rows), left, right)
             overran += not (spans[:, :50] == 7).all() or not (spans[:, 50 + rows :] == 7).all()
             assert top < bottom or 0 <= bottom <= top < rows
             for j in range(bottom, top + 1):

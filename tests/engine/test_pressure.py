@@ -7,7 +7,7 @@ import pytest
 
 from deadwood_engine import FIDELITIES, Scene, Start, slide
 from deadwood_engine.contact_solver import solve
-from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead, add_contact, set_frames
+from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead, Found, add_contact, set_frames
 from deadwood_engine.log_body import CENTRE, LENGTH, TRANSVERSE, cone_bodies
 from deadwood_engine.pressure import _ends, join_lines, press
 from deadwood_engine.rolling import ROLLING
@@ -15,6 +15,7 @@ from deadwood_engine.rotation import quaternion_from_axis
 
 CYLINDER = cone_bodies(np.array([0.6]), np.array([20.0]), np.array([400.0]), taper=1.0)[0]
 MU, KICK = 0.3, 9.81 * 0.01
+STILL = (0.0, 0.0, 0.0)
 
 
 def on_level_ground(places, *, velocity=(0, 0, 0), spin=(0, 0, 0), bumps=0.0, mu=MU):
@@ -27,8 +28,8 @@ def on_level_ground(places, *, velocity=(0, 0, 0), spin=(0, 0, 0), bumps=0.0, mu
     step, rng = Ahead(0.01, 0.0, 0.01, 0.0, -1.0, 0.0), np.random.default_rng(0)
     for count, s in enumerate(places):
         n = np.array([*(bumps * rng.standard_normal(2)), 1.0])
-        nx, ny, nz = n / np.linalg.norm(n)
-        add_contact(table, keys, count, state, (0, count, 0), s, 0.0, -0.3, nx, ny, nz, mu, -1e-6, step, True)
+        found = Found((0, count, 0), (s, 0.0, -0.3), tuple(n / np.linalg.norm(n)), -1e-6, mu)
+        add_contact(table, keys, count, state, found, step, True)
     found = join_lines(table, len(places), state, 0.01)
     set_frames(table, len(places), state, CYLINDER)
     return table, state, found
@@ -36,7 +37,7 @@ def on_level_ground(places, *, velocity=(0, 0, 0), spin=(0, 0, 0), bumps=0.0, mu
 
 def loads(table, values):
     table["pn"] = values
-    press(table, len(table), *np.zeros(6))
+    press(table, len(table), STILL, STILL)
     return table["pn"].copy()
 
 
@@ -50,12 +51,12 @@ def test_spreading_keeps_sum_and_moment_and_moves_nothing(seed):
     before = rng.uniform(0, 1, len(places)) * (rng.random(len(places)) < 0.6)
     before[rng.integers(len(places))] += 0.1
     table["pn"] = before
-    *motion, change = press(table, len(table), *np.zeros(6))
+    *motion, change = press(table, len(table), STILL, STILL)
     after = table["pn"]
     assert after.sum() == pytest.approx(before.sum(), rel=1e-12)
     assert after @ places == pytest.approx(before @ places, abs=1e-11)
     assert np.all(after >= 0.0)
-    assert motion == pytest.approx(np.zeros(6), abs=1e-14)
+    assert np.ravel(motion) == pytest.approx(np.zeros(6), abs=1e-14)
     assert change < 1e-12, "neither end moves, so the line bears what it bore"
     borne = after > 0.0
     if borne.sum() > 2:  # on a line where it bears, and in one stretch
@@ -110,7 +111,7 @@ def test_friction_stops_a_turning_log_as_uniform_pressure_does(number, backward)
     assert found
     state[9] = -KICK
     rolling = np.array([(0.0, 0.0, 0.0, 1.0, 1.0)], ROLLING).view(np.recarray)[0]
-    used, residual = solve(table, number, state, rolling, 1e-9, 2000, True)
+    used, residual = solve(table, number, state, rolling, (1e-9, 2000), True)
     assert residual <= 1e-9
     assert used < 100
     assert 0.5 - state[12] == pytest.approx(MU * KICK * 0.25 * length / CYLINDER[TRANSVERSE], rel=1e-6)
@@ -126,7 +127,7 @@ def test_what_is_no_line_is_left_alone():
     table["line"] = 0
     table["pn"] = np.arange(6.0)
     assert found
-    assert press(table, 6, *np.arange(6.0)) == (*np.arange(6.0), 0.0)
+    assert press(table, 6, (0.0, 1.0, 2.0), (3.0, 4.0, 5.0)) == ((0.0, 1.0, 2.0), (3.0, 4.0, 5.0), 0.0)
     assert np.array_equal(table["pn"], np.arange(6.0))
     assert np.array_equal(table["nx"], before["nx"])
 
@@ -159,13 +160,13 @@ def test_what_bears_nothing_any_more_has_no_friction():
     table, _, _ = on_level_ground(np.linspace(-8, 8, 5), spin=(0, 0, 0.3))
     table["pn"], table["pt"], table["pu"] = [0.2, 0, 0, 0, 1.0], 0.05, 0.0
     assert table["pn"] @ table["along"] / table["pn"].sum() > 8 / 3, "outside the middle third"
-    *motion, _ = press(table, 5, *np.zeros(6))
+    *motion, _ = press(table, 5, STILL, STILL)
     freed = table["pn"] == 0.0
     assert 0 < freed.sum() < 4
     assert np.all(table["pt"][freed] == 0.0)
     assert np.all(table["pt"][~freed] == 0.05)
     taken = [-0.05 * table[name][freed].sum() for name in ("tx", "ty", "tz", "btx", "bty", "btz")]
-    assert motion == pytest.approx(taken, abs=1e-14)
+    assert np.ravel(motion) == pytest.approx(taken, abs=1e-14)
 
 
 def test_rounded_normals_become_one():
@@ -178,7 +179,7 @@ def test_rounded_normals_become_one():
     assert levers == pytest.approx(levers[0] + share[:, None] * (levers[-1] - levers[0]), abs=1e-14)
     state[9] = -KICK
     rolling = np.array([(0.0, 0.0, 0.0, 1.0, 1.0)], ROLLING).view(np.recarray)[0]
-    used, residual = solve(table, 7, state, rolling, 1e-10, 2000, True)
+    used, residual = solve(table, 7, state, rolling, (1e-10, 2000), True)
     assert residual <= 1e-10
     assert used < 100
 

@@ -42,7 +42,7 @@ def held(scene, *contacts):
         scratch.keys[k] = kind, row, 0
         c = scratch.contacts[k]
         (c.pn, c.pt, c.pu), c.mu = impulse, MU_STEM
-    return holder(scene.arrays, scratch, len(contacts))
+    return holder(scene.arrays.cores, scratch.contacts, scratch.keys, len(contacts))
 
 
 def test_grip_is_the_angle_that_the_push_of_one_stem_has_left():

@@ -37,7 +37,7 @@ def listed(scene, base=(0.0, 0.0), tip=(39.0, 39.0), reach=60.0):
     cores = scene.arrays.cores
     number = len(cores.solid)
     rows, table = np.zeros(number + 1, np.int64), np.zeros(number + 1, cores.solid.dtype).view(np.recarray)
-    count = near(cores, np.zeros(2, np.int64), 1.0, rows, table, base[0], base[1], tip[0], tip[1], reach)
+    count = near(cores, np.zeros(2, np.int64), 1.0, rows, table, (base, tip), reach)
     return {(int(cores.solid[row].kind), int(cores.solid[row].owner)) for row in rows[:count]}
 
 

@@ -46,8 +46,9 @@ def test_a_cloud_has_room_for_its_points_and_its_outline(number):
 
 
 def test_notes_have_room_where_they_are_requested():
-    assert len(Scratch.allocate(8, 5, 1, None).notes) == 0
-    assert len(Scratch.allocate(8, 5, 1, None, True).notes) == len(Scratch.allocate(8, 5, 1, None, True).noted) == 5
+    for noting, rows in ((False, 0), (True, 5)):
+        notes = Scratch.allocate(8, 5, 1, None, noting).notes
+        assert len(notes.rows) == len(notes.place) == rows
 
 
 def test_records_are_named():

@@ -6,7 +6,7 @@ import threading
 import numpy as np
 import pytest
 
-import deadwood_engine.step
+import deadwood_engine.trajectory
 from deadwood_engine import FIDELITIES, Interrupted, Logs, Rasters, Scene, Trees, place_logs, slide
 from deadwood_engine.slide import LOGS_A_CALL, _stamps
 
@@ -119,7 +119,7 @@ def test_a_failure_in_a_worker_is_the_caller_s(scene, monkeypatch):
     def fail(*_):
         raise ZeroDivisionError("in a worker")
 
-    monkeypatch.setattr(deadwood_engine.step, "slide_logs", fail)
+    monkeypatch.setattr(deadwood_engine.trajectory, "slide_logs", fail)
     before = threading.active_count()
     with pytest.raises(ZeroDivisionError, match="in a worker"):
         run(scene, threads=2)

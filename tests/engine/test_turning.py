@@ -33,7 +33,7 @@ def turned(angle, *, target=0.0, kick=G_DT, flat=1e-9, kind=TERRAIN, row=0):
     c.nx, c.ny, c.nz = c.ahead_nx, c.ahead_ny, c.ahead_nz = normal(angle)
     c.before_n, c.target, c.old_row = state[7:10] @ normal(angle), target, row
     keys = np.full((1, KEY_WIDTH), kind)
-    turn_contacts(table, keys, 1, state, old, kick, 0.5 * kick, flat)
+    turn_contacts(table, keys, 1, state, old, (kick, 0.5 * kick, flat))
     return c, state
 
 

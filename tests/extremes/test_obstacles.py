@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine import FIDELITIES, Barriers, Logs, Scene, Trees, place_logs
-from deadwood_engine.barriers import deepest_below_edge
+from deadwood_engine.barriers import Plate, deepest_below_edge
 
 G = 9.81
 EVERY = pytest.mark.parametrize("fidelity", list(FIDELITIES))
@@ -265,9 +265,8 @@ def test_end_that_hangs_over_a_plate_is_not_in_it(middle, through):
     It crosses the plate's plane 10 cm from its middle, 8.7 cm lower: above the edge at 1 m nothing is in the plate.
     """
     tilt = np.radians(30.0)
-    inside, _, depth, _ = deepest_below_edge(
-        0.0, 0.05, middle, 0.0, np.cos(tilt), -np.sin(tilt), np.cos(tilt), 0.3, 0.0, 1.0, -5.0, 0.0, 1.0, 0.0, 1.0, 0.0
-    )
+    axis, plate = (0.0, np.cos(tilt), -np.sin(tilt)), Plate(-5.0, 0.0, 1.0, 1.0, 0.0, 0.0, 10.0)
+    inside, (_, depth, _) = deepest_below_edge((0.0, 0.05, middle), axis, 0.3, (0.0, 1.0), plate)
     assert inside == through
     if through:
         assert depth == pytest.approx(0.05 - 0.3 * np.sin(tilt))

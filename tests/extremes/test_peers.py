@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine import Logs, Scene, place_logs
-from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead, add_contact, set_frames
+from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead, Found, add_contact, set_frames
 
 
 def test_contact_frames_are_orthonormal(at):
@@ -15,7 +15,7 @@ def test_contact_frames_are_orthonormal(at):
     state[3], state[15] = 1.0, 1.0
     table, keys = np.zeros(1, CONTACT).view(np.recarray), np.zeros((1, KEY_WIDTH), np.int64)
     for nx, ny, nz in normals / np.linalg.norm(normals, axis=1, keepdims=True):
-        add_contact(table, keys, 0, state, (0, 0, 0), 0.1, 0.2, -0.3, nx, ny, nz, 0.25, 0.0, step, False)
+        add_contact(table, keys, 0, state, Found((0, 0, 0), (0.1, 0.2, -0.3), (nx, ny, nz), 0.0, 0.25), step, False)
         set_frames(table, 1, state, solid)
         frame = np.array([[table[0][way + axis] for axis in "xyz"] for way in "ntu"])
         assert np.abs(frame @ frame.T - np.eye(3)).max() < 1e-14

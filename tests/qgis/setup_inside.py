@@ -34,7 +34,7 @@ def case(name: str, do: Any, *, cancel_at: str = "") -> None:
     ended: list[Any] = []
     seen: list[tuple[int, str]] = []
     longest, last = 0.0, time.monotonic()
-    setup.ended.connect(lambda worked, message: ended.extend([worked, message]))
+    setup.ended.connect(lambda worked, message: ended.extend([worked, message, setup.busy()]))
     setup.moved.connect(lambda percent, what: seen.append((percent, what)))
     do(setup)
     until = time.monotonic() + LIMIT_S
@@ -50,6 +50,7 @@ def case(name: str, do: Any, *, cancel_at: str = "") -> None:
     outcomes[name] = {
         "worked": ended[0],
         "message": ended[1],
+        "busy_at_its_end": ended[2],
         "percents": [percent for percent, _ in seen],
         "blocked_s": longest,
         "left": sorted(each.name for each in setup.place.parent.glob("deadwood-toolbox*")),

@@ -95,8 +95,8 @@ def test_a_layer_that_is_its_file_is_not_copied(told):
     ("case", "words"),
     [
         ("nothing_selected", "Release points or polygons: 'Selected features only' is ticked, but in the layer 'Spots"),
-        ("crs_of_the_map", "'Spots in another CRS' (EPSG:21781) lies wholly outside"),
-        ("elsewhere", "'Spots in degrees' (EPSG:4326) lies wholly outside the terrain model 'terrain' (EPSG:2056)"),
+        ("crs_of_the_map", "'Spots in another CRS' (EPSG:21781) lies entirely outside"),
+        ("elsewhere", "'Spots in degrees' (EPSG:4326) lies entirely outside the terrain model 'terrain' (EPSG:2056)"),
         ("dem_in_degrees", "'terrain in degrees' is in EPSG:4326, whose unit is degrees"),
     ],
 )
@@ -119,7 +119,7 @@ def test_a_crs_that_only_the_map_knows_is_passed_on(told):
         ("copied_in_a_thread", "heights_with_holes", "the cells without data that its properties name"),
         ("pits_named_in_the_map", "heights_with_holes", "the cells without data that its properties name"),
         ("kinds_of_pits_named_in_the_map", "heights_with_holes", "the cells without data that its properties name"),
-        ("nodata_switched_off", "heights_with_pits", "the nodata of the file, which its properties switch off"),
+        ("nodata_switched_off", "heights_with_pits", "the nodata value of the file, which its properties disable"),
     ],
 )
 def test_nodata_of_the_layers_properties_is_what_the_tool_gets(told, case, like, why):

@@ -71,6 +71,11 @@ def test_the_environment_is_made_and_found(told):
     assert max(made["percents"]) > 80
 
 
+def test_nothing_is_in_progress_when_the_end_is_reported(told):
+    """The window then shows the new state; before, it kept *Cancel* and "no environment" after an installation."""
+    assert [name for name, outcome in told.items() if outcome["busy_at_its_end"]] == []
+
+
 @pytest.mark.parametrize(
     ("case", "words"),
     [
@@ -100,7 +105,7 @@ def test_a_repair_that_fails_gives_back_what_was_there(told, case, words):
     outcome = told[case]
     assert not outcome["worked"]
     assert words in outcome["message"]
-    assert outcome["message"].endswith("The environment from before is back.")
+    assert outcome["message"].endswith("The previous environment has been restored.")
     assert outcome["left"] == ["deadwood-toolbox"]
     assert outcome["found"] == "the plugin's own environment"
 

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -125,6 +126,32 @@ def test_the_paper_for_joss_cites_what_its_bibliography_has():
     wanted = ("Summary", "Statement of need", "State of the field", "Software design", "References")
     assert set(wanted) <= set(re.findall(r"^# (.+)$", body, re.MULTILINE))
     assert 500 < len(body.split()) < 1750
+
+
+IN_THE_SOURCES = (".ci", ".github", "algorithms", "benchmarks", "deadwood_toolbox", "docs", "engine", "packaging")
+MADE = {"__pycache__", "_build", ".numba_cache"}  # folders that the checkout ignores
+MADE_FILES = (".pyc", ".nbi", ".nbc", ".aux.xml")
+
+
+def test_the_source_archive_holds_the_checkout_byte_for_byte(tmp_path):
+    """So its own tests are those of the checkout."""
+    command = [sys.executable, "-m", "hatchling", "build", "--target", "sdist", "--directory", str(tmp_path)]
+    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    (archive,) = tmp_path.glob("*.tar.gz")
+    here = {each for each in ROOT.iterdir() if each.suffix in (".md", ".toml", ".txt", ".yml", ".json", ".cff")}
+    for folder in (*IN_THE_SOURCES, "sample_data", "tests"):
+        here |= {each for each in (ROOT / folder).rglob("*") if each.is_file() and not MADE & set(each.parts)}
+    with tarfile.open(archive) as held:
+        names = {name.partition("/")[2]: name for name in held.getnames()}
+        for path in sorted(here):
+            if path.name.endswith(MADE_FILES):
+                continue
+            name = path.relative_to(ROOT).as_posix()
+            assert name in names, name
+            file = held.extractfile(names[name])
+            assert file is not None
+            assert file.read() == path.read_bytes(), name
 
 
 def test_the_wheel_takes_sample_data_that_exist():

@@ -167,7 +167,7 @@ def test_a_run_tells_what_it_found(run):
     assert run.summary["logs"]["released"] == 5
     assert "5 logs: " in run.text
     assert run.text in repr(run)
-    with pytest.raises(dw.UserError, match="slide-logs has not made 'danger_count' here"):
+    with pytest.raises(dw.UserError, match="slide-logs did not make 'danger_count' in this run"):
         run.danger_count  # noqa: B018
 
 
@@ -288,7 +288,7 @@ def test_optional_outputs_stand_where_they_are_named_or_beside(run, tmp_path: Pa
         ({"dem": dw.Raster(slope(), from_origin(0, 0, 1, 1), "EPSG:0")}, r"^dem: 'EPSG:0' is not a known CRS"),
         ({"dem": dw.Raster(slope(), (1, 2), CRS)}, r"^dem: the transform '\(1, 2\)' is not six numbers"),
         ({"dem": dw.Raster(slope()[0], from_origin(0, 0, 1, 1), CRS)}, r"^dem: an array of shape \(40,\)"),
-        ({"dem": 3}, "^--dem is of the type int, but must be a path or a Raster$"),
+        ({"dem": 3}, "^--dem has the type int, but must be a path or a Raster$"),
         ({"output": True}, "^--output is 'True', but must be a path$"),
         ({"friction": "none.tif"}, "none.tif"),
     ],

@@ -56,7 +56,7 @@ class Keeper:
         run, beside = self.folder / name, self.folder / f"{name}_layers.gpkg"
         for each in (run, beside):
             if each.exists() and not self.overwrite:
-                raise UserError(f"there is a run or a file '{each.name}' already; choose another name")
+                raise UserError(f"a run or file '{each.name}' already exists; choose another name")
         kept = kept_layers(self.inputs, layers, question, changes)
         self.folder.mkdir(parents=True, exist_ok=True)
         self.write(beside, kept, chosen(question, changes))

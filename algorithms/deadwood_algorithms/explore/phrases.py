@@ -75,7 +75,7 @@ PHRASES = {
     "reach_described": "{line}: {value} of {done} logs reach it, 95 % interval {interval}.",
     "error_known": "{fidelity} itself: off by {value} points ({low} to {high})",
     "error_unknown": "{fidelity} itself: error not measured",
-    "error_none": "{fidelity}: what the others are measured against",
+    "error_none": "{fidelity}: the fidelity with which the others are compared",
     "play_logs": "Play the logs",
     "play": "Play",
     "pause": "Pause",
@@ -86,7 +86,7 @@ PHRASES = {
     "no_edits": (
         "Fell or plant trees, build a barrier or lay a log: the same logs slide again, and the difference appears here."
     ),
-    "release_first": "Release logs to see what the change does.",
+    "release_first": "Release logs to see the effect of the change.",
     "variants": "Which forest the map shows",
     "mode_before": "A: as it is",
     "mode_after": "B: changed",

@@ -203,12 +203,12 @@ def sizes_of(message: Mapping[str, Any], defaults: Sizes) -> Sizes:
     def between(name: str, limits: tuple[float, float], unit: float) -> tuple[float, float]:
         pair = message.get(name, list(getattr(defaults, name)))
         if not isinstance(pair, list) or len(pair) != 2:
-            raise UserError(f"'{name}' must be two numbers, the least and the most")
+            raise UserError(f"'{name}' must be two numbers, the smallest and the largest")
         column = RELEASES.column(name)
         low, high = max(column.least or 0.0, unit * limits[0]), min(column.maximum or math.inf, unit * limits[1])
         least, most = (checked(each, name, low, high) for each in pair)
         if least > most:
-            raise UserError(f"'{name}' goes from {least:g} down to {most:g}; give the least first")
+            raise UserError(f"'{name}' goes from {least:g} down to {most:g}; give the smallest first")
         return least, most
 
     return Sizes(

@@ -27,7 +27,7 @@ from deadwood_algorithms.params.tool import UserError
 
 LENGTH_BYTES = 4  # bytes of the length that precedes a frame
 GRACE_S = 2.0  # time for the process to finish its work after the end of its input
-MOST_WAITING = 1000  # messages; beyond that the sender is told to wait
+MOST_WAITING = 1000  # messages; beyond that the sender has to wait
 REPLACED = ("release", "edit")  # by a newer one
 
 

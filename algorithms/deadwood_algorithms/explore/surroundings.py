@@ -26,7 +26,9 @@ def part_to_explore(simulation: Simulation, feedback: Feedback) -> Part | None:
     found = {name: around(box, dem) for name, box in boxes_of(simulation).items()}
     on_dem = sorted((name for name in found if found[name].cells), key=lambda name: found[name].cells)
     if not on_dem:
-        feedback.note(f"{dem.path} is read whole; with --trees or --lines only {AROUND_M:g} m around them are")
+        feedback.note(
+            f"{dem.path} is read completely; with --trees or --lines only {AROUND_M:g} m around them are read"
+        )
         return None
     part, left_out = found[on_dem[0]], []
     for name in on_dem[1:]:
@@ -36,9 +38,13 @@ def part_to_explore(simulation: Simulation, feedback: Feedback) -> Part | None:
         else:
             left_out.append(name)
     feedback.note(
-        f"of this large terrain model the {AROUND_M:g} m around the layers are explored: a log that leaves them counts "
-        "as one that left the terrain model"
-        + (f"; {' and '.join(left_out)} lie farther apart, and are there as far as they lie in it" if left_out else "")
+        f"of this large terrain model only {AROUND_M:g} m around the layers are used: a log that leaves this part "
+        f"counts as having left the terrain model"
+        + (
+            f"; {' and '.join(left_out)} extend farther, and are used only as far as they lie within"
+            if left_out
+            else ""
+        )
     )
     return part
 

@@ -35,7 +35,7 @@ def refuse_broken_ascii(path: str | Path, columns: int, rows: int) -> None:
     if values != columns * rows:
         raise UserError(
             f"{path}: the file holds {values} values, but {counted(rows, 'row')} of {columns} make {columns * rows}; "
-            "it is cut off or damaged, get it again"
+            "it is truncated or damaged; get a new copy"
         )
 
 

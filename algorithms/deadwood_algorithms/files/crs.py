@@ -182,7 +182,8 @@ def misnamed(crs: pyproj.CRS, x: np.ndarray, y: np.ndarray) -> str:
     if far is None:
         return ""
     fix = _of_another(far.likely) if far.likely else "name the CRS that its supplier states"
-    return f"{east:.0f}, {north:.0f} is nowhere near the area of {crs_name(crs)}; {EXCHANGED if far.exchanged else fix}"
+    why = EXCHANGED if far.exchanged else fix
+    return f"{east:.0f}, {north:.0f} is far outside the area of use of {crs_name(crs)}; {why}"
 
 
 def _of_another(code: str) -> str:

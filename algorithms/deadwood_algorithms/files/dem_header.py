@@ -155,8 +155,8 @@ def _warn_of_place(crs: pyproj.CRS, source: Any, path: str | Path, feedback: Fee
     else:
         fix = "name the one that its supplier states"
     feedback.warn(
-        f"{path}: the DEM's middle, {x:.0f}, {y:.0f}, is nowhere near the area of {crs_name(crs)}, so this is not its "
-        f"CRS, and layers in another one will lie elsewhere; {fix}"
+        f"{path}: the DEM's middle, {x:.0f}, {y:.0f}, is far outside the area of use of {crs_name(crs)}, so this is "
+        f"not its CRS, and layers in other CRSs will not match it; {fix}"
     )
 
 
@@ -182,7 +182,7 @@ def _refuse_stretched(crs: pyproj.CRS, source: Any, path: str | Path, given: str
     size = f"{abs(source.transform.a) * shrink:.3g}"
     if abs(1.0 - shrink) > STRETCH_ALLOWED:
         raise UserError(
-            f"{path}: the DEM's CRS {crs_name(crs)} is a map of the whole world: where the DEM lies, its metres are "
+            f"{path}: the DEM's CRS {crs_name(crs)} is for maps of the whole world: at the DEM its metres are "
             f"{shrink:.2f} m, so that every slope comes out wrong; "
             f"fix: {remedies.warp(source, path, size, _metric_code(source, crs), crs=given or '')}"
         )

@@ -22,6 +22,12 @@ def refuse_missing(path: str | Path, what: str) -> None:
         if place.is_dir() and place.suffix.lower() != ".gdb":
             raise UserError(f"{path}: this is a folder, but the {what} must be a file")
         if not place.exists():
+            parts = str(path).split(",")
+            if len(parts) > 1 and all(Path(part.strip()).exists() for part in parts):
+                raise UserError(
+                    f"{path}: the {what} input is one file, and these are {len(parts)}; join them first (in QGIS: "
+                    "Vector, Data Management Tools, Merge Vector Layers)"
+                )
             raise UserError(f"{path}: the {what} file does not exist (looked in {place.absolute().parent})")
         if is_special(place):
             raise UserError(

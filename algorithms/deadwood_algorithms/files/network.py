@@ -109,7 +109,8 @@ def _root_of(file: Path, named: str, what: str) -> ElementTree.Element | None:
         if not any(f"<{kind}".encode() in head.lower() for kind in VIRTUAL):
             return None
         raise UserError(
-            f"{named}: the {what} file, or one that it points to, is a virtual one that cannot be looked into ({error})"
+            f"{named}: the {what} file, or one that it points to, is a virtual raster that cannot be inspected "
+            f"({error})"
             "; write it again (gdalbuildvrt), or give the files themselves"
         ) from error
 

@@ -208,8 +208,9 @@ def spheres_3d(rows: Iterable[tuple[str, float, float, str]]) -> str:
 
 
 def _solids_3d(kind: str, rows: Iterable[tuple[str, dict[str, float], float, str]]) -> str:
-    """Points on the terrain as solids, one row for each rule: (filter, sizes [m], by how much it is raised [m], "
-    "colour)."""
+    """Points on the terrain as solids, one row for each rule: (filter, sizes [m], by how much it is raised [m],
+    colour).
+    """
     rules = []
     for k, (condition, sizes, up, colour) in enumerate(rows):
         shape = "".join(f'<Option type="double" name="{name}" value="{size:.6g}"/>' for name, size in sizes.items())

@@ -311,7 +311,7 @@ def refuse_cut_off(source: Any, path: str | Path) -> None:
         refuse_broken_ascii(path, source.width, source.height)
     needed = source.width * source.height * source.count * np.dtype(source.dtypes[0]).itemsize
     if source.driver in FLAT_FORMATS and Path(path).stat().st_size < needed:
-        raise UserError(f"{path}: the file is shorter than its header promises; it is cut off, get it again")
+        raise UserError(f"{path}: the file is shorter than its header promises; it is truncated; get a new copy")
 
 
 def read_values(source: Any, window: Window, dtype: Any) -> np.ndarray:

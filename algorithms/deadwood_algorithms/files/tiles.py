@@ -177,7 +177,7 @@ class Mosaic:
         except RasterioError as error:
             raise UserError(
                 f"{tile.path}: the tile is damaged ({str(error.__cause__ or error).splitlines()[0].rstrip('.')}); "
-                "get it again"
+                f"get a new copy"
             ) from error
 
     def _compare(self, have: NDArray[Any], found: NDArray[Any], both: NDArray[np.bool_], tile: Tile) -> None:
@@ -257,7 +257,7 @@ def _refuse_foreign(tile: Tile, first: Tile) -> None:
     if (one is None) != (other is None) or (one is not None and other is not None and not same_crs(one, other)):
         names = [crs_name(each) if each else "no CRS" for each in (one, other)]
         raise UserError(
-            f"{tile.path}: the tile is in {names[0]}, but {first.path} in {names[1]}; bring all tiles into one CRS"
+            f"{tile.path}: the tile is in {names[0]}, but {first.path} in {names[1]}; reproject all tiles to one CRS"
         )
     if (tile.scale, tile.offset) != (first.scale, first.offset):
         raise UserError(

@@ -116,7 +116,9 @@ def with_schema_names(frame: Any, what: str, where: str, feedback: Feedback) -> 
             feedback.note(f"{where}: the field '{alike[0]}' is read as {column.name}, in metres")
             continue
         for name in alike:
-            feedback.warn(f"{where}: the field '{name}' is not used; rename it to {column.name} if it is meant")
+            feedback.warn(
+                f"{where}: the field '{name}' is not used; rename it to {column.name} if that is what it holds"
+            )
     return frame.rename(columns=renamed)
 
 

@@ -205,7 +205,7 @@ def _name_and_layer(path: str | Path) -> tuple[str, str]:
             layer = f"#{value}"
         elif key.lower() not in ("geometrytype", "uniquegeometrytype", "option:encoding"):
             raise UserError(
-                f"{name}: '|{fact}' is not understood (only '|layername=NAME' is); export what is meant to a file"
+                f"{name}: '|{fact}' is not understood (only '|layername=NAME' is); export the wanted features to a file"
             )
     return name.strip() if facts else name, layer
 
@@ -235,7 +235,7 @@ def _refuse_torn_shapefile(name: str, what: str) -> None:
         return
     if ".dbf" not in _parts_of_shapefile(place):
         raise UserError(
-            f"{name}: of the {what} shapefile the part {place.stem}.dbf is missing; "
+            f"{name}: the part {place.stem}.dbf of the {what} shapefile is missing; "
             "copy all its parts (.shp, .shx, .dbf, .prj) together"
         )
 
@@ -381,7 +381,7 @@ def _refuse_far(array: np.ndarray, where: str) -> None:
     if far.any():
         at = int(np.argmax(far))
         x, y = coordinates[at]
-        raise UserError(f"{where}, row {int(owner[at]) + 1}: the place {x:g}, {y:g} is nowhere on Earth; correct it")
+        raise UserError(f"{where}, row {int(owner[at]) + 1}: the position {x:g}, {y:g} is not on Earth; correct it")
 
 
 def _polygons_of(shape: Any) -> Any:
@@ -425,7 +425,7 @@ def _in_crs(
     if not np.isfinite(coordinates).all():
         row = int(owner[~np.isfinite(coordinates).all(axis=1)][0])
         raise UserError(
-            f"{where}, row {row + 1}: the position cannot be brought from {crs_name(own)} to {crs_name(target)}; "
+            f"{where}, row {row + 1}: the position cannot be transformed from {crs_name(own)} to {crs_name(target)}; "
             "check the layer's CRS"
         )
     return moved

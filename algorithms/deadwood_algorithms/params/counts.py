@@ -55,3 +55,9 @@ def significant(value: float, digits: int, *, sign: bool = False) -> str:
     places = digits - 1 - math.floor(math.log10(abs(value)))
     text = f"{round(value, places):{'+' if sign else ''}.{max(places, 0)}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def two_digits(value: float) -> int:
+    """Rounded up to two digits: 1432 -> 1500."""
+    step = 10 ** max(0, math.floor(math.log10(value)) - 1)
+    return math.ceil(value / step) * step

@@ -224,7 +224,8 @@ def baseline() -> Any:
     return text(
         "Name of the run that the others are compared with",
         default=None,
-        help="Default: the run with the fewest obstacles (trees, barriers, lying logs, boulders), of equals the first.",
+        help="Default: the run with the fewest obstacles (trees, barriers, lying logs, boulders); if several have, "
+        "the first of them.",
     )
 
 

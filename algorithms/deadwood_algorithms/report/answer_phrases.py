@@ -27,8 +27,8 @@ ANSWER_PHRASES = {
     "siting_note": (
         "First the chosen barriers, each together with those chosen before it; then the single candidates that no"
         " candidate of the same or smaller length and height outperforms. The best of many was selected on these logs"
-        " and has a slightly smaller effect on others. Barriers are rigid here; where one can be founded, and at what"
-        " cost, an expert must judge."
+        " and has a slightly smaller effect on others. Barriers are rigid here; where a barrier can be founded, and "
+        "at what cost, an expert must judge."
     ),
     "siting_none": "None was chosen: no candidate has an effect beyond chance.",
     "candidate_place": "{above} m above, no. {k}",
@@ -42,14 +42,14 @@ ANSWER_PHRASES = {
     "barrier_class": "class",
     "class_note": (
         "Class: the weakest of {name} that holds that energy, and the upper end of its interval ({source}). The "
-        "classes are tested with compact blocks; a slender log may pass through rings or load a net otherwise: "
-        "an expert must judge that."
+        "classes are tested with compact blocks; a slender log may pass through rings or load a net differently: an "
+        "expert must judge this."
     ),
     "chosen_barrier": "barrier that is chosen",
     "intensity": "Classes of intensity and probability",
     "intensity_rule": (
         "The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations "
-        "for falls of rock (BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's. Which hazard "
+        "for rockfall (BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's. Which hazard "
         "follows, and whether they suit wood, is for an expert to decide."
     ),
     "intensity_map": "Energy of the logs",
@@ -74,20 +74,21 @@ ANSWER_PHRASES = {
     "affected": "Ground that the logs of a release area pass",
     "varied": "Most influential inputs",
     "varied_note": (
-        "The same {n} logs in {runs} runs, each factor alone at both ends of its range; the difference of the high and"
-        " the low end has a 95 % interval. Inputs that were not varied are not assessed. As it is: these logs at"
+        "The same {n} logs in {runs} runs, each factor alone at both ends of its range; the difference between the "
+        "high and the low end has a 95 % interval. Inputs that were not varied are not assessed. As it is: these "
+        "logs at"
         " {fidelity}; all logs of the run, or another fidelity, may differ by chance or by the calculation."
     ),
     "varied_apart": (
-        "The run that was varied differs from this one in its {names}: its “as it is” is not the run of the rest of"
-        " this part."
+        "The run that was varied differs from this one in its {names}: its “as it is” is not the run described in "
+        "the rest of this part."
     ),
     "most_influential": "{outcome} depends most on {factors}.",
     "influence_undecided": "{outcome}: the number of logs is too small to decide which of {factors} matters most.",
     "no_influence": "{outcome}: with this number of logs, no factor changes it beyond chance.",
     "no_index": (
-        "{outcome}: with this number of logs and rows of the design, no total-effect index is beyond chance; what each"
-        " factor changes alone stands below."
+        "{outcome}: with this number of logs and rows of the design, no total-effect index is beyond chance; the "
+        "effect of each factor alone is given below."
     ),
     "outcome_reach": "reach of {line} [%]",
     "outcome_runout": "mean run-out [m]",

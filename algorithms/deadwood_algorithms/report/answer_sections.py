@@ -20,7 +20,7 @@ from deadwood_algorithms.report.answer_figures import (
     swing_words,
 )
 from deadwood_algorithms.report.figures import Drawing
-from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
+from deadwood_algorithms.report.markup import Markup, element, figure_of, remarked, table
 from deadwood_algorithms.report.rounded import (
     NBSP,
     area_unit,
@@ -133,8 +133,7 @@ def place_of(row: Mapping[str, Any], words: Words) -> str:
 def energy_of(row: Mapping[str, Any], words: Words) -> Any:
     value, low, high = (number(row[f"energy_{name}_kj"]) for name in ("p95", "ci_low", "ci_high"))
     if np.isfinite(value) and not np.isfinite(high):
-        more = element("span", f"({words.say('more_hits', n=int(row['n_more']))})", class_="quiet")
-        return joined([shown_number(value, words), " ", more])  # its column is as narrow as the others
+        return remarked(shown_number(value, words), words.say("more_hits", n=int(row["n_more"])))
     return with_interval(value, low, high, words)
 
 

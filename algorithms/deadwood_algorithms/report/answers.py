@@ -72,13 +72,13 @@ def _take_tree_effects(place: Path, sources: Sequence[ReportedRun]) -> None:
         source = next((each for each in sources if all(_is_of(frame, each) for frame in layers.values())), None)
     if source is None and run_id is not None:
         raise UserError(
-            f"--results: {place} is of the run {run_id}, which is none of {', '.join(each.name for each in sources)}; "
-            "name its own run"
+            f"--results: {place} belongs to the run {run_id}, which is not one of "
+            f"{', '.join(each.name for each in sources)}; add its own run"
         )
     if source is None:
         raise UserError(
-            f"--results: {place} is of none of the runs {', '.join(each.name for each in sources)}: as many logs "
-            "reach the lines in none of them; name its own run"
+            f"--results: {place} belongs to none of the runs {', '.join(each.name for each in sources)}: the number "
+            f"of logs that reach the lines is different in each of them; add its own run"
         )
     _refuse_twice(bool(set(layers) & set(source.answers.tree_effect)), "value-trees", source)
     source.answers.tree_effect |= layers
@@ -139,7 +139,8 @@ def _run_of(place: Path, manifest: dict[str, Any], sources: Sequence[ReportedRun
         return sources[0]  # the run has been moved
     suffix = f" (run {run_id})" if run_id else ""
     raise UserError(
-        f"--results: {place} is of the run {asked}{suffix}, which is not in the page; add that run, or leave this out"
+        f"--results: {place} belongs to the run {asked}{suffix}, which is not on the page; add that run, or leave "
+        f"this out"
     )
 
 

@@ -81,6 +81,11 @@ def two_lines(cell: Any) -> Any:
     return joined([element("span", value), " ", element("span", f"({rest}", class_="ci")])
 
 
+def remarked(number: str, remark: str) -> Markup:
+    """A number with a remark in brackets, which takes as many lines as its column has room for."""
+    return joined([element("span", number), " ", element("span", f"({remark})", class_="quiet")])
+
+
 def scrolled(inside: Any, name: str, *, short: bool = True) -> Markup:
     """A table that scrolls on a narrow screen, also with the keyboard; a short one is not split between pages."""
     return element("div", inside, class_="scroll short" if short else "scroll", tabindex="0", **labelled(name))

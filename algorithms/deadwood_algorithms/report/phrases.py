@@ -9,17 +9,8 @@ from __future__ import annotations
 from deadwood_algorithms.report.answer_phrases import ANSWER_PHRASES
 from deadwood_algorithms.report.sheet_phrases import QGIS_PHRASES, SHEET_PHRASES
 from deadwood_algorithms.results.modelled import CLAUSES
+from deadwood_algorithms.schemas.results import STOPS
 
-STOPS = {
-    "rest": "at rest on the terrain",
-    "tree": "held by a tree",
-    "lying_log": "held by a lying log",
-    "block": "held by a boulder",
-    "barrier": "held by a barrier",
-    "left_dem": "left the terrain model",
-    "time_limit": "still moving at the time limit",
-    "failed": "calculation failed",
-}
 PHRASES = {
     "title": "Sliding deadwood: {names}",
     "subtitle": "Simulation of sliding logs, Deadwood Toolbox",
@@ -53,7 +44,7 @@ PHRASES = {
         "wet, frozen, under snow or leaves, with or without undergrowth."
     ),
     "judge_trees": (
-        "Whether the trees of the layer still stand, and can hold the logs that they hold here: in the model they do "
+        "Whether the trees of the layer still stand and can hold the logs that they hold here: in the model they do "
         "not break, bend or rot."
     ),
     "judge_barriers": "Whether the barriers withstand these energies; no number includes a safety factor.",
@@ -96,7 +87,8 @@ PHRASES = {
     "author": "author",
     "modelled": "What was modelled, and what was not",
     "modelled_note": (
-        "Logs do not break, bend or meet each other; trees and barriers do not give way. The model does not give "
+        "Logs do not break, bend or collide with each other; trees and barriers do not give way. The model does not "
+        "give "
         "the probability that a log starts to slide. Results are a basis for an expert's judgement, not a hazard map."
     ),
     "modelled_older": "Written by an older version, in English only.",
@@ -164,7 +156,7 @@ PHRASES = {
     "zoom_out": "Zoom out",
     "reset": "Reset",
     "reach": "Reach",
-    "answer_lost": "; {bounds} if none or all of the {n} logs reach it that left the terrain model before",
+    "answer_lost": "; {bounds} if none or all of the {n} logs that left the terrain model before reach it",
     "n_lost": "left the terrain model before it",
     "if_lost": "share if none or all of them reach it (95 % interval)",
     "lost_note": "What logs do beyond the terrain model is unknown. The share above counts none of them as arrived.",
@@ -338,8 +330,9 @@ PHRASES = {
     "started_in_contact": "logs that started in contact with an obstacle",
     "not_run": "logs not run, because the interval was narrow enough",
     "left_dem_warning": (
-        "Logs that left the terrain model: {n}. Their further movement is not known: spread, run-outs and deposits are "
-        "as far as they were seen; the reach of a line to which they had not come before stands with bounds."
+        "Logs that left the terrain model: {n}. Their further movement is not known: spread, run-outs and deposits "
+        "include it only up to where they left; the reach of a line that they had not reached before is given with "
+        "bounds."
     ),
     "failed_warning": "Logs whose calculation failed: {n}. The others are not affected.",
     "time_limit_warning": "Logs that still moved at the time limit: {n}. Their deposits are not final.",
@@ -388,8 +381,8 @@ PHRASES = {
     "item_median": "median",
     "item_p95": "95th percentile",
     "item_largest": "largest",
-    "parameters_differ": "In what the runs differ",
-    "parameters_same": "The runs differ in no parameter (their layers may).",
+    "parameters_differ": "Differences between the runs",
+    "parameters_same": "The runs do not differ in any parameter (their layers may).",
     "none": "none",
     "yes": "yes",
     "no": "no",

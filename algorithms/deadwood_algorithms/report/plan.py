@@ -29,10 +29,10 @@ from deadwood_algorithms.files.pictures import (
     show_scale,
 )
 from deadwood_algorithms.report.figures import INK, TEXT, WIDTH, plain
-from deadwood_algorithms.report.phrases import STOPS
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.schemas.looks import BARRIER, ENDS, LOOKS, RELEASE, ROAD, STONE, TREE, WOOD
+from deadwood_algorithms.schemas.results import STOPS
 
 MOST_DOTS = 8000  # of each kind
 MOST_WAYS = 150

@@ -16,7 +16,7 @@ from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
-from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, scrolled, table
+from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, remarked, scrolled, table
 from deadwood_algorithms.report.plan import MOST_DOTS, QUANTITIES, SHOWN_AT_FIRST, layers_drawn
 from deadwood_algorithms.report.rounded import (
     NBSP,
@@ -259,7 +259,7 @@ def design_cell(row: Mapping[str, Any], more: str, words: Words) -> Any:
     (shown,) = design_cells([row], words)
     if not row["n_more"]:
         return shown
-    return joined([shown, " ", element("span", f"({words.say(more, n=int(row['n_more']))})", class_="quiet")])
+    return remarked(shown, words.say(more, n=int(row["n_more"])))
 
 
 def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:

@@ -114,7 +114,7 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
     """Read a run's folder; missing inputs become a line of the report."""
     run = read_run(path, feedback=feedback)
     if not len(run.deposits):
-        raise UserError(f"{path}: the run has no log, so there is nothing to report")
+        raise UserError(f"{path}: the run has no logs, so there is nothing to report")
     summary = run.summary(*WHOLE)
     lacks: list[tuple[str, dict[str, Any]]] = []
     lines = _layer(run.path, "reach")

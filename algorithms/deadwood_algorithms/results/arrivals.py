@@ -185,8 +185,9 @@ def arrival_counts_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: I
 
 
 def attribution_frame(source: Run, arrivals: geopandas.GeoDataFrame, items: Items) -> geopandas.GeoDataFrame:
-    """One row for each release and line: which release hits which object, drawn from the release to where its logs "
-    "touch."""
+    """One row for each release and line: which release hits which object, drawn from the release to where its logs
+    touch.
+    """
     stored = source.deposits[source.deposits["log_id"].isin(source.stored_log_ids.tolist())]
     of_pair = dict(list(arrivals.groupby(["release_id", "line_id"])))
     per_line = arrivals["line_id"].value_counts()

@@ -33,7 +33,7 @@ TREES_ABOVE, LOGS_ABOVE = "tree_hits_above", "log_hits_above"  # columns, one ro
 
 @dataclass(frozen=True, kw_only=True)
 class Capacity:
-    """Energy that a stem of 40 cm DBH takes before it breaks [kJ], None if not requested, and the power."""
+    """Energy that a stem of 40 cm DBH absorbs before it breaks [kJ], None if not requested, and the power."""
 
     tree_capacity_kj: float | None = None
     tree_capacity_power: float = 2.0

@@ -96,8 +96,8 @@ def read_manifest_of(folder: Path) -> dict[str, Any]:
     manifest = read_json(folder / MANIFEST, OF_MANIFEST)
     if manifest.keys() & {"files", "seal"} and manifest.get("seal") != seal_of_manifest(manifest):
         raise UserError(
-            f"{folder / MANIFEST}: the manifest is not as it was written, so it is not known what made the result; put"
-            f" it back, or run {manifest['tool']} again"
+            f"{folder / MANIFEST}: the manifest is not as it was written, so it is not known what made the result; "
+            f"restore it, or run {manifest['tool']} again"
         )
     return manifest
 

@@ -158,8 +158,9 @@ def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDA
 
 
 def tree_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any) -> geopandas.GeoDataFrame:
-    """One row for each tree that was hit or holds a log, in the order of the trees: hits, stops, impulse and energy "
-    "taken."""
+    """One row for each tree that was hit or holds a log, in the order of the trees: hits, stops, impulse and energy
+    taken.
+    """
     total = {name: values[: len(layers.tree_ids)] for name, values in _totals(layers, by_log).items()}
     tree = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
     columns = {

@@ -238,7 +238,7 @@ def refuse_damaged(folder: Path, manifest: Mapping[str, Any], name: str) -> None
     if not is_whole(place, files[name]):
         raise UserError(
             f"{place}: the file is damaged, or of another run: it is not the one that {manifest.get('tool')} wrote "
-            f"(run {manifest.get('run_id', 'unknown')}); put it back, or run {manifest.get('tool')} again"
+            f"(run {manifest.get('run_id', 'unknown')}); restore it, or run {manifest.get('tool')} again"
         )
 
 

@@ -31,7 +31,7 @@ CLAUSES = {
         "the south-west): as far as an energy line reaches"
     ),
     "window_is_enough": (
-        "no log came near its sides, so results are those of the whole DEM, and no log was anywhere else"
+        "no log came near its sides, so the results are those of the whole DEM; no log was anywhere else"
     ),
     "friction": "Coulomb, {mu} everywhere",
     "friction_map": "Coulomb, {low} to {high} by cell",
@@ -40,8 +40,8 @@ CLAUSES = {
         "{beta} a second"
     ),
     "soft_ground": (
-        "soft: a body digs in as deep as ground of {strength} MN/m² lets it, and is braked with the drag coefficient "
-        "1 + {drag}"
+        "soft: a body digs in as deep as a soil strength of {strength} MN/m² allows, and is braked with the drag "
+        "coefficient 1 + {drag}"
     ),
     "restitution": "{e} at every contact",
     "at_stems": "{value} at stems and lying logs",
@@ -51,7 +51,7 @@ CLAUSES = {
     "rolling_cloud": "only that of the body's corners",
     "cones": "rigid truncated cones, tip half the diameter of the base",
     "shape": "rigid convex bodies of {points} points, {volume_m3} m³, all of one shape",
-    "whole_logs": "they do not break or meet each other",
+    "whole_logs": "they neither break nor collide with each other",
     "trees": "{n} rigid truncated cones",
     "breaking": (
         "a tree that would absorb more than {kj} kJ times (DBH / 40 cm) to the power of {power} in a hit absorbs just "
@@ -60,7 +60,7 @@ CLAUSES = {
     "lying": "{n} rigid truncated cones at rest on the terrain, in {pieces} straight pieces",
     "blocks": "{n} rigid spheres, with the ground's friction and restitution",
     "off_dem": "{n} off the DEM left out",
-    "no_terrain": "{n} left out where the DEM has no height (its last half cell, nodata)",
+    "no_terrain": "{n} left out where the DEM has no height (its outermost half cell, nodata)",
     "beyond_window": "{n} beyond the window",
     "barriers": "{n} rigid thin plates",
     "lines": "{n} watched, as lines or outlines",

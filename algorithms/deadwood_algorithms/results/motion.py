@@ -33,7 +33,10 @@ def bodies_of(source: Run) -> Array:
     for path in input_paths(source.path, source.manifest, "shape"):
         if path.is_file():
             return Shape.of(read_points(str(path))).bodies(density)
-    raise UserError(f"{source.path}: the shape that slid, {named}, no longer exists; put it back, masses are its")
+    raise UserError(
+        f"{source.path}: the shape that slid, {named}, no longer exists; restore it, because the masses are computed "
+        f"from it"
+    )
 
 
 def energies_kj(piece: dict[str, NDArray], bodies: Array) -> tuple[Array, Array]:

@@ -36,7 +36,9 @@ def question_of(source: Run, **changes: Any) -> ReleasedScene:
     try:
         return ReleasedScene(**{**values, **changes})
     except TypeError as error:
-        raise UserError(f"{source.path}: its manifest names no {error.args[0].split()[-1]}; slide it again") from error
+        raise UserError(
+            f"{source.path}: its manifest names no {error.args[0].split()[-1]}; run slide-logs again"
+        ) from error
 
 
 def _refuse_unfit(source: Run, declared: Parameter, value: Any) -> None:
@@ -58,8 +60,8 @@ def _found(source: Run, parameter: str, named: str) -> str:
     there = next((each for each in places if os.path.exists(each)), None)
     if there is None:
         raise UserError(
-            f"{source.path}: {file}, the run's {parameter.replace('_', ' ')}, no longer exists; put it back, "
-            "the logs slide again"
+            f"{source.path}: {file}, the run's {parameter.replace('_', ' ')}, no longer exists; restore it, because "
+            f"the logs slide again"
         )
     return f"{there}{bar}{layer}"
 
@@ -82,8 +84,8 @@ def logs_of(source: Run, releases: Releases, rows: NDArray[np.int64]) -> Release
     lost = releases.logs.log_id[found] != wanted
     if lost.any():
         raise UserError(
-            f"{source.path}: the releases have no log {int(wanted[lost][0])} any more, which the run slid; "
-            "slide it again"
+            f"{source.path}: the releases have no log {int(wanted[lost][0])} any more, which the run slid; run "
+            f"slide-logs again"
         )
     return releases.take(found)
 

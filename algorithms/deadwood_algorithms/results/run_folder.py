@@ -73,8 +73,7 @@ def layers_in(folder: Path) -> set[str]:
 
 @dataclass(frozen=True)
 class Run:
-    """A run that was read back: its deposits (one row for each log), its grid without values, and where its poses "
-    "are."""
+    """A run that was read back: its deposits (one row for each log), its grid without values, and its poses' place."""
 
     path: Path
     deposits: geopandas.GeoDataFrame
@@ -192,7 +191,7 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
     for parameter, file in changed:
         feedback.warn(
             f"{file}: this file, the {parameter.replace('_', ' ')} of the run {folder}, has changed since the logs "
-            "slid, so it no longer is the file with which they slid. Put that back, or run slide-logs again"
+            "slid, so it is no longer the file that the run used. Restore that file, or run slide-logs again"
         )
     return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)), changed)
 

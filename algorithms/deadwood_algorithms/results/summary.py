@@ -20,6 +20,7 @@ from deadwood_algorithms.results.scenario import counted_of, scenario_line, scen
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
+from deadwood_algorithms.schemas.results import STOPS
 from deadwood_algorithms.simulate.queue import Queue
 from deadwood_algorithms.stats.directions import spread_of_release
 from deadwood_algorithms.stats.endings import LEFT, ended, left_dem
@@ -176,7 +177,7 @@ def barrier_records(barriers: Items, by_log: Mapping[str, NDArray]) -> list[dict
 def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     """The most important results, as lines of text."""
     logs, speed, accuracy = summary["logs"], summary["speed"], summary["accuracy"]
-    ends = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in logs["by_stop_reason"].items() if count)
+    ends = ", ".join(f"{count} {STOPS[name]}" for name, count in logs["by_stop_reason"].items() if count)
     lines = [f"{counted(logs['released'], 'log')}: {ends}"]
     for record in summary["reach"]:
         lines.append(
@@ -244,10 +245,14 @@ def loss_of_run(summary: dict[str, Any]) -> str | None:
     logs = summary["logs"]
     lost, released = logs["by_stop_reason"][LEFT], logs["released"]
     phrases = reach_phrases(summary["reach"])
+    names = []
     for record in summary["spread"]:
         moved = abs(record["spread_deg"] - record["spread_without_lost_deg"]) >= SPREAD_MOVED_DEG
         if moved or many(record["n_left_dem"], record["n"]):
-            phrases.append(f"the spread of release {record['release_id']} refers to the places where they left")
+            names.append(str(record["release_id"]))
+    if names:
+        releases = f"release{'s' if len(names) > 1 else ''} {first_of(names, len(names))}"
+        phrases.append(f"the lateral spread of {releases} refers to the places where they left")
     if many(lost, released):
         phrases.append("their deposits and run-outs end where they left")
     return lost_warning(lost, released, phrases)

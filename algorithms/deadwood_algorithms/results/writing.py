@@ -96,8 +96,7 @@ BY_LOG = (
 def arrays_of(
     result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float, overloads: Overloads | None = None
 ) -> dict[str, NDArray]:
-    """The stored results of a chunk: one row for each log, the ledgers of hits, and one row for the chunk's "
-    "cost."""
+    """The stored results of a chunk: one row for each log, the ledgers of hits, and one row for the chunk's cost."""
     cost = {f"{COST}{name}": np.array([value], np.float64) for name, value in result.cost.items()}
     kept = {name: np.asarray(getattr(result, name)) for name in BY_LOG}
     failed = ended(result.stop_reason, "failed")

@@ -57,7 +57,7 @@ def read_friction(
         mu = _burnt(shapes, values, grid)
         double = int((_burnt(shapes, np.ones(len(shapes)), grid, added=True) > 1).sum())
         if double:
-            feedback.note(f"{where}: polygons overlap over {counted(double, 'cell')}; the later counts")
+            feedback.note(f"{where}: polygons overlap on {counted(double, 'cell')}; the later one counts")
     ground = np.isfinite(grid.values)
     filled = np.isnan(mu) & ground
     mu = _checked(mu, grid, where, elsewhere, "give the value there with --friction-elsewhere")

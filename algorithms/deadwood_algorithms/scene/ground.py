@@ -20,8 +20,8 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
     """Warn of coarse cells, of holes, and of impossible slopes, at the places where logs start [m]."""
     if grid.cell > COARSEST_M:
         feedback.warn(
-            f"{grid.path}: cells of {grid.cell:g} m do not resolve the relief that holds logs, so that too many slide,"
-            f" and too far; use a terrain model with cells of 0.5 to {COARSEST_M:g} m"
+            f"{grid.path}: cells of {grid.cell:g} m do not resolve the relief that holds logs, so too many slide, "
+            f"and too far; use a terrain model with cells of 0.5 to {COARSEST_M:g} m"
         )
     holes = holes_in(grid.values)
     if holes:
@@ -31,7 +31,7 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
         feedback.warn(
             f"{grid.path}: {several} without heights inside the DEM "
             f"({significant(holes.cells * grid.cell**2, 4)} m²{largest}, "
-            f"near {place[0]:.0f}, {place[1]:.0f}): logs that come there end as if they had left it (left_dem); fill "
+            f"near {place[0]:.0f}, {place[1]:.0f}): logs that get there end as if they had left it (left_dem); fill "
             "them from another terrain model, or by interpolation (in QGIS: Fill NoData)"
         )
     there = slope_at_deg(grid, x, y)

@@ -103,7 +103,7 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     if twins and named == names[0]:
         feedback.note(f"{twins} and count as one")
     elif twins:
-        feedback.warn(f"{twins} and count as one; to count each for itself, give each its own {names[0]}")
+        feedback.warn(f"{twins} and count as one; to count them separately, give each its own {names[0]}")
     geometry = np.asarray(frame.geometry)[rows]
     merged = [
         geometry[alike[0]] if alike.size == 1 else shapely.union_all(geometry[alike])

@@ -31,7 +31,7 @@ def capacity_of(at_40_cm: float | None, power: float, dbh_cm: Array) -> Array:
 
 @dataclass(frozen=True)
 class Breaking:
-    """Trees that break: energy that one of 40 cm DBH takes in a hit [kJ], and the power of DBH with which it grows."""
+    """Trees that break: energy that one of 40 cm DBH absorbs in a hit [kJ], and the power of DBH by which it grows."""
 
     capacity_kj: float
     power: float
@@ -41,7 +41,7 @@ class Breaking:
         if not breaks:
             return None
         if capacity_kj is None:
-            raise UserError("--break-trees needs --tree-capacity-kj: the energy that a tree of 40 cm DBH takes")
+            raise UserError("--break-trees needs --tree-capacity-kj: the energy that a tree of 40 cm DBH absorbs")
         return cls(capacity_kj, power)
 
     def of(self, trees: Trees) -> Trees:
@@ -73,7 +73,7 @@ def _of_points(shape: str, given: dict[str, float | None], logs: str, law: str) 
         return []
     first = next(iter(named))
     if shape.strip().lower() == "cone":
-        raise UserError(f"{first} is of bodies of points: give their --shape; {logs}")
+        raise UserError(f"{first} applies to point clouds only: give --shape; {logs}")
     if len(named) < len(given):
         missing = next(name for name in given if name not in named)
         raise UserError(f"{first} needs {missing}, too: {law} numbers")

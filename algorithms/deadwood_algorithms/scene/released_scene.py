@@ -105,7 +105,7 @@ class _LayersAndLaws:
         help="Default: that of the ground.",
     )
     tree_capacity_kj: float | None = tool.number(
-        "Energy that a tree of 40 cm DBH takes in a hit before it breaks",
+        "Energy that a tree of 40 cm DBH absorbs in a hit before it breaks",
         unit="kJ",
         default=None,
         minimum=0.0,
@@ -133,7 +133,7 @@ class _LayersAndLaws:
         "is used; its z axis replaces the axis of a log.",
     )
     friction_max: float | None = tool.number(
-        "Friction coefficient after much slip, of a point cloud",
+        "Friction coefficient after much slip, for a point cloud",
         default=None,
         minimum=0.0,
         advanced=True,
@@ -142,7 +142,7 @@ class _LayersAndLaws:
         "--friction-kappa and --friction-beta.",
     )
     friction_kappa: float | None = tool.number(
-        "How fast friction grows with slip, of a point cloud",
+        "How fast friction grows with slip, for a point cloud",
         unit="1/m",
         default=None,
         minimum=0.0,
@@ -151,7 +151,7 @@ class _LayersAndLaws:
         help="After a slip of 1/kappa it is halfway.",
     )
     friction_beta: float | None = tool.number(
-        "How fast slip decays in the air, of a point cloud",
+        "How fast slip decays in the air, for a point cloud",
         unit="1/s",
         default=None,
         minimum=0.0,
@@ -169,7 +169,7 @@ class _LayersAndLaws:
         "deeper a body digs in, the longer the soil brakes it. Needs --scar-drag. Without it the ground is hard.",
     )
     scar_drag: float | None = tool.number(
-        "Drag coefficient of the soil that compacts, of soft ground",
+        "Drag coefficient of the soil that is compacted, for soft ground",
         default=None,
         minimum=0.0,
         advanced=True,

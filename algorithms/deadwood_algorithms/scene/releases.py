@@ -132,8 +132,8 @@ def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
         twice = log_id[first[count > 1][0]]
         rows = np.flatnonzero(log_id == twice)
         raise UserError(
-            f"{where_of(frame)}, field 'log_id': {twice} stands in {rows_named(rows)}; every log needs its own "
-            "(drop the column and the row number is taken)"
+            f"{where_of(frame)}, field 'log_id': {twice} occurs in {rows_named(rows)}; every log needs its own "
+            f"(without the column the row numbers are used)"
         )
     return log_id
 
@@ -148,8 +148,8 @@ def _say_overridden(frame: geopandas.GeoDataFrame, defaults: Mapping[str, Any], 
             idle.append(f"{flag} {given:g}" if isinstance(given, float) else f"{flag} {given}")
     if idle:
         feedback.warn(
-            f"{where_of(frame)}: {', '.join(idle)}: without effect, because the layer has a column of that name, which "
-            "holds; change or drop the column"
+            f"{where_of(frame)}: {', '.join(idle)}: without effect, because the layer has a column of that name, "
+            f"which overrides it; change or drop the column"
         )
 
 

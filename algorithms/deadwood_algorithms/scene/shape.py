@@ -49,7 +49,7 @@ def read_points(path: str) -> NDArray[np.float64]:
             rows.append(row)
             if len(rows) > MOST_POINTS:
                 raise UserError(
-                    f"{path}: more than {MOST_POINTS} points; every one is tested in every step, so thin the cloud"
+                    f"{path}: more than {MOST_POINTS} points; every point is tested in every step, so use fewer"
                 )
     return np.array(rows).reshape(-1, 3)
 
@@ -80,7 +80,7 @@ def read_shape(name: str, cell: float, feedback: Feedback) -> Shape | None:
     if gap > 2.0 * cell:
         feedback.note(
             f"{name}: points lie up to {gap:.3g} m apart along an edge, the DEM's cells are {cell:g} m: terrain that "
-            "rises between points is not felt; points closer than a cell feel it (make-log --rings)"
+            f"rises between points is not detected; put the points closer together than a cell (make-log --rings)"
         )
     return shape
 

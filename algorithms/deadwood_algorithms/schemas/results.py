@@ -6,6 +6,16 @@ from deadwood_algorithms.schemas.brought import BARRIERS, LOG, RELEASE, STRUCTUR
 from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_number, a_text, an_id
 
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log", "block")
+STOPS = {  # in words, after the number of logs
+    "rest": "at rest on the terrain",
+    "tree": "held by a tree",
+    "lying_log": "held by a lying log",
+    "block": "held by a boulder",
+    "barrier": "held by a barrier",
+    "left_dem": "left the terrain model",
+    "time_limit": "still moving at the time limit",
+    "failed": "calculation failed",
+}
 VERDICTS = ("possible", "above_launch_line", "cuts_terrain", "hits_barrier")
 
 IF_LOST = (

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.params.counts import significant
+from deadwood_algorithms.params.counts import significant, two_digits
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.simulate.fidelity_trade import COSTS
 from deadwood_algorithms.simulate.promise import logs_for, sampling_of, sigma_for, sigma_of, together_of
@@ -225,9 +225,8 @@ def _too_small(error: float, trusted: Sequence[Option], shares: Sequence[float],
     option = _cheapest(error, trusted, shares, 2**40)
     assert option is not None
     need = needed(error, option, shares, 2**40) or cap
-    digit = 10 ** max(0, math.floor(math.log10(need)) - 1)
     return (
         f"--error {error:g} cannot be promised with the {cap} logs of {many}: all of them, at {bound.fidelity}, allow "
-        f"--error {math.ceil(best * 1e4) / 1e4:g}; this one takes about {math.ceil(need / digit) * digit} "
+        f"--error {math.ceil(best * 1e4) / 1e4:g}; this one takes about {two_digits(need)} "
         f"at {option.fidelity}"
     )

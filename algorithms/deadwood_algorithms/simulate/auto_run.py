@@ -51,7 +51,9 @@ def promise_of(options: FidelityOptions, *, lines: str | None, until_ci: float |
     if options.fidelity != AUTO:
         for name in ("error", "budget"):
             if getattr(options, name) is not None:
-                raise UserError(f"--{name} needs --fidelity auto, which picks fidelity and number of logs by it")
+                raise UserError(
+                    f"--{name} needs --fidelity auto, which chooses the fidelity and the number of logs from it"
+                )
         return None
     if (options.error is None) == (options.budget is None):
         raise UserError(
@@ -60,9 +62,11 @@ def promise_of(options: FidelityOptions, *, lines: str | None, until_ci: float |
         )
     budget_s = None if options.budget is None else _seconds_of(options.budget)
     if plan:
-        raise UserError("--plan needs a fidelity: with --fidelity auto the run itself decides what it takes; name one")
+        raise UserError(
+            "--plan needs a fidelity: with --fidelity auto the run itself decides how many logs it needs; name one"
+        )
     if lines is None:
-        raise UserError("--fidelity auto needs --lines: it is the reach of lines whose error is promised")
+        raise UserError("--fidelity auto needs --lines: the promised error is that of the reach of lines")
     chosen = {"until_ci": until_ci, "time_step_s": options.time_step_s, "station_spacing_m": options.station_spacing_m}
     for name, value in chosen.items():
         if value is not None:

@@ -166,8 +166,9 @@ class WorkFolder:
         return self._arrays(_logs_name(chunk))
 
     def by_log(self, by_row: Collection[str], order: NDArray[np.intp]) -> Columns:
-        """The results of all finished logs, of which ``by_row`` has one row for each log; in the ``order`` that is "
-        "wanted."""
+        """The results of all finished logs, of which ``by_row`` has one row for each log; in the ``order`` that is
+        wanted.
+        """
         return Columns(self.path, (self.chunk(chunk) for chunk in range(self.finished)), by_row, order)
 
     def poses(self) -> Iterator[pa.Table]:

@@ -122,7 +122,7 @@ class Crew:
         there = self._addresses()
         for address in set(self.good) - set(there):
             del self.good[address]
-            self.feedback.note(f"--scheduler: the worker {address} is gone; its work is sent out again")
+            self.feedback.note(f"--scheduler: the worker {address} was lost; its work is sent out again")
             for each in self._lying.values():
                 each.at.discard(address)
         for address in set(there) - {*self.good, *self.refused, *self.looking}:
@@ -167,7 +167,7 @@ class Crew:
             ours = {"version": VERSION, "engine": engine_digest(), "bits": self._bits}
             if facts == ours:
                 self.good[address] = threads
-                self.feedback.note(f"--scheduler: the worker {address} ({counted(threads, 'thread')}) joins in")
+                self.feedback.note(f"--scheduler: the worker {address} ({counted(threads, 'thread')}) joins")
                 return
             if (facts["version"], facts["engine"]) != (VERSION, engine_digest()):
                 why = f"it has engine {facts['engine']}, version {facts['version']}; here it is engine "

@@ -201,7 +201,7 @@ class Workers:
             return
         if self.crew.good and self.wanted > 1:
             self.feedback.warn(
-                f"--workers {self.wanted}: only {len(self.crew.good)} have come; the run begins with them"
+                f"--workers {self.wanted}: only {len(self.crew.good)} have connected; the run begins with them"
             )
             self.wanted = 1
             return
@@ -276,8 +276,8 @@ class Workers:
         piece.tries += 1
         if piece.tries >= MOST_TRIES:
             raise UserError(
-                f"--scheduler {self.where}: the workers of {piece.words} died {piece.tries} times; look at their own "
-                "messages, and whether they have the memory that the scene needs"
+                f"--scheduler {self.where}: the workers of {piece.words} died {piece.tries} times; check their "
+                "messages, and whether they have enough memory for the scene"
             )
         self._again.append(piece)
 

@@ -1,10 +1,9 @@
 """Find how many more logs would reach the road if trees broke: each slides again without the trees it would break.
 
 In a run of slide-logs trees are rigid and unbreakable. `--tree-capacity-kj` is the energy that a tree of 40 cm DBH
-takes before it breaks (for others a power of the DBH). Every log whose hit exceeds it continues without that tree, and
-without the next that it would break, until it breaks none or has reached every line. A tree that breaks takes no energy
-here, whereas a real one takes some; so the reach of the run and that of this tool are the bounds between which the
-truth lies.
+absorbs before it breaks (for others a power of the DBH). Every log whose hit exceeds it continues without that tree,
+and without the next that it would break, until it breaks none or has reached every line. A tree that breaks absorbs no
+energy here, whereas a real one absorbs some; so the true reach lies between that of the run and that of this tool.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -38,7 +37,7 @@ class Ask(SlidingOptions):
         "Folder of a run", help="Written by slide-logs, with trees and with roads, railways or houses."
     )
     tree_capacity_kj: float = tool.number(
-        "Energy that a tree of 40 cm DBH takes before it breaks", unit="kJ", minimum=0.0, exclusive=True
+        "Energy that a tree of 40 cm DBH absorbs before it breaks", unit="kJ", minimum=0.0, exclusive=True
     )
     tree_capacity_power: float = tool.number(
         "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True

@@ -8,7 +8,7 @@ observation. The range of those that reproduce it contains the true one in 95 % 
   areas in which logs came to rest (the width of a road). A field release_id gives the release of each. They
   count as a sample of an unknown number of logs: each is compared with the simulated logs that came to rest on the
   terrain model, and the number that leave it has no influence. If all logs of the event were found, set
-  --search-complete; a coefficient with which logs leave must then explain why none did;
+  --search-complete; coefficients with which logs leave are then less likely, because none did in the event;
 - --reached and --not-reached: lines or areas that --event-logs of the event's logs reached, or did not reach. Both
   together define a stop line: with too little friction logs go beyond, with too much they do not get there.
 

@@ -7,7 +7,7 @@ For any result (a folder, a file in it, or a single file) the tool reports which
 whether this toolbox has the same engine, which gives the same bits; which files of a folder are unchanged; and which
 inputs are the same, have changed or are missing. Inputs that were moved together with the result are found.
 
-The exit status is 0 if nothing has changed, 3 if something has changed or is missing, and 2 for a file that is no
+The exit status is 0 if nothing has changed, 3 if something has changed or is missing, and 2 for a file that is not a
 result.
 """
 

@@ -4,13 +4,13 @@ The same logs slide at every fidelity. The results are compared with those of th
 spread and the distance of the deposits, the hit raster, top speeds and jumps, beside the CPU time of a log and the
 calculation's own measures (penetration, energy, unconverged steps). Differences have intervals over the logs, to
 separate errors from chance. The posture of the logs at the start is compared, too, at the cheapest fidelity: all of
-them upright, and all of them lying in random directions, for it can decide as much as friction does.
+them upright, and all of them lying in random directions, because it can matter as much as friction.
 
 The recommendation is the cheapest fidelity whose error is shown to be below the sampling noise of a run of your number
 of logs: |difference of reach| + half-width of its paired interval <= half-width of the 95 % interval of such a run, for
 every line. Without lines, the deposit distance and the hit raster are compared with the distance between two halves of
-the logs. If too few logs were compared to show it, the tool reports this, and about how many would: among trees up to
-twice the number of the run.
+the logs. If too few logs were compared to show this, the tool says so and estimates how many are needed: among trees up
+to twice the number of the run.
 
 Errors beyond the finest fidelity compared, and errors of the inputs, are not included: friction and terrain model
 matter more.
@@ -41,7 +41,7 @@ class Ask(SlidingOptions, SceneByName):
     fidelities: str = tool.text(
         "Fidelities to compare",
         default=",".join(NAMES),
-        help="At least two, separated by commas; the finest is the standard of comparison.",
+        help="At least two, separated by commas; the others are compared with the finest.",
     )
     logs: int = tool.integer(
         "Logs to compare",

@@ -8,10 +8,10 @@ hit_count.tif. Logs whose trajectory was not stored cannot be counted; the tool 
 over the logs that pass it. Speed is that of the centre of mass; energy is the sum of translation and rotation, from the
 stored poses (within a few percent of the run's); jump is the clearance between log and terrain.
 
---danger writes the share of passing logs that later reach a line of --reaching (default: the run's own lines), with the
-same outline or afterwards: band 1 for any line, band 2 the number that passed, then a band for each line. Cells that
-fewer than --danger-least logs pass are transparent. With all trajectories stored and the run's own lines and cells it
-equals the run's danger.tif.
+--danger writes the share of passing logs that later reach a line of --reaching (default: the run's own lines), at that
+moment or later: band 1 for any line, band 2 the number that passed, then a band for each line. Cells that fewer than
+--danger-least logs pass are transparent. With all trajectories stored and the run's own lines and cells it equals the
+run's danger.tif.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg

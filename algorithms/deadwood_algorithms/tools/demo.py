@@ -1,7 +1,7 @@
 """Make a complete case without any input: the paper's Klosters case in small, with three forests and a picture.
 
-It writes a synthetic slope (nothing of it is measured) with a road at its foot, releases in a circle of 10 m, a forest
-as if mapped that leaves a gully free, and a random forest of the same density. The same logs then slide through the
+It writes a synthetic slope (nothing of it is measured) with a road at its foot, releases in a circle of 10 m, a forest,
+as if mapped, that leaves a gully free, and a random forest of the same density. The same logs then slide through the
 mapped forest, through the random one and without forest, and `report.html` shows the three side by side. Every step is
 done by the tools themselves, and the folder holds their inputs and outputs: its manifests are enough to repeat each
 step.

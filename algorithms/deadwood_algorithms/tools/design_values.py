@@ -106,7 +106,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         source = read_run(ask.run, feedback=feedback)
         found = [*barrier_passages(source), *passages_of_lines(source, ask.lines, feedback)]
         if not found:
-            raise UserError(f"{ask.run}: the run has neither barriers nor lines; --lines names some")
+            raise UserError(f"{ask.run}: the run has neither barriers nor lines; give lines with --lines")
         rows = [row for each in found for row in design_rows(each, levels, ask.confidence / 100.0)]
         lost = lost_before(source, found, feedback)
         rows = [row | {"n_lost": lost[row["kind"], row["place_id"]]} for row in rows]

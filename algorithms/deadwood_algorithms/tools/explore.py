@@ -9,8 +9,8 @@ same as what slide-logs gives for them, byte for byte.
 
 The page is served on this machine's loopback address only, to whoever has the token in the printed address. Ctrl-C ends
 it. Logs move as in slide-logs, at draft unless another fidelity is chosen. With 300 logs a share is accurate to a few
-percentage points; its interval shows how many. Of a terrain model of more than 25 million cells the layers and the 500
-m around them are read; a log that leaves these counts as one that left the terrain model.
+percentage points; its interval shows how many. If the terrain model has more than 25 million cells, only the extent of
+the layers and 500 m around it are read; a log that leaves this part counts as having left the terrain model.
 """
 
 from __future__ import annotations
@@ -82,9 +82,9 @@ def serve_page(ask: Ask, feedback: Feedback) -> None:
 
     def opened(address: str) -> None:
         print(address, flush=True)
-        feedback.note("the page is at this address as long as the command runs; Ctrl-C ends it")
+        feedback.note("the page stays at this address while the command runs; Ctrl-C ends it")
         if not ask.no_browser and not webbrowser.open(address):
-            feedback.note("no browser could be started; open the address in one")
+            feedback.note("no browser could be started; open the address yourself")
 
     values = tool.manifest(TOOL, replace(ask, stdio=True))["parameters"]
     serve([sys.executable, "-c", CHILD], json.dumps(values), ask.port, feedback, opened)

@@ -1,9 +1,10 @@
-"""Find the trees of a canopy height model, or of a surface and a terrain model, and make the trees layer of them.
+"""Find the trees of a canopy height model, or of a surface and a terrain model, and write them as a trees layer.
 
-A cell is a tree top if it is the highest within a circle around it whose diameter follows from its own height
+A cell is a tree top if none is higher within a circle around it whose diameter follows from its own height
 (Popescu and Wynne 2004; as lidR's ``locate_trees`` with ``lmf`` does on a raster). ``--window`` names a published law
-of the diameter D[m] from the height H[m], ``--window-m`` gives a constant diameter instead; the eight neighbours are
-always compared. Of equal cells beside each other one is the tree: the southernmost, and of these the westernmost.
+of the diameter D[m] from the height H[m]; ``--window-m`` gives a constant diameter instead, to which
+``--window-growth`` adds metres per metre of height. The eight neighbours are always compared. Of equal tops beside each
+other one is the tree: the southernmost, and of these the westernmost.
 
 - ``mixed``: D = 2.51503 + 0.00901 H^2, deciduous trees and pines together
 - ``deciduous``: D = 3.09632 + 0.00895 H^2
@@ -15,7 +16,7 @@ undeclared nodata), which are counted in a note. The tree stands at the centre o
 The DBH follows from the height as in ``import-trees`` (``--dbh-law``, or ``--dbh-a`` and ``--dbh-b``), which lists the
 laws and imports trees found by other programs. The method finds local maxima: small trees below others are not seen, a
 wide crown may count twice, and a building counts as a tree. Fill the pits of a canopy model beforehand, and choose the
-window by trees that were counted in the field.
+window by comparison with trees counted in the field.
 
 With a canopy model: ``deadwood-tool find-trees --chm chm.tif --output trees.gpkg``; with a surface and a terrain model:
 ``deadwood-tool find-trees --dsm dsm.tif --dem dem.tif --window deciduous --output trees.gpkg``.
@@ -36,9 +37,9 @@ from deadwood_algorithms import schemas
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
-from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS
+from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS, with_name
 from deadwood_algorithms.prepare.trees.dbh_filling import chosen_law, warn_of_another_region
-from deadwood_algorithms.prepare.trees.tops import WINDOWS, Tops, Window, find_tops
+from deadwood_algorithms.prepare.trees.tops import ROUNDED_M, WINDOWS, Tops, Window, find_tops
 from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.schemas import TREE_M
 
@@ -48,7 +49,6 @@ if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_windows import DemWindows
 
 PIECE_TREES = 100_000  # trees written at once
-SAME_PLACE_CELLS = 0.05  # grids that differ by more than this part of a cell, in any corner, are different
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +59,14 @@ class Ask:
     window: str = tool.choice("Law of the window's diameter", *WINDOWS, default="mixed")
     window_m: float | None = tool.number(
         "Constant diameter of the window instead", unit="m", default=None, minimum=0.0, maximum=100.0, exclusive=True
+    )
+    window_growth: float = tool.number(
+        "Growth of the constant diameter with the height",
+        unit="m/m",
+        default=0.0,
+        minimum=0.0,
+        maximum=10.0,
+        help="D = --window-m + growth * H, as lidR and ForestTools often have it.",
     )
     min_height_m: float = tool.number(
         "Minimum height of a tree",
@@ -79,19 +87,22 @@ class Ask:
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:
+    from deadwood_algorithms.files.canopies import opened_rows, refuse_other_cells, rows_of
     from deadwood_algorithms.files.columns import warn_implausible
     from deadwood_algorithms.files.streams import Stream
     from deadwood_algorithms.files.vectors import write_vector
 
     if bool(ask.chm) == bool(ask.dsm) or bool(ask.dsm) != bool(ask.dem):
-        raise UserError("the canopy is --chm, or --dsm and --dem together; give one of the two ways")
+        raise UserError("give either --chm, or --dsm and --dem together")
     law = chosen_law(ask.dbh_law, ask.dbh_a, ask.dbh_b, None)
-    window = WINDOWS[ask.window] if ask.window_m is None else Window(ask.window_m)
+    if ask.window_growth and ask.window_m is None:
+        raise UserError("--window-growth goes with --window-m, to whose diameter it is added")
+    window = WINDOWS[ask.window] if ask.window_m is None else Window(ask.window_m, ask.window_growth)
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
         path = str(ask.chm or ask.dsm)
-        canopy = opened.enter_context(opened_rows(path, ask, feedback))
-        ground = opened.enter_context(opened_rows(ask.dem, ask, feedback)) if ask.dem else None
+        canopy = opened.enter_context(opened_rows(path, ask.crs, feedback))
+        ground = opened.enter_context(opened_rows(ask.dem, ask.crs, feedback)) if ask.dem else None
         if ground:
             refuse_other_cells(canopy, ground)
 
@@ -109,6 +120,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             feedback.warn(
                 f"{path}: {counted(tops.too_high, 'cell stands', 'cells stand')} more than {TREE_M[1]:g} m above the "
                 "ground, higher than any tree; is it a canopy model, in metres?"
+            )
+        if tops.rounded:
+            feedback.note(
+                f"{path}: the heights are rounded to {ROUNDED_M:g} m or more; of equal cells in one window the "
+                "southernmost is taken for the highest"
             )
         height = np.round(tops.height, 3)
         dbh = law.dbh(height, np.full(height.size, np.nan))
@@ -134,10 +150,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         f"{counted(dbh.size, 'tree')} of {ask.min_height_m:g} m or more found on {significant(hectares, 4)} ha, window "
         f"{window}, heights "
         f"{height.min():.1f} to {height.max():.1f} m, median {np.median(height):.1f} m",
-        f"DBH computed from the height: {law}; median {np.median(dbh):.1f} cm",
+        f"DBH computed from the height: {with_name(law)}; median {np.median(dbh):.1f} cm",
     ]
     if dropped:
-        lines.append(f"{counted(dropped, 'tree')} dropped: by the law, a DBH that no tree has")
+        lines.append(f"{counted(dropped, 'tree')} dropped: the law gives a DBH that no tree has")
     facts = {"trees": int(dbh.size), "dropped": dropped, "cells_too_high": tops.too_high}
     return Outcome({"output": Path(ask.output)}, facts, tuple(lines))
 
@@ -152,42 +168,6 @@ def trees_in_pieces(tops: Tops, dbh: np.ndarray, canopy: DemWindows) -> Iterator
         columns = {"tree_id": np.arange(piece.start + 1, piece.stop + 1), "dbh_cm": dbh[piece]}
         columns |= {"height_m": tops.height[piece], "dbh_source": np.full(x.size, "modelled", object)}
         yield geopandas.GeoDataFrame(columns, geometry=shapely.points(x, y), crs=canopy.plan_crs)
-
-
-def opened_rows(path: str | None, ask: Ask, feedback: Feedback):
-    """A raster open for `rows_of`; its header is checked like that of a DEM, its heights are not: crowns have
-    steps that no ground has."""
-    from deadwood_algorithms.files.dem_windows import open_windows
-
-    return open_windows(str(path), crs=ask.crs, feedback=feedback, look_through=False, as_ground=False)
-
-
-def rows_of(raster: DemWindows, rows: slice) -> np.ndarray:
-    """Rows of a raster, counted from the south, as float64 [m]; NaN where it has no value."""
-    from deadwood_algorithms.files.rasters import read_values
-
-    if rows.start >= rows.stop:
-        return np.zeros((0, raster.shape[1]))
-    values = read_values(raster.source, raster.file_window(rows, slice(0, raster.shape[1])), np.float64)
-    return values[::-1].copy() if raster.flipped else values
-
-
-def refuse_other_cells(surface: DemWindows, ground: DemWindows) -> None:
-    from deadwood_algorithms.files.crs import crs_name, same_crs
-
-    if not same_crs(surface.plan_crs, ground.plan_crs):
-        raise UserError(
-            f"{surface.path} is in {crs_name(surface.plan_crs)} and {ground.path} in {crs_name(ground.plan_crs)}; "
-            "surface and terrain must be on the same cells"
-        )
-    off = np.abs(np.subtract(surface.bounds, ground.bounds)).max()
-    if surface.shape != ground.shape or off > SAME_PLACE_CELLS * ground.cell:
-        one, two = (
-            f"{each.path} ({each.shape[1]} x {each.shape[0]} of {each.cell:g} m from {each.bounds[0]:.2f}, "
-            f"{each.bounds[1]:.2f})"
-            for each in (surface, ground)
-        )
-        raise UserError(f"{one} and {two} differ; surface and terrain must be on the same cells")
 
 
 TOOL = Tool(

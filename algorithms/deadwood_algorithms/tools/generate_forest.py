@@ -1,10 +1,12 @@
-"""Plant a random forest: stems per hectare at uniform places, with sizes of given trees or normally distributed.
+"""Plant a random forest: stems per hectare at uniformly random places, with the sizes of given trees or from normal
+distributions.
 
-The result is a trees layer for ``slide-logs`` over the DEM, or over stand polygons without excluded ones. From a trees
-layer (``--like``) it takes the density over the same area, and the DBH and height of each tree together from one of its
-trees, each equally often: mean, standard deviation and basal area are kept, however skewed they are. A DBH or height
-given as an option overrides that of the layer; both sizes are then drawn from normal distributions with the means,
-standard deviations and correlation, as without a layer. The result is printed beside the request or the layer's values.
+The result is a trees layer for ``slide-logs`` over the DEM, or within stand polygons minus excluded polygons. From a
+trees layer (``--like``) it takes the density over the same area, and draws the DBH and height of each tree together
+from one of the layer's trees, each of which is used equally often: mean, standard deviation and basal area are kept,
+however skewed they are. A DBH or height given as an option overrides that of the layer; both sizes are then drawn from
+normal distributions with the means, standard deviations and correlation, as without a layer. The result is printed
+beside the request or the layer's values.
 
 Stands may differ: where the stand layer has columns named as the options (``stems_per_ha``, ``dbh_mean_cm``, ...; or
 PlatRock's ``trees_density``, ``trees_dhp_mean``, ``trees_dhp_std``), each row is planted with its own values; where
@@ -91,7 +93,7 @@ class Ask:
         help="Without them: the whole DEM. Columns may give each its numbers.",
     )
     exclude: str | None = tool.vector("Polygons without trees", "polygon", default=None)
-    min_spacing_m: float = tool.number("Smallest distance of two stems", unit="m", default=0.0, minimum=0.0)
+    min_spacing_m: float = tool.number("Smallest distance between two stems", unit="m", default=0.0, minimum=0.0)
     dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True, advanced=True)
     dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True, advanced=True)
     dbh_law: str | None = tool.choice(
@@ -99,7 +101,7 @@ class Ask:
         *POWER_LAWS,
         default=None,
         advanced=True,
-        help="Of heights without numbers of their own; import-trees lists them.",
+        help="For heights that are not given; import-trees lists the laws.",
     )
     seed: int = tool.seed()
     crs: str | None = tool.crs()

@@ -14,7 +14,7 @@ With --results the page also has the results of other tools: the effect of each 
 classes of intensity and return periods, the places from which lines are reached, and the most influential inputs.
 
 For several runs of the same releases the page also has the paired differences of `compare-scenarios`, with maps. If an
-input of a run (the terrain model, the trees) is no longer in its place, the page omits it and states this. Its figures
+input of a run (the terrain model, the trees) is no longer at its path, the page omits it and says so. Its figures
 are rounded for reading: numbers for further work are in the run's own files.
 """
 

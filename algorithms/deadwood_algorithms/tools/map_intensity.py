@@ -30,7 +30,7 @@ The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss
 (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which hazard a field of the
 matrix stands for, is an expert's decision. A cell is classed by its estimate; `classes.json` has the 95 % interval of
 the area of each class of energy and those above it. A cell that no log passed is empty, which is not a guarantee:
-`classes.json` states how probable a passage may still be there, and how short the return period.
+`classes.json` states how probable a passage there may still be, and how short its return period.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
 
 RULE = (
-    "30 and 300 kJ, and 30, 100 and 300 years, are the classes of the Swiss federal recommendations for falls of rock "
+    "30 and 300 kJ, and 30, 100 and 300 years, are the classes of the Swiss federal recommendations for rockfall "
     "(BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's"
 )
 DECIDES = "an expert decides which hazard a field of the matrix stands for, and whether these classes suit wood"
@@ -74,10 +74,10 @@ class Ask:
         help="Of the logs.",
     )  # fmt: skip
     events_per_year: float | None = tool.number(
-        "Events a year in each release area", default=None, minimum=0.0, exclusive=True
+        "Events per year in each release area", default=None, minimum=0.0, exclusive=True
     )
     releases: str | None = tool.vector(
-        "Releases or release areas with a column of events a year",
+        "Releases or release areas with a column of events per year",
         "point",
         "polygon",
         default=None,
@@ -85,12 +85,12 @@ class Ask:
     )
     events_field: str | None = tool.field_of(
         "releases",
-        "Column of events a year",
+        "Column of events per year",
         default=None,
         parent_elsewhere=True,
         help="Default, with releases: events_per_year.",
     )
-    logs_per_event: int = tool.integer("Logs that start in one event", default=1, minimum=1, maximum=1_000_000)
+    logs_per_event: int = tool.integer("Logs that start in an event", default=1, minimum=1, maximum=1_000_000)
     return_periods_years: tuple[float, ...] = tool.class_bounds(
         "Bounds of the classes of return period", 30.0, 100.0, 300.0, unit="years"
     )

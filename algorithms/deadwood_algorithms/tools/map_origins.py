@@ -110,7 +110,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         reach = reach_records(reached, np.column_stack(list(reached.values())), left)
         phrases = reach_phrases(reach[1:])
         if many(int(left.sum()), rows.size):
-            phrases.append("the shares of the map are those of logs that were seen to arrive")
+            phrases.append("the shares of the map count only logs that arrived in the simulation")
         warn_of_lost(int(left.sum()), rows.size, phrases, feedback, where=ask.run)
         records = {name: frame.drop(columns="geometry").to_dict("records") for name, frame in layers.items()}
         facts: dict[str, Any] = {

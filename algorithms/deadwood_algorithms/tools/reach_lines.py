@@ -18,8 +18,8 @@ were released. `map-origins` maps the share of logs that reach a line by release
 
 Logs that left the terrain model would have moved on. The tool warns of them, and of logs that passed near its edge,
 where heights are least certain; `p_low_if_lost` and `p_high_if_lost` are the bounds if none or all of those that left
-before reaching the line had reached it. The shares are those of logs that have started: how likely a start is, is not
-included.
+before reaching the line had reached it. The shares are those of logs that have started; the probability of a start is
+not included.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             raise UserError(f"{ask.run}: no trajectory was stored; run slide-logs with --trajectories all")
         total = len(source.deposits)
         if source.stored_log_ids.size < total:
-            feedback.note(f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p refers to these")
+            feedback.note(f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p is based on these")
 
         edges = stack.enter_context(Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback))
         arrived = arrivals.find_arrivals(source, lines, items, edges, ask.edge_m, feedback)

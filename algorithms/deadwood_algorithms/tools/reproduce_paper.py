@@ -5,8 +5,8 @@ and the verdict: holds, does not hold, not decided, cannot be judged here), the 
 `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. A finding is assessed
 (an order, a direction, the size of a ratio), not the value on another slope. The twins and the rules were fixed before
 the first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
-`--twin-version 1` uses the twins of before November 2026. Findings that fewer than 20 000 logs leave undecided are
-repeated with 20 000.
+`--twin-version 1` uses the twins of the versions before November 2026. Findings that fewer than 20 000 logs leave
+undecided are repeated with 20 000.
 
 Each finding has a sensitivity panel (`sensitivity.csv`): the same finding as it is, with the log as the paper's point
 cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and, on the twins of version 2, with one

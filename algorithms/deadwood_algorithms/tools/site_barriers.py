@@ -17,14 +17,16 @@ The folder holds
 
 - `pareto.csv`: each candidate alone, and each chosen set: how many logs still reach a line, the interval of that and of
   the gain (paired: the same logs), how many it holds and how many jump over or pass beside it, and the 95 % percentile
-  of energy and height of its hits with exact intervals; `pareto` marks the candidates that no other one beats that is
-  neither longer nor higher; with `--barrier-classes` the weakest class of rockfall nets that holds that energy;
+  of energy and height of its hits with exact intervals; `pareto` marks the candidates that no other candidate of the
+  same or smaller length and height outperforms; with `--barrier-classes` the weakest class of rockfall nets that holds
+  that energy;
 - `barriers.gpkg`: the run's own barriers and those chosen, for slide-logs --barriers, with the effect of each once all
   stand; `barriers.png`: a map, and remaining reach against length and height; `summary.json`.
 
 The results are exact for the logs of the run: the same, log by log, as a separate run with those barriers. But the best
 of many was selected on these logs and has a slightly smaller effect on others; slide others (another seed) to see how
-much. Barriers are rigid and infinitely strong. Where one can be founded, and at what cost, is for an expert to decide.
+much. Barriers are rigid and infinitely strong. Where a barrier can be founded, and at what cost, is for an expert to
+decide.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ of passing logs that later reach a line: one band for any line, and one for each
     deadwood-tool slide-logs --dem dem.tif --releases releases.gpkg --trees trees.gpkg --blocks boulders.gpkg \\
         --lines road.gpkg --friction 0.25 --output run
 
-Logs do not break or meet each other; barriers and boulders do not give way, trees only with --break-trees. --resume
-continues an interrupted run and gives the same results, bit for bit, as a run that was never interrupted. With
+Logs neither break nor collide with each other; barriers and boulders do not give way, trees only with --break-trees.
+--resume continues an interrupted run and gives the same results, bit for bit, as a run that was never interrupted. With
 --until-ci a run takes the logs in a random order and ends when the intervals are narrow enough; logs that were not run
 are counted separately.
 
@@ -62,7 +62,7 @@ class Ask(CapacityOptions, KeptOptions, FidelityOptions, SlidingOptions, SceneBy
         default=0.25,
         minimum=0.02,
         advanced=True,
-        help="Of the QGIS project, for the logs that keep their trajectory.",
+        help="In the QGIS project, for the logs that keep their trajectory.",
     )
     geoparquet: bool = tool.flag(
         "Write the run's layers as GeoParquet too",
@@ -81,7 +81,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.simulate.auto_run import promise_of
 
     if ask.until_ci is not None and ask.lines is None:
-        raise UserError("--until-ci needs --lines: it is the reach of lines whose interval it watches")
+        raise UserError("--until-ci needs --lines: it watches the interval of the reach of lines")
     promise = promise_of(ask, lines=ask.lines, until_ci=ask.until_ci, plan=ask.plan)
     if not ask.plan:
         return slid_run(ask, promise, feedback)[0]

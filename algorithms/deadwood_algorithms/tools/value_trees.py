@@ -16,13 +16,12 @@ the next one would hold the same logs; another has a negative effect: it deflect
         --lines 'sample_data/sample.gpkg|layername=lines' --output run
     deadwood-tool value-trees --run run --output trees_value.gpkg
 
-`--plant` asks the opposite: points with `dbh_cm` and `height_m` (trees, or high stumps), each added alone, and how many
+`--plant` does the opposite: points with `dbh_cm` and `height_m` (trees, or high stumps), each added alone, and how many
 fewer logs would then reach each line; `--plant-lying` does so for lines of logs that would be left lying.
 
 The effect of several objects together is not the sum of their effects: two trees side by side may each have none, and
 together a large one. Name them as a stand, or compare two runs (compare-scenarios). The effect of a tree holds for
-these releases. Trees break as in the run: not, unless it had `slide-logs --break-trees`. The damage of a tree is
-not computed.
+these releases. Trees break only if they did in the run (`slide-logs --break-trees`). Damage to trees is not computed.
 """
 
 from __future__ import annotations

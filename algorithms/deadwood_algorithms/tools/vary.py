@@ -11,7 +11,7 @@ reach of every line and for the mean run-out:
   the intervals are by bootstrap over the design's rows and the logs. The design has (factors + 2) x --samples runs.
 
 The folder holds `tornado.csv`, `tornado.png`, `indices.csv`, `runs.csv` (one row for each run) and `summary.json` with
-a sentence that names the most influential input, or states that this many logs do not decide it.
+a sentence that names the most influential input, or states that there are too few logs to decide.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 100 --output releases.gpkg

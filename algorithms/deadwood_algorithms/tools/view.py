@@ -32,7 +32,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         make_report.run(make_report.Ask(runs=ask.run, language=ask.language, output=str(page)), feedback)
     address = page.resolve().as_uri()
     if not webbrowser.open(address):
-        feedback.note(f"no browser could be started; open {address} in one")
+        feedback.note(f"no browser could be started; open {address} yourself")
     return Outcome({"output": page}, {"address": address})
 
 

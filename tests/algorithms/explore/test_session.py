@@ -351,7 +351,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"fidelity": "best"}, "'fidelity' must be one of draft"),
     ({"friction": "0.2"}, "'friction' must be a number"),
     ({"friction": -0.1}, "'friction' is -0.1"),
-    ({"logs": {"dbh_cm": [60, 30]}}, "give the least first"),
+    ({"logs": {"dbh_cm": [60, 30]}}, "give the smallest first"),
     ({"logs": {"dbh_cm": [1e9, 1e9]}}, "'dbh_cm' is 1e"),
     ({"logs": {"length_m": 5}}, "must be two numbers"),
     ({"logs": {"orientation": "sideways"}}, "'orientation' must be one of"),

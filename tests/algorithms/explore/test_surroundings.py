@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +50,9 @@ def test_the_part_is_around_the_layers_and_those_that_are_farther_apart_are_name
     assert (found.column, found.row) == (NEAR_BARRIER.column, NEAR_BARRIER.row)
     assert abs(found.columns - NEAR_BARRIER.columns) <= 1
     assert abs(found.rows - NEAR_BARRIER.rows) <= 1
-    assert said.notes[-1].endswith("a log that leaves them counts as one that left the terrain model")
+    assert said.notes[-1].endswith("a log that leaves this part counts as having left the terrain model")
     assert part_of({name: layers[name] for name in ("dem", "barriers", "trees", "lines")}, said) == found
-    assert said.notes[-1].endswith("; lines and trees lie farther apart, and are there as far as they lie in it")
+    assert said.notes[-1].endswith("; lines and trees extend farther, and are used only as far as they lie within")
 
 
 def test_layers_that_fit_together_are_all_in_it(layers, said, monkeypatch):
@@ -67,7 +68,7 @@ def test_layers_that_fit_together_are_all_in_it(layers, said, monkeypatch):
 
 def test_without_a_layer_or_on_a_small_one_all_of_it_is_read(layers, said, monkeypatch):
     assert part_of({"dem": layers["dem"]}, said) is None
-    assert "is read whole; with --trees or --lines only 60 m around them are" in said.notes[-1]
+    assert "is read completely; with --trees or --lines only 60 m around them are read" in said.notes[-1]
     monkeypatch.setattr(surroundings, "WHOLE_CELLS", ROWS * COLUMNS)
     said.notes.clear()
     assert part_of(layers, said) is None
@@ -85,9 +86,10 @@ def answers(session: Session) -> list[Frame]:
     session.edit(
         {"op": "edit", "id": 2, "fell": [*range(0, 220, 5)], "barriers": [barrier]}, frames.append, lambda: False
     )
-    for each in (before, frames[-1]):
-        each.arrays["deposits_y"] = each.arrays["deposits_y"] + np.float32(south)
-    return [before, frames[-1]]
+    return [
+        replace(each, arrays={**each.arrays, "deposits_y": each.arrays["deposits_y"] + np.float32(south)})
+        for each in (before, frames[-1])
+    ]
 
 
 def test_the_answer_there_is_that_on_the_whole(layers, said):

@@ -242,7 +242,7 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
     ),
     "Web Mercator": (
         lambda f: tif(f / "d.tif", crs="EPSG:3857", transform=from_origin(1.1e6, 5.9e6, 2.0, 2.0)),
-        ("map of the whole world", "its metres are 0.69 m", "--dst-crs EPSG:2056", "--res 1.37"),
+        ("maps of the whole world", "its metres are 0.69 m", "--dst-crs EPSG:2056", "--res 1.37"),
     ),
     "no CRS on Earth": (lambda f: tif(f / "d.tif", crs='LOCAL_CS["quarry",UNIT["metre",1]]'), ("not a projected one",)),
     "rotated": (lambda f: tif(f / "d.tif", transform=TURNED), ("rotated", "rio warp", "--res 2")),
@@ -274,7 +274,7 @@ REFUSED: dict[str, tuple[Any, tuple[str, ...]]] = {
         lambda f: asc(f / "a.asc", body=BODY.replace("522.0", "5x22.0"), prj=ESRI_PRJ),
         ("row 2 of the grid: '5x22.0' is not a number",),
     ),
-    "a value too few": (lambda f: asc(f / "a.asc", body=BODY[:-6], prj=ESRI_PRJ), ("holds 11 values", "cut off")),
+    "a value too few": (lambda f: asc(f / "a.asc", body=BODY[:-6], prj=ESRI_PRJ), ("holds 11 values", "truncated")),
     "an XYZ that is no grid": (
         lambda f: xyz(f / "d.xyz", rows=(0, 2, 1, 0)),
         ("not a raster that can be read", "Ungridded"),
@@ -349,11 +349,11 @@ def test_of_a_dem_in_its_own_crs_nothing_is_reported(tmp_path, said, place):
 @pytest.mark.parametrize(
     ("place", "code", "words"),
     [
-        ("Innsbruck", "EPSG:2056", "nowhere near the area of EPSG:2056"),
+        ("Innsbruck", "EPSG:2056", "far outside the area of use of EPSG:2056"),
         ("Innsbruck, Lambert", "EPSG:2056", "name the one that its supplier states"),
         ("Bern, LV03", "EPSG:2056", "its coordinates look like those of EPSG:21781"),
         ("Bern", "EPSG:21781", "its coordinates look like those of EPSG:2056"),
-        ("Dresden, zone 33", "EPSG:2056", "nowhere near"),
+        ("Dresden, zone 33", "EPSG:2056", "far outside the area of use"),
         ("Bern", "EPSG:25832", "its coordinates look like those of EPSG:2056"),
     ],
 )

@@ -92,7 +92,7 @@ def test_sizes_are_not_made_up_in_silence(tmp_path, said):
     imported(tmp_path, said, table(tmp_path, dbh=[30.0, 40.0, 50.0], wysokosc=[21.0, 22.0, 23.0]))
     assert len(said.warnings) == 1
     assert "no field is understood as the height, so that each is computed from the DBH" in said.warnings[0]
-    assert "if it is one of wysokosc, name that with --height-field" in said.warnings[0]
+    assert "if it is one of wysokosc, name it with --height-field" in said.warnings[0]
 
 
 def test_a_unit_that_is_unknown_is_reported(tmp_path, said):
@@ -129,7 +129,7 @@ def test_a_default_that_stands_for_a_field_not_understood_is_reported(tmp_path, 
     grid = read_dem(write_dem(tmp_path / "dem.tif"))
     path = write_layer(tmp_path / "r.gpkg", PLACES, bhd=[40.0, 50.0], umfang=[126.0, 157.0])
     read_releases(path, grid, DEFAULTS, feedback=said)
-    assert "the field 'bhd' is not used; rename it to dbh_cm if it is meant" in said.warnings[0]
+    assert "the field 'bhd' is not used; rename it to dbh_cm if that is what it holds" in said.warnings[0]
     assert "bhd, umfang are not used; the options supply what is missing: dbh_cm 75, length_m 30" in said.notes[0]
 
 

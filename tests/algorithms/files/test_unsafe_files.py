@@ -29,7 +29,7 @@ def test_no_cell_of_a_table_is_calculated_by_a_spreadsheet(tmp_path):
 @pytest.mark.parametrize("before", [" " * 200, "<!-- a -- b -->", "\n\n"])
 def test_a_virtual_raster_that_cannot_be_looked_into_is_refused(tmp_path, before):
     (tmp_path / "a.vrt").write_text(before + VRT)
-    with pytest.raises(UserError, match="points to the network|cannot be looked into"):
+    with pytest.raises(UserError, match="points to the network|cannot be inspected"):
         open_raster(tmp_path / "a.vrt", "DEM")
 
 

@@ -94,7 +94,7 @@ def test_a_layer_without_crs_is_taken_to_be_in_the_dems_or_in_the_one_named(tmp_
 
 def test_a_position_beyond_the_projection_names_its_row(tmp_path):
     layer([Point(9.8, 46.9), Point(9.8, 4690.0)], crs="EPSG:4326").to_file(tmp_path / "trees.gpkg")
-    assert "row 2: the position cannot be brought" in refused(tmp_path / "trees.gpkg", target_crs=pyproj.CRS(3035))
+    assert "row 2: the position cannot be transformed" in refused(tmp_path / "trees.gpkg", target_crs=pyproj.CRS(3035))
 
 
 def test_a_file_with_several_layers_wants_a_name(tmp_path):

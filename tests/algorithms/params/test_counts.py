@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from deadwood_algorithms.params.counts import counted, none_of, significant
+from deadwood_algorithms.params.counts import counted, none_of, significant, two_digits
 
 ROOT = Path(__file__).parents[3]
 NOUNS = (
@@ -97,3 +97,7 @@ def test_the_scan_sees_them() -> None:
 def test_so_many_digits_without_an_exponent(value: float, digits: int, text: str) -> None:
     """Before: "2.5e-05 ha", "about 1.1e+02 logs", "1.2e+03 kJ"."""
     assert significant(value, digits) == text
+
+
+def test_two_digits():
+    assert [two_digits(value) for value in (7.2, 31.0, 1432.0, 1400.0, 99_500.0)] == [8, 31, 1500, 1400, 100_000]

@@ -309,10 +309,10 @@ def test_results_are_given_to_their_own_run(case, run, results, tmp_path):
     assert 'id="r1-tree_effect"' in page
     assert 'id="r0-intensity"' not in page
     with pytest.raises(
-        UserError, match=r"intensity is of the run .*run \(run [0-9a-f]{16}\), which is not in the page"
+        UserError, match=r"intensity belongs to the run .*run \(run [0-9a-f]{16}\), which is not on the page"
     ):
         page_of(other, [results["intensity"]], tmp_path / "no.html")
-    with pytest.raises(UserError, match=r"tree_effect.gpkg is of the run [0-9a-f]{16}, which is none of other"):
+    with pytest.raises(UserError, match=r"tree_effect.gpkg belongs to the run [0-9a-f]{16}, which is not one of other"):
         page_of(other, [results["tree_effect"]], tmp_path / "no.html")
     # a run and its results that were moved together
     moved = tmp_path / "moved"

@@ -20,7 +20,7 @@ from slope_case import Case, edit_manifest, points, summary, write_layer
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report import rounded
 from deadwood_algorithms.report.figures import Drawing
-from deadwood_algorithms.report.markup import LONG, element, embedded_json, joined, table
+from deadwood_algorithms.report.markup import LONG, element, embedded_json, remarked, table
 from deadwood_algorithms.report.sections import points_words
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.simulate import fidelity_trade
@@ -519,7 +519,7 @@ def test_axes_have_the_decimal_sign_of_the_language(language, sign, other):
 
 def test_a_number_with_a_remark_is_no_sentence():
     """Its column is right-aligned and as narrow as the others; the markup of a cell is not read."""
-    remark = joined(["721 ", element("span", "(for an interval 32 more hits)", class_="quiet")])
+    remark = remarked("721", "for an interval 32 more hits")
     assert len(remark) > LONG
     assert 'class="text"' not in table(["quantity", "today"], [("energy", remark)])
     assert 'class="text"' in table(["line", "error"], [("road", "a sentence " * 5)])

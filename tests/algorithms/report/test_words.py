@@ -10,9 +10,10 @@ import pytest
 from babel.messages.pofile import read_po
 
 from deadwood_algorithms.report.languages import LANGUAGES
-from deadwood_algorithms.report.phrases import MESSAGES, STOPS
+from deadwood_algorithms.report.phrases import MESSAGES
 from deadwood_algorithms.report.sheet_phrases import QGIS_PHRASES
 from deadwood_algorithms.report.words import Words, catalogue, read_catalogue
+from deadwood_algorithms.schemas.results import STOPS
 from deadwood_engine import STOP_REASONS
 from deadwood_toolbox import translations
 

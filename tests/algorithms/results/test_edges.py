@@ -119,8 +119,9 @@ def test_only_logs_that_left_are_unknown():
     """Before: of logs that stayed near an edge, too, reach and spread "may be wrong by up to that number"."""
     both = edges.edge_words(2, 21, 240, 20.0, "the edges of the terrain model", "passed")
     assert both == (
-        "2 of 240 logs left the terrain model, and their further movement is not known: reach and spread are as far "
-        "as they were seen; 21 more passed within 20 m of the edges of the terrain model: check that the heights there "
+        "2 of 240 logs left the terrain model, and their further movement is not known: reach and spread count only "
+        "up to where they left; 21 more passed within 20 m of the edges of the terrain model: check that the heights "
+        "there "
         "are sound"
     )
     near = edges.edge_words(0, 3, 8, 20.0, "its edges", "ended", known=False)

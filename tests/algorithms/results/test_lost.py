@@ -184,7 +184,7 @@ def test_vary(cut, tmp_path, said):
     )
     told = of_road(said)
     assert told.startswith("in the run 'as it is', which lost most: ")
-    assert "mean run-outs, and what each factor does to them, are as far as the logs were seen" in told
+    assert "mean run-outs, and the effect of each factor on them, count only up to where the logs left" in told
     assert "the reach of line road may be anything" in told
 
 

@@ -89,4 +89,4 @@ def test_too_many_outlines_are_thinned_and_reported(case, said, monkeypatch):
     frame, step = outlines(run, 0.1, said)
     assert step > 0.1
     assert len(frame) <= 150
-    assert said.warnings == [f"an outline every 0.1 s would be more than 150; there is one every {step:g} s"]
+    assert said.warnings == [f"an outline every 0.1 s would be more than 150; one is written every {step:g} s"]

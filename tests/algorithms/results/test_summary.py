@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from slope_case import Case, cut_above_the_road, layer, summary
 
-from deadwood_algorithms.results.summary import lines_of, speed_record, spreadless_lines
+from deadwood_algorithms.results.summary import lines_of, loss_of_run, speed_record, spreadless_lines
 from deadwood_algorithms.stats.directions import spread_of_release
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import slide_logs
@@ -35,14 +35,28 @@ def test_logs_that_left_before_a_line_are_lost_for_it_and_warned_of(cut, tmp_pat
         assert record["ci_high_if_lost"] == wilson_interval(lost, 24)[1] > record["ci_high"]
     reach = layer(tmp_path / "run", "reach").set_index("line_id")
     assert reach.loc["road", "p_high_if_lost"] == lost / 24
+    assert f"{lost} left the terrain model" in outcome.lines[0]
     assert any(f"{lost} others left the terrain model before it: " in each for each in outcome.lines)
     warned = [each for each in said.warnings if "left the terrain model" in each]
     assert len(warned) == 1
     assert "the reach of line road may be anything from 0 to" in warned[0]
-    assert "the spread of release" in warned[0]
+    assert warned[0].count("the lateral spread of release") == 1
     assert "their deposits and run-outs end where they left" in warned[0]
     assert sum(each["n_left_dem"] for each in told["spread"]) == lost
     assert any("left the terrain model" in each for each in outcome.lines if each.startswith("release "))
+
+
+def test_releases_whose_logs_left_are_named_in_one_sentence():
+    """Before: "the spread of release A refers to the places where they left; the spread of release B refers to ..."."""
+    spread = [
+        {"release_id": name, "n": 60, "n_left_dem": 30, "spread_deg": 20.0, "spread_without_lost_deg": 10.0}
+        for name in "ABCDEFG"
+    ]
+    told = {"logs": {"released": 420, "by_stop_reason": {"left_dem": 210}}, "reach": [], "spread": spread}
+    said = loss_of_run(told)
+    assert said is not None
+    assert "the lateral spread of releases A, B, C, D, E and 2 more refers to the places where they left;" in said
+    assert "the lateral spread of release A refers" in str(loss_of_run({**told, "spread": spread[:1]}))
 
 
 def test_a_log_that_reached_a_line_before_it_left_is_not_lost_for_it(cut, tmp_path, said):

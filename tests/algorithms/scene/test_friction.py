@@ -103,7 +103,7 @@ def test_polygons_with_a_hole_an_overlap_and_a_column_of_choice(grid, tmp_path, 
     expected[10:20, 35:45] = 0.7
     assert np.array_equal(mu, expected)
     overlapped = (30 * 30 - 10 * 10) + 10 * 5  # the ring, and the part of the last row beside it
-    assert any(f"polygons overlap over {overlapped} cells; the later counts" in note for note in said.notes)
+    assert any(f"polygons overlap on {overlapped} cells; the later one counts" in note for note in said.notes)
 
 
 def test_friction_column_before_mu_in_any_letter_case(grid, tmp_path, said):

@@ -123,7 +123,10 @@ def test_names_stand_in_for_missing_ids(grid, tmp_path, said):
     assert not said.notes
     path = write_layer(tmp_path / "c.gpkg", [line, line], width_m=[4.0, 3.0], nome=["Strada", "Malga"])
     assert read_lines(path, grid, said)[1].ids == [1, 2]
-    assert "the lines are called by their rows, 1 to 2; rename 'nome' if it holds their names" in said.notes[0]
+    assert "the lines are named by their rows, 1 to 2; rename 'nome' if it holds their names" in said.notes[0]
+    path = write_layer(tmp_path / "d.gpkg", [line, line], height_m=[2.0, 3.0], Bezeichnung=["Werk 1", "Werk 2"])
+    assert read_barriers(path, grid, said)[1].ids == [1, 2]
+    assert "the barriers are named by their rows, 1 to 2; rename 'Bezeichnung' if it holds" in said.notes[1]
 
 
 def test_barriers_keep_the_height_of_their_row(grid, tmp_path, said):

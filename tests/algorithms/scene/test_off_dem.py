@@ -92,7 +92,7 @@ def test_a_candidate_on_nodata_is_named(tmp_path, grid, said):
     values[40:50, 45:] = np.nan
     path, read = of("candidates", tmp_path, [0, 1])
     read(path, replace(grid, values=values), said)
-    assert [each for each in said.warnings if "no height under b: no log meets it" in each]
+    assert [each for each in said.warnings if "no height under b: no log reaches it" in each]
 
 
 def test_columns_stay_with_their_rows(tmp_path, grid, said):

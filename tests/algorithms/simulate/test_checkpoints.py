@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from slope_case import Case, assert_same_run
+from slope_case import Case, StopAfter, assert_same_run
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
@@ -17,19 +17,6 @@ from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate.checkpoints import Damaged, WorkFolder
 
 FUZZED = 12  # damaged folders that are resumed
-
-
-class StopAfter(Quiet):
-    """Requests a stop once a number of logs is done."""
-
-    def __init__(self, logs: int) -> None:
-        self.logs, self.done = logs, 0.0
-
-    def progress(self, done: float, total: float, what: str) -> None:
-        self.done = done if what == "sliding logs" else 0.0
-
-    def cancelled(self) -> bool:
-        return self.done >= self.logs
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
-from slope_case import RASTERS, Case, assert_same_run, layer, raster, summary
+from slope_case import RASTERS, Case, StopAfter, assert_same_run, layer, raster, summary
 
 from deadwood_algorithms.files.vectors import read_vector
-from deadwood_algorithms.params.tool import Cancelled, Quiet
+from deadwood_algorithms.params.tool import Cancelled
 from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate import queue as until_ci
 from deadwood_algorithms.simulate.log_order import hash_order
@@ -194,19 +194,6 @@ def test_a_target_out_of_reach_runs_all_logs_as_a_plain_run_does(case, full, ear
     assert [look["n_logs"] for look in told["until_ci"]["looks"]] == [8, 16, 24]
     assert told["logs"]["not_run"] == 0
     assert any("not enough logs" in line for line in outcome.lines)
-
-
-class StopAfter(Quiet):
-    """Requests a stop once a number of logs is done."""
-
-    def __init__(self, logs: int) -> None:
-        self.logs, self.done = logs, 0.0
-
-    def progress(self, done: float, total: float, what: str) -> None:
-        self.done = done if what == "sliding logs" else 0.0
-
-    def cancelled(self) -> bool:
-        return self.done >= self.logs
 
 
 def test_threads_chunks_and_an_interruption_decide_nothing(case, early, tmp_path, monkeypatch):

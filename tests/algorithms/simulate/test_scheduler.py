@@ -50,7 +50,7 @@ def test_in_chunks_of_few_logs(case, said, tmp_path, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK", 5)
     monkeypatch.setattr(workers, "MOST_A_PIECE", 2)
     both(case, tmp_path, said, **case.everything())
-    assert sum("joins in" in each for each in said.notes) == 2
+    assert sum("joins" in each for each in said.notes) == 2
     assert sum("bytes per log to the workers" in each for each in said.notes) == 1
     assert scheduler._open == {}
 
@@ -259,7 +259,7 @@ def test_the_sites_of_run_sites_share_their_workers(case, said, tmp_path, monkey
     alone = sites(case, tmp_path / "alone")
     spread = sites(case, tmp_path / "spread", said, **ON_TWO)
     assert starts == [2]
-    assert sum("joins in" in each for each in said.notes) == 2
+    assert sum("joins" in each for each in said.notes) == 2
     assert sum("bytes per log to the workers" in each for each in said.notes) == 1
     assert_same_sites(alone, spread)
     planned = case.values(by="release_id", output=str(tmp_path / "x"), plan=True, plan_logs=20, **ON_TWO)
@@ -374,4 +374,4 @@ def test_a_worker_that_computes_other_bits_is_not_used(case, tmp_path, monkeypat
 def test_workers_that_do_not_come_are_not_waited_for_long(case, said, tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "WAIT_S", 0.5)
     case.run(said, output=str(tmp_path / "run"), scheduler="local", workers=STARTED + 1)
-    assert sum(f"only {STARTED} have come" in each for each in said.warnings) == 1
+    assert sum(f"only {STARTED} have connected" in each for each in said.warnings) == 1

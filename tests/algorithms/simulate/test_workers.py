@@ -99,8 +99,8 @@ def test_a_worker_killed_in_mid_run_costs_no_result(case, alone, site, tmp_path)
     watcher = Watcher(kill)
     found = run_on(site, case, tmp_path / "run", watcher, workers=2)
     assert watcher.acted
-    assert watcher.heard("joins in") == 2
-    assert watcher.heard("is gone") == 1
+    assert watcher.heard("joins") == 2
+    assert watcher.heard("was lost") == 1
     assert_same_bytes(alone, found)
     site.kill(other)
 
@@ -114,7 +114,7 @@ def test_value_trees_loses_nothing_with_a_worker(case, alone, site, tmp_path, mo
     spread = {"output": str(tmp_path / "spread.gpkg"), "scheduler": site.address, "workers": 2}
     value_trees.TOOL(feedback=watcher, run=str(alone), **spread)
     assert watcher.acted
-    assert watcher.heard("is gone") == 1
+    assert watcher.heard("was lost") == 1
     assert_same_file(tmp_path / "alone.gpkg", tmp_path / "spread.gpkg")
     site.kill(other)
 
@@ -141,7 +141,7 @@ def test_a_worker_added_late_finishes_what_all_dead_ones_left(case, alone, site,
     watcher = Watcher(replace)
     found = run_on(site, case, tmp_path / "run", watcher)
     assert watcher.acted
-    assert watcher.heard("joins in") == 2
+    assert watcher.heard("joins") == 2
     refusals = [each for each in watcher.warnings if "is not used" in each]
     assert len(refusals) == 1
     assert "it has engine" in refusals[0]
@@ -190,7 +190,7 @@ def test_local_workers_are_started_and_stopped_and_listen_to_this_machine_alone(
 
     watcher = Watcher(look)
     found = case.run(watcher, output=str(tmp_path / "run"), scheduler="local", workers=2, **case.everything())
-    assert watcher.heard("joins in") == 2
+    assert watcher.heard("joins") == 2
     assert watcher.heard("the worker tls://127.0.0.1:") == 2
     assert watcher.heard("bytes per log to the workers") == 1
     assert_same_bytes(alone, found)

@@ -320,7 +320,7 @@ def test_what_is_assumed_is_said(tmp_path):
     done = assess_mobilisation.TOOL(dem=dem, friction=0.3, window_m=8.0, output=str(tmp_path / "s.tif"))
     assert done.lines[-1] == (
         "assumed: friction 0.3; steepness from 30 to 35 degrees; no start at a roughness of 1 m; both in a window of "
-        "8 m; the numbers rank the ground and are no probability"
+        "8 m; the numbers rank the ground and are not a probability"
     )
 
 

@@ -307,4 +307,4 @@ def test_a_polygon_too_slim_to_draw_in(tmp_path, bad):
     sliver = box(0, 0, 1000, 1e-3)
     turned = gpd.GeoSeries([sliver], crs=2056).rotate(45).translate(EAST - 450, NORTH + 80)
     turned.to_frame("geometry").to_file(tmp_path / "sliver.gpkg")
-    assert "layer 'sliver', row 1: the polygon is too slim" in bad("areas", tmp_path / "sliver.gpkg")
+    assert "layer 'sliver', row 1: the polygon is too narrow" in bad("areas", tmp_path / "sliver.gpkg")

@@ -124,7 +124,7 @@ MATRIX = {
         lambda f: releases(f, orientation=["upright", "askew"]),
         ["'orientation'", "row 2", "'askew'", "upright, lying, tilted"],
     ),
-    "log_id twice": (lambda f: releases(f, log_id=[4, 4]), ["'log_id'", "4 stands in rows 1, 2"]),
+    "log_id twice": (lambda f: releases(f, log_id=[4, 4]), ["'log_id'", "4 occurs in rows 1, 2"]),
     "log_id negative": (lambda f: releases(f, log_id=[4, -4]), ["'log_id'", "row 2"]),
     "log_id not whole": (lambda f: releases(f, log_id=[4.0, 4.5]), ["'log_id'", "row 2", "whole"]),
     "log_id text": (lambda f: releases(f, log_id=["a", "b"]), ["'log_id'", "row 1", "'a'"]),

@@ -8,7 +8,7 @@ from typing import Any
 import geopandas as gpd
 import numpy as np
 import pytest
-from slope_case import Case, layer, points, write_layer
+from slope_case import Case, arrivals, layer, points, write_layer
 
 from deadwood_algorithms.evaluate.protection import breaking
 from deadwood_algorithms.params.tool import UserError
@@ -31,14 +31,6 @@ def case(tmp_path_factory) -> Case:
 @pytest.fixture(scope="module")
 def wooded(case) -> Path:
     return case.run(output=str(case.folder / "wooded"), lines=case.lines, trees=case.trees)
-
-
-def arrivals(run: Path) -> set[tuple[int, str]]:
-    try:
-        table = layer(run, "reached_by")
-    except Exception:  # no log reached a line
-        return set()
-    return set(zip(table["log_id"].tolist(), table["line_id"].tolist(), strict=True))
 
 
 def one_log_breaking(case: Case, log_id: int, capacity: float, monkeypatch: Any) -> tuple[list[str], set]:
@@ -110,7 +102,7 @@ def test_each_log_continues_without_the_trees_that_it_breaks(case, wooded, tmp_p
     every = [tree for each in broken for tree in each]
     assert trees.to_dict() == {tree: every.count(tree) for tree in every}
     assert f"{(numbers > 0).sum()} of 60 logs would break a tree" in outcome.lines[0]
-    assert outcome.lines[0].endswith(f"of 40 cm DBH takes {WEAK:g} kJ and others (DBH / 40 cm)^2 times that")
+    assert outcome.lines[0].endswith(f"of 40 cm DBH absorbs {WEAK:g} kJ and others (DBH / 40 cm)^2 times that")
 
 
 def test_trees_that_hold_everything_change_nothing_and_without_any_hold_it_is_the_bare_slope(case, wooded, tmp_path):

@@ -204,7 +204,7 @@ def test_soft_ground_brakes_a_rock(case, tmp_path):
     assert slower < 0.9 * faster
     told = summary(soft)
     assert told["scenario"]["soft_ground"] == {"strength_mn_m2": 1.0, "drag": 3.0}
-    assert "as deep as ground of 1 MN/m² lets it" in told["modelled"]["friction"]
+    assert "as deep as a soil strength of 1 MN/m² allows" in told["modelled"]["friction"]
     assert "soft ground (1 MN/m2, drag 3)" in scenario_line(told["scenario"])
     assert summary(hard)["scenario"]["soft_ground"] is None
 
@@ -212,11 +212,11 @@ def test_soft_ground_brakes_a_rock(case, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (SLIP | {"shape": "cone"}, "--friction-max is of bodies of points: give their --shape"),
+        (SLIP | {"shape": "cone"}, "--friction-max applies to point clouds only: give --shape"),
         (SLIP | {"friction_beta": None}, "--friction-max needs --friction-beta, too"),
         (SLIP | {"friction_max": None}, "--friction-kappa needs --friction-max, too"),
         (SLIP | {"friction_max": 0.2}, "--friction-max is 0.2, but must be above --friction, 0.25"),
-        (SOFT | {"shape": "cone"}, "--soil-strength-mn-m2 is of bodies of points: give their --shape; to logs"),
+        (SOFT | {"shape": "cone"}, "--soil-strength-mn-m2 applies to point clouds only: give --shape; to logs"),
         (SOFT | {"scar_drag": None}, "--soil-strength-mn-m2 needs --scar-drag, too: soft ground has these two numbers"),
         (SOFT | {"soil_strength_mn_m2": None}, "--scar-drag needs --soil-strength-mn-m2, too"),
     ],

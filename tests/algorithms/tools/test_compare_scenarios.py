@@ -312,7 +312,7 @@ def test_without_lines_all_else_is_compared(tmp_path, said):
     table, outcome = compare([one, other], tmp_path / "out", said)
     assert "reach" not in table.index.get_level_values("quantity")
     assert any("run without --lines" in each for each in said.notes)
-    assert "differ in no parameter" in outcome.lines[-1]
+    assert "do not differ in any parameter" in outcome.lines[-1]
 
 
 def changed_run(tmp_path: Path, **columns) -> list[Path]:

@@ -163,7 +163,7 @@ def test_percentiles_that_are_none_are_refused(full, tmp_path, text):
 
 def test_a_run_without_barriers_and_lines_is_refused(case, tmp_path):
     run = case.run(output=str(tmp_path / "run"))
-    with pytest.raises(UserError, match="neither barriers nor lines; --lines names some"):
+    with pytest.raises(UserError, match="neither barriers nor lines; give lines with --lines"):
         design_values.TOOL(run=str(run), output=str(tmp_path / "d.csv"))
 
 

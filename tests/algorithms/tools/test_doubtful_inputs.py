@@ -40,7 +40,7 @@ def test_lines_of_one_name_count_as_one_and_that_is_reported(grid, tmp_path, sai
     marks, items = read_lines(path, grid, said)
     assert (items.ids, items.item.tolist()) == (["Steg", "Strasse"], [0, 0, 1])
     assert len(marks.starts) == 4
-    assert "field 'name': rows 1, 2 are called 'Steg' and count as one; to count each for itself" in said.warnings[0]
+    assert "field 'name': rows 1, 2 are called 'Steg' and count as one; to count them separately" in said.warnings[0]
     assert "give each its own line_id" in said.warnings[0]
 
 

@@ -20,22 +20,27 @@ from deadwood_algorithms.scene.layers import read_trees
 from deadwood_algorithms.tools import find_trees
 
 
-def brute_force(heights: np.ndarray, cell: float, diameter: Callable[[float], float], least: float) -> list[tuple]:
-    """Every cell against every other: in the circle of a top no cell is higher, or equal and earlier."""
+def brute_force(
+    heights: np.ndarray, cell: float, diameter: Callable[[float], float], least: float, equals_win: bool = False
+) -> list[tuple]:
+    """Every cell against every other: in the circle of a top no cell is higher; of equal tops, or of equal cells if
+    ``equals_win``, the first counts."""
+    rows, columns = np.mgrid[: heights.shape[0], : heights.shape[1]]
+
+    def around(j: int, i: int) -> np.ndarray:
+        radius = 0.5 * diameter(heights[j, i]) + 1e-9
+        beside = np.maximum(abs(rows - j), abs(columns - i)) == 1
+        return beside | (np.hypot((rows - j) * cell, (columns - i) * cell) <= radius)
+
+    cells = [place for place in np.ndindex(heights.shape) if heights[place] >= least]
+    highest = [place for place in cells if not (heights[around(*place)] > heights[place]).any()]
     found = []
-    for j, i in np.ndindex(heights.shape):
-        h = heights[j, i]
-        if not h >= least:
-            continue
-        radius = 0.5 * diameter(h) + 1e-9
-        beaten = False
-        for m, n in np.ndindex(heights.shape):
-            near = np.hypot((m - j) * cell, (n - i) * cell) <= radius or max(abs(m - j), abs(n - i)) == 1
-            if near and (heights[m, n] > h or (heights[m, n] == h and (m, n) < (j, i))):
-                beaten = True
-                break
-        if not beaten:
-            found.append((j, i, h))
+    for place in highest:
+        rivals = cells if equals_win else highest
+        equals = [other for other in rivals if other < place and heights[other] == heights[place]]
+        circle = around(*place)
+        if not any(circle[other] for other in equals):
+            found.append((*place, heights[place]))
     return found
 
 
@@ -67,6 +72,18 @@ def test_the_tops_are_those_of_brute_force(name, cell):
         assert found
 
 
+def test_a_window_that_grows_with_the_height(tmp_path):
+    """A linear law, as lidR and ForestTools have them."""
+    heights = smooth(np.random.default_rng(2), (31, 26), 30.0, 1)
+    found = listed(tops(heights, 1.0, Window(3.0, 0.07)))
+    assert found == brute_force(heights, 1.0, lambda h: 3.0 + 0.07 * h, 2.0)
+    assert found != listed(tops(heights, 1.0, Window(3.0)))
+    chm = write(tmp_path / "chm.tif", heights)
+    done = find_trees.TOOL(chm=chm, window_m=3.0, window_growth=0.07, output=str(tmp_path / "t.gpkg"))
+    assert done.facts["trees"] == len(found)
+    assert "window 3 m + 0.07 h, " in done.lines[0]
+
+
 @pytest.mark.parametrize("diameter", [0.2, 1.0, 4.0, 6.0])
 def test_whole_metres_have_the_tops_of_brute_force(diameter):
     """Plateaus of all shapes, circles through cell centres, and holes."""
@@ -74,15 +91,17 @@ def test_whole_metres_have_the_tops_of_brute_force(diameter):
     for times in (0, 1, 2):
         heights = np.round(smooth(rng, (27, 30), 12.0, times))
         heights[rng.random(heights.shape) < 0.1] = np.nan
-        found = listed(tops(heights, 1.0, Window(diameter)))
-        assert found == brute_force(heights, 1.0, lambda h: diameter, 2.0)
-        assert found
+        for scale, equals_win in ((1.0, True), (1.0 / 64.0, False)):  # in steps of 1 m, and of 1.6 cm
+            found = listed(tops(heights * scale, 1.0, Window(diameter), 2.0 * scale))
+            assert found == brute_force(heights * scale, 1.0, lambda h: diameter, 2.0 * scale, equals_win)
+            assert found
 
 
+@pytest.mark.parametrize("step", [0.05, 0.1])
 @pytest.mark.parametrize("rows", [1, 2, 7, 40, 59, 1000])
-def test_the_block_changes_nothing(rows):
+def test_the_block_changes_nothing(rows, step):
     rng = np.random.default_rng(5)
-    heights = np.round(smooth(rng, (60, 50), 60.0, 3), 1)
+    heights = step * np.round(smooth(rng, (60, 50), 60.0, 3) / step)
     heights[rng.random(heights.shape) < 0.05] = np.nan
     heights[rng.random(heights.shape) < 0.01] = 400.0
     whole = tops(heights, 0.5, WINDOWS["mixed"], block_rows=60)
@@ -90,13 +109,33 @@ def test_the_block_changes_nothing(rows):
     assert listed(found) == listed(whole)
     assert found.too_high == whole.too_high == np.sum(heights > 150.0) > 0
     without = np.where(heights > 150.0, np.nan, heights)
-    assert listed(found) == brute_force(without, 0.5, lambda h: 2.51503 + 0.00901 * h * h, 2.0)
+    law = {"diameter": lambda h: 2.51503 + 0.00901 * h * h, "least": 2.0, "equals_win": step > 0.05}
+    assert listed(found) == brute_force(without, 0.5, **law)
 
 
 def test_a_plateau_is_one_tree_at_its_first_cell():
     heights = np.zeros((30, 30))
     heights[4:24, 5:22] = 10.0  # far larger than the window of 3.4 m
     assert listed(tops(heights, 1.0, WINDOWS["mixed"])) == [(4, 5, 10.0)]
+
+
+def test_an_equal_cell_that_is_no_top_takes_nothing_away():
+    """The western of two equal cells has a higher one in its circle; the eastern has not, and is a tree."""
+    heights = np.full((12, 20), 0.03)
+    heights[5, 5], heights[5, 6], heights[5, 3] = 10.0, 10.0, 12.0
+    for rows in (1, 2, 3, 12):
+        assert listed(tops(heights, 1.0, Window(4.0), block_rows=rows)) == [(5, 3, 12.0), (5, 6, 10.0)]
+
+
+def test_rounding_adds_and_takes_few_trees():
+    """Flat steps of a rounded slope are no trees. If they were, decimetres would give 7 % more, metres three times."""
+    exact = smooth(np.random.default_rng(11), (300, 300), 30.0, 12)
+    true = len(listed(tops(exact, 1.0, WINDOWS["mixed"])))
+    assert not tops(exact, 1.0, WINDOWS["mixed"]).rounded
+    for step, share in ((0.01, 0.01), (0.1, 0.02), (1.0, 0.2)):
+        found = tops(step * np.round(exact / step), 1.0, WINDOWS["mixed"])
+        assert found.rounded == (step >= 0.1)
+        assert abs(len(listed(found)) - true) <= share * true
 
 
 def test_tops_on_the_edge_and_beside_nothing_are_found():
@@ -194,7 +233,7 @@ def test_a_published_law_of_the_dbh(tmp_path):
 def test_what_cannot_be_is_refused_in_one_line(tmp_path):
     chm, flat = write(tmp_path / "chm.tif", cones()), write(tmp_path / "flat.tif", np.zeros((60, 60)))
     wrong = {
-        "give one of the two ways": [
+        "give either --chm, or --dsm and --dem together": [
             {},
             {"chm": chm, "dsm": chm, "dem": flat},
             {"dsm": chm},
@@ -208,6 +247,7 @@ def test_what_cannot_be_is_refused_in_one_line(tmp_path):
         ],
         "no tree of 2 m or more is found; no cell is that high": [{"chm": flat}],
         "5 tops have a DBH that no tree has": [{"chm": chm, "dbh_a": 1e6}],
+        "--window-growth goes with --window-m": [{"chm": chm, "window_growth": 0.1}],
         "are two laws": [{"chm": chm, "dbh_law": "fint", "dbh_a": 3.0}],
         "--min-height-m": [{"chm": chm, "min_height_m": 1.0}],
     }

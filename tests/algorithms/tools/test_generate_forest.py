@@ -123,7 +123,7 @@ def test_no_two_stems_stand_nearer_than_asked(forest):
 
 
 def test_spacing_that_leaves_no_room_is_refused_at_once(forest):
-    with pytest.raises(UserError, match="--min-spacing-m 5 leaves no room for 300 stems/ha, at most for 255"):
+    with pytest.raises(UserError, match="--min-spacing-m 5 leaves no room for 300 stems/ha, only for 255 at most"):
         forest(**KLOSTERS, min_spacing_m=5.0)
 
 
@@ -290,7 +290,7 @@ def test_numbers_that_are_neither_given_nor_fitted_are_required(forest, missing,
 def test_stands_without_room_or_trees_are_refused(tmp_path, forest, slope):
     with pytest.raises(UserError, match="leave no place on the DEM"):
         forest(**KLOSTERS, stand=polygons(tmp_path, local(500, 500, 600, 600)))
-    with pytest.raises(UserError, match="wholly on nodata"):
+    with pytest.raises(UserError, match="entirely on nodata"):
         forest(**KLOSTERS, dem=slope("holed.tif", nodata_rows=30), stand=polygons(tmp_path, local(20, 110, 60, 150)))
     with pytest.raises(UserError, match="gives no tree"):
         forest(**KLOSTERS, stand=polygons(tmp_path, local(20, 20, 22, 22)))

@@ -179,7 +179,7 @@ def test_places_that_are_none_of_the_crs_are_reported_without_a_dem(imported, sa
     east, north = {"lv03": (EAST - 2e6, NORTH - 1e6), "elsewhere": (EAST + 3e6, NORTH + 2e6)}.get(places, (EAST, NORTH))
     header = places if places == "y,x" else "x,y"
     imported(f"{header},dbh,height\n{east},{north},30,20\n{east + 5},{north},30,21\n")
-    told = [words in each for each in said.warnings if "is nowhere near the area of EPSG:2056" in each]
+    told = [words in each for each in said.warnings if "is far outside the area of use of EPSG:2056" in each]
     assert told == [True] * bool(words)
 
 

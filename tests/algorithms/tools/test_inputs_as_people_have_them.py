@@ -118,7 +118,7 @@ def test_steps_hold_logs_and_that_is_said(scene, said, tmp_path, resampled):
     if resampled == "nearest":
         stepped = np.repeat(np.repeat(heights()[2::5, 2::5], 5, axis=0), 5, axis=1)
     road = scene.reach(said, dem=write_dem(tmp_path / "dem.tif", stepped, -32768))["road"]
-    assert "Such steps, which the ground does not have" in words(said)
+    assert "Such steps, which real ground does not have" in words(said)
     assert road["n_reach"] < LOGS
 
 
@@ -175,7 +175,7 @@ def test_a_release_area_whose_ring_does_not_close(scene, said):
 def test_a_sliver_among_the_release_areas_is_said(scene, said):
     sliver = at(shapely.Polygon([(80.0, 190.0), (80.0, 220.0), (80.0 + 1e-7, 205.0)]))
     releases = scene.released(scene.write("sliver.gpkg", [AREA, sliver], release_id=[1, 2]), said)
-    assert "is no place for a tree" in words(said)
+    assert "is too small for a tree" in words(said)
     assert scene.reach(said, releases=releases)["road"]["n_total"] == 2 * LOGS
 
 

@@ -321,12 +321,12 @@ def test_wrong_options_are_refused_in_a_line(made, tmp_path, line):
 
 WRONG = {
     "release area '1' of the run is not there": {"release_id": ["x", "y"], "events_per_year": [1.0, 1.0]},
-    "row 2: 2 for release area '1', but 1 in a row before": {"release_id": [1, 1], "events_per_year": [1.0, 2.0]},
+    "row 2: 2 for release area '1', but 1 in an earlier row": {"release_id": [1, 1], "events_per_year": [1.0, 2.0]},
     "field 'events_per_year', row 2: -1 is not a number at least 0": {
         "release_id": [1, 2],
         "events_per_year": [1.0, -1.0],
     },
-    "no release area has an event at all": {"release_id": [1, 2], "events_per_year": [0.0, 0.0]},
+    "no release area has any event": {"release_id": [1, 2], "events_per_year": [0.0, 0.0]},
     "the field 'events_per_year' is missing": {"release_id": [1, 2], "rate": [0.0, 0.0]},
 }
 

@@ -199,7 +199,7 @@ def test_scenarios_are_not_added_up(case, said, tmp_path):
     text = f"site,releases,friction\none,{case.releases},0.3\ntwo,{case.releases},0.4\n"
     run = sites(case, "scenarios", said, sites=table(tmp_path, text))
     assert not (run / "merged").exists()
-    assert "dem: not merged, for two slid the same logs as another site" in said.notes
+    assert "dem: not merged, because two slid the same logs as another site" in said.notes
 
 
 def test_sites_on_other_terrain_models_are_not_merged(case, tmp_path):
@@ -405,7 +405,7 @@ def check_killed(
         ("name,dem\na,x.tif\n", "the sites table has no column 'site'"),
         ("site,frction\na,0.3\n", "no parameter of slide-logs is called 'frction'; did you mean 'friction'"),
         ("site,output\na,x\n", "the column 'output' is set by run-sites itself; remove it"),
-        ("site,friction\na,0.3\nA,0.4\n", "field 'site': 'A' stands in rows 1 and 2"),
+        ("site,friction\na,0.3\nA,0.4\n", "field 'site': 'A' occurs in rows 1 and 2"),
         ("site,friction\na/b,0.3\n", "field 'site', row 1: 'a/b' is not a name of a folder"),
         ("site,friction\n,0.3\n", "field 'site', row 1: the site has no name"),
         ("site,time-limit,time_limit_s\na,3,4\n", "the columns 'time-limit' and 'time_limit_s' mean the same"),
@@ -450,7 +450,9 @@ def test_what_is_unclear_is_refused(case, values, words):
 
 
 def test_a_field_that_is_not_there_is_refused(case):
-    with pytest.raises(UserError, match=r"--by valley: there is no such field; it has the fields log_id, release_id"):
+    with pytest.raises(
+        UserError, match=r"--by valley: there is no such field; the layer has the fields log_id, release_id"
+    ):
         sites(case, "unclear", by="valley", releases=case.releases)
 
 

@@ -219,18 +219,18 @@ def test_names_that_are_not_taken_are_said(tmp_path, sample, said):
     """As for lines: before, areas with a field of names were silently called 1 and 2."""
     layer = areas(tmp_path, [RING], Name=["Hinterberg"])
     sample(layer, count=5)
-    assert any("the areas are called by their rows, 1 to 1; --release-id-field 'Name'" in each for each in said.notes)
+    assert any("the areas are named by their rows, 1 to 1; --release-id-field 'Name'" in each for each in said.notes)
     said.notes.clear()
     sample(layer, count=5, release_id_field="Name", overwrite=True)
-    assert not any("called by their rows" in each for each in said.notes)
+    assert not any("named by their rows" in each for each in said.notes)
 
 
 def test_that_a_small_area_counts_like_a_large_one_is_said(tmp_path, sample, said):
     both = areas(tmp_path, [RING, box(EAST + 130, NORTH + 40, EAST + 145, NORTH + 55)])
     sample(both, count=5)
-    (told,) = [each for each in said.notes if "counts every area alike" in each]
-    assert told.startswith("the areas have 225 to 4800 m2 and get as many logs each")
+    (told,) = [each for each in said.notes if "every area counts the same" in each]
+    assert told.startswith("the areas have 225 to 4800 m2 and get the same number of logs each")
     said.notes.clear()
     sample(both, logs_per_ha=300.0, overwrite=True)
     sample(areas(tmp_path, [RING, RING], name="alike.gpkg"), count=5, overwrite=True)
-    assert not any("counts every area alike" in each for each in said.notes)
+    assert not any("every area counts the same" in each for each in said.notes)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-from slope_case import Case, assert_same_file, layer, points, summary, write_layer
+from slope_case import Case, arrivals, assert_same_file, layer, points, summary, write_layer
 
 from deadwood_algorithms.evaluate.protection.siting import flux_of
 from deadwood_algorithms.params.tool import UserError
@@ -50,14 +50,6 @@ def site(run: Path, out: Path, **more: Any) -> tuple[pd.DataFrame, gpd.GeoDataFr
     site_barriers.TOOL(run=str(run), output=str(out), overwrite=True, **more)
     table, frame = pd.read_csv(out / "pareto.csv"), gpd.read_file(out / "barriers.gpkg", layer="barriers")
     return table, frame, json.loads((out / "summary.json").read_text("utf-8"))
-
-
-def arrivals(run: Path) -> set[tuple[int, str]]:
-    try:
-        table = layer(run, "reached_by")
-    except Exception:  # no log reached a line
-        return set()
-    return set(zip(table["log_id"].tolist(), table["line_id"].tolist(), strict=True))
 
 
 def any_line(run: Path) -> set[int]:

@@ -17,6 +17,7 @@ from slope_case import (
     NORTH,
     RASTERS,
     Case,
+    StopAfter,
     assert_same_run,
     layer,
     points,
@@ -27,7 +28,7 @@ from slope_case import (
 )
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
+from deadwood_algorithms.params.tool import Cancelled, UserError
 from deadwood_algorithms.simulate import chunks, sliding
 from deadwood_algorithms.simulate.log_order import keep_by_hash
 from deadwood_algorithms.stats.statistics import bounds_if_lost
@@ -255,19 +256,6 @@ def test_the_manifest_works_as_a_config(case, full, tmp_path, capsys):
     )
     assert status == 0, capsys.readouterr().err
     assert_same_run(full, tmp_path / "again")
-
-
-class StopAfter(Quiet):
-    """Requests a stop once a number of logs is done."""
-
-    def __init__(self, logs: int) -> None:
-        self.logs, self.done = logs, 0.0
-
-    def progress(self, done: float, total: float, what: str) -> None:
-        self.done = done if what == "sliding logs" else 0.0
-
-    def cancelled(self) -> bool:
-        return self.done >= self.logs
 
 
 @pytest.mark.parametrize("every_s", [0.0, 1e9])

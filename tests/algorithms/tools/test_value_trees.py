@@ -12,7 +12,7 @@ import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
-from slope_case import EAST, NORTH, Case, assert_same_file, layer, points, write_layer
+from slope_case import EAST, NORTH, Case, arrivals, assert_same_file, layer, points, write_layer
 
 from deadwood_algorithms.evaluate.protection import effect_layer, near_candidates
 from deadwood_algorithms.evaluate.protection.changed_scenes import ChangedScenes
@@ -64,14 +64,6 @@ def valued(case, full) -> gpd.GeoDataFrame:
 def values(run: Path, path: Path, name: str = "values", **more: Any) -> gpd.GeoDataFrame:
     value_trees.TOOL(run=str(run), output=str(path), overwrite=True, **more)
     return gpd.read_file(path, layer=name)
-
-
-def arrivals(run: Path) -> set[tuple[int, str]]:
-    try:
-        table = layer(run, "reached_by")
-    except Exception:  # no log reached a line
-        return set()
-    return set(zip(table["log_id"].tolist(), table["line_id"].tolist(), strict=True))
 
 
 def fewer(case: Case, source: str, name: str, gone: list[Any]) -> str:

@@ -273,7 +273,7 @@ def test_a_layer_of_friction_is_multiplied(case, tmp_path):
     assert runs.loc["friction_factor low", "runout_mean_m"] == runs.loc["as it is", "runout_mean_m"]
     mine = runs.loc["friction_factor high", "runout_mean_m"]
     assert mine == pytest.approx(layer(run, "deposits")["runout_m"].mean(), rel=1e-12)
-    with pytest.raises(UserError, match="is a layer of friction, which has no one value; vary friction_factor"):
+    with pytest.raises(UserError, match="is a layer of friction, which has no single value; vary friction_factor"):
         varied(case, tmp_path / "refused", friction=one, vary="friction")
 
 
@@ -303,7 +303,7 @@ def test_noise_on_the_terrain_is_the_dem_with_it(case, tmp_path):
         ({"vary": "friction=0.3"}, "is not a range; write it as NAME=LOW:HIGH"),
         ({"vary": "friction=0.3:0.2"}, "must go from a number to a larger one"),
         ({"vary": "friction=a:b"}, "the range a to b is not two numbers"),
-        ({"vary": "restitution=0:2"}, "0 to 2 leaves what restitution may be, 0 to 1"),
+        ({"vary": "restitution=0:2"}, "0 to 2 is outside the permitted range of restitution, 0 to 1"),
         ({"vary": "friction,friction"}, "'friction' is named twice"),
         ({"vary": "friction,friction_factor"}, "the same factor"),
         ({"vary": " , "}, "names no factor"),
@@ -311,7 +311,7 @@ def test_noise_on_the_terrain_is_the_dem_with_it(case, tmp_path):
         ({"vary": "fidelity=draft:draft"}, "both ends are draft"),
         ({"vary": "nothing.csv"}, "the file nothing.csv does not exist"),
         ({"vary": "tree_dbh_factor"}, "the scene has no trees; leave it out, or give --trees"),
-        ({"vary": "log_dbh_factor=1:99"}, "the DBH of some logs would leave 0.001 to 15"),
+        ({"vary": "log_dbh_factor=1:99"}, "the DBH of some logs would be outside 0.001 to 15"),
         ({"vary": "dem_noise_m", "dem_noise_length_m": 0.5}, "less than a cell of the terrain model; give at least 1"),
         ({"vary": "friction", "design": "sobol", "samples": 12}, "give 8 or 16"),
     ],

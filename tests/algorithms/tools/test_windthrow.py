@@ -315,7 +315,9 @@ def test_wrong_layers_are_refused_in_a_line(place, tmp_path):
         tmp_path / "twins.gpkg", points((20.0, 50.0), (30.0, 50.0)), tree_id=[1, 1], dbh_cm=[30.0] * 2,
         height_m=[20.0] * 2,
     )  # fmt: skip
-    with pytest.raises(UserError, match="rows 1, 2 are called '1', so a storm cannot distinguish them; .*import-trees"):
+    with pytest.raises(
+        UserError, match="rows 1, 2 are called '1', so windthrow cannot distinguish them; .*import-trees"
+    ):
         throw(place, tmp_path / "s", trees=twins, share=0.5)
     bare = write_layer(tmp_path / "bare.gpkg", points((20.0, 50.0)), tree_id=[1])
     with pytest.raises(UserError, match="the trees have no field 'dbh_cm'"):

@@ -52,7 +52,7 @@ def warn_of_logs(
     fewest = min(each.logs.size for each in outcomes)
     if fewest < FEW_LOGS:
         what = "an observed deposit" if lost is None else "the event"
-        feedback.warn(f"{what} is compared with {counted(fewest, 'log')} only; release at least a few hundred")
+        feedback.warn(f"{what} is compared with only {counted(fewest, 'log')}; release at least a few hundred")
     n = slid[0].x.size
     gone = [int(each.sum()) for each in lost] if lost is not None else [int((~each.resting).sum()) for each in slid]
     many = [k for k, each in enumerate(gone) if lost_logs.many(each, n)]
@@ -182,7 +182,7 @@ def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[st
         if with_share:
             known = math.isfinite(row["share"])
             cells.append(
-                f"{percent(row['share'], row['share_ci_low'], row['share_ci_high'])} %" if known else "none in sight"
+                f"{percent(row['share'], row['share_ci_low'], row['share_ci_high'])} %" if known else "unknown"
             )
         if with_bounds:
             ends = (row[f"share_{end}_if_lost"] for end in ("low", "high"))

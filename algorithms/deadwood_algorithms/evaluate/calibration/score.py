@@ -102,7 +102,8 @@ class Scores:
 
     log_likelihood : of the event; low, high : its 95 % range under other draws of the same number of logs, relative to
     the best
-    p_range : share of simulated events that are no more likely, relative to their best, than the observed one
+    p_range : share of simulated events that are no more likely, relative to their best, than the observed one; 0 where
+    the event is impossible
     p_fit : the same for the likelihood itself
     """
 
@@ -120,7 +121,7 @@ class Scores:
 
     @property
     def within(self) -> NDArray[np.bool_]:
-        return (self.p_range >= LEVEL) & np.isfinite(self.log_likelihood)
+        return self.p_range >= LEVEL
 
 
 def score(
@@ -304,7 +305,7 @@ def range_of(friction: Array, scores: Scores) -> Range | None:
     first, last = int(inside[0]), int(inside[-1])
 
     def crossing(within: int, beyond: int) -> float:
-        p, q = np.where(np.isfinite(scores.log_likelihood), scores.p_range, 0.0)[[within, beyond]]
+        p, q = scores.p_range[[within, beyond]]
         return float(friction[within] + (p - LEVEL) / (p - q) * (friction[beyond] - friction[within]))
 
     return Range(

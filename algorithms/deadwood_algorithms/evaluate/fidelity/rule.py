@@ -24,7 +24,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from deadwood_algorithms.params.counts import counted, significant
+from deadwood_algorithms.params.counts import counted, significant, two_digits
 
 if TYPE_CHECKING:
     from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
@@ -154,12 +154,6 @@ def logs_needed(row: FidelityRow, n_logs: int) -> float:
         room = row.noise - abs(row.difference)
         return n_logs * max(1.1, ((row.ci_high - row.ci_low) / 2.0 / room) ** 2) if room > 0.0 else math.inf
     return n_logs * (row.difference / row.noise) ** 2 if row.noise > 0.0 else math.inf
-
-
-def two_digits(value: float) -> int:
-    """Rounded up to two digits: 1432 -> 1500."""
-    step = 10 ** max(0, math.floor(math.log10(value)) - 1)
-    return math.ceil(value / step) * step
 
 
 def farthest(row: FidelityRow) -> float:

@@ -43,7 +43,8 @@ def release_areas(
         if of_id.setdefault(each, rate) != rate:
             raise UserError(
                 f"{where_of(frame)}, field '{field or FIELD}', row {row + 1}: {rate:g} for release area '{each}', but "
-                f"{of_id[each]:g} in a row before; it is the number of events of the whole area, the same in its rows"
+                f"{of_id[each]:g} in an earlier row; it is the number of events of the whole area, so all rows of an "
+                f"area must have the same"
             )
     missing = [str(each) for each in names if str(each) not in of_id]
     if missing:
@@ -54,12 +55,12 @@ def release_areas(
     mine = np.isin(called, [str(each) for each in names])
     if not mine.all():
         feedback.note(
-            f"{where_of(frame)}: {counted(int((~mine).sum()), 'row is', 'rows are')} of no release area of the run: "
-            "left out"
+            f"{where_of(frame)}: {counted(int((~mine).sum()), 'row belongs', 'rows belong')} to no release area of "
+            f"the run: left out"
         )
     account("releases", count_of(len(frame), mine.sum(), {"not_in_run": (~mine).sum()}))
     if not any(of_id[str(each)] > 0.0 for each in names):
-        raise UserError(f"{where_of(frame)}, field '{field or FIELD}': no release area has an event at all")
+        raise UserError(f"{where_of(frame)}, field '{field or FIELD}': no release area has any event")
     return [ReleaseArea(each, of_id[str(each)], int(logs[each])) for each in names]
 
 

@@ -169,7 +169,7 @@ def _hits_by_area(source: Run, grid: Grid, feedback: Feedback) -> Iterator[tuple
         return None
     stored = sum(logs.size for logs in wanted.values())
     if stored < ids.size:
-        feedback.note(f"{stored} of {ids.size} logs have a stored trajectory; the layer 'affected' refers to these")
+        feedback.note(f"{stored} of {ids.size} logs have a stored trajectory; the layer 'affected' is based on these")
     return ((area, logs.size, count_of(source, logs, grid, feedback)) for area, logs in wanted.items())
 
 

@@ -189,7 +189,7 @@ def lines_of(frames: Mapping[str, Any], broken: Broken, capacity: Capacity) -> t
     trees = len(frames["broken"]) if "broken" in frames else 0
     shown = [
         f"{logs} of {len(broken.trees)} logs would break a tree, {counted(trees, 'tree')} in all, if one of 40 cm DBH "
-        f"takes {capacity.tree_capacity_kj:g} kJ and others (DBH / 40 cm)^{capacity.tree_capacity_power:g} times that"
+        f"absorbs {capacity.tree_capacity_kj:g} kJ and others (DBH / 40 cm)^{capacity.tree_capacity_power:g} times that"
     ]
     for row in frames["reach_breaking"].to_dict("records"):
         rigid, breaking = (
@@ -202,7 +202,7 @@ def lines_of(frames: Mapping[str, Any], broken: Broken, capacity: Capacity) -> t
             (row["ci_low_if_lost"], row["ci_high_if_lost"]),
         )
         shown.append(
-            f"{row['line_id']}: {rigid} with unbreakable trees, {breaking} if those that would break take no energy; "
+            f"{row['line_id']}: {rigid} with unbreakable trees, {breaking} if those that would break absorb no energy; "
             f"{points} points"
         )
     if any("[" in each for each in shown[1:]):

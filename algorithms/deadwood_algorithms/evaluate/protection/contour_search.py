@@ -42,6 +42,6 @@ def contours_of(
         above, long = (",".join(f"{each:g}" for each in many) for many in (above_m, length_m))
         raise UserError(
             f"{run}: no log that reaches a line passes a straight piece of {long} m along a contour {above} m above "
-            "it; take others, or name --candidates"
+            "it; use other values, or give --candidates"
         )
     return found, layers

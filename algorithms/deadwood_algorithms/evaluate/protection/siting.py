@@ -356,7 +356,7 @@ def choose(
             return steps, why_none(best, among)
         outcomes = outcomes.with_rows(best.rows, best.outcomes)
         steps.append(Step((*chosen, best.number), best, outcomes))
-    return steps, f"--count {count} is reached; with a larger one the best in addition is looked for"
+    return steps, f"--count {count} is reached; a larger --count finds the next best"
 
 
 def why_none(best: Trial, among: int) -> str:

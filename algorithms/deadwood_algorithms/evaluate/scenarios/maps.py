@@ -76,7 +76,7 @@ def frame_of_both(a: rasterio.DatasetReader, b: rasterio.DatasetReader) -> tuple
     if not math.isclose(cell, b.transform.a, rel_tol=1e-9):
         raise UserError(f"{b.name}: its cells of {b.transform.a:g} m are not those of {a.name} ({cell:g} m)")
     if max(abs(each - round(each)) for each in shift) > SAME_PLACE_CELLS:
-        raise UserError(f"{b.name}: its cells are not aligned with those of {a.name}, but beside them")
+        raise UserError(f"{b.name}: its cells are not aligned with those of {a.name}")
     west, north = (round(each) for each in shift)
     left, top = min(0, west), max(0, north)
     right, bottom = max(a.width, west + b.width), min(-a.height, north - b.height)

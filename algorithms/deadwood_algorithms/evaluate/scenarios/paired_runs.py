@@ -141,7 +141,7 @@ def baseline_first(
     elif counts and counts[first] > counts[least]:
         feedback.warn(
             f"the baseline {names[first]} has more obstacles ({counts[first]}) than {names[least]} ({counts[least]}): "
-            "what the indices call protection is then the lack of it, and is negative"
+            "so the indices measure its lack of protection, and are negative"
         )
     return [first, *(k for k in range(len(names)) if k != first)]
 
@@ -243,7 +243,7 @@ def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], l
     layers = [layers_in(run.path) for run in runs]
     if not all("reach" in each for each in layers):
         without = [str(run.path) for run, each in zip(runs, layers, strict=True) if "reach" not in each]
-        feedback.note(f"{', '.join(without)}: run without --lines, so no reach is compared; --lines names some")
+        feedback.note(f"{', '.join(without)}: run without --lines, so no reach is compared; give lines with --lines")
         return [], [], [np.zeros((len(run.deposits), 0), bool) for run in runs]
     frames = [
         read_vector(
@@ -254,14 +254,14 @@ def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], l
     ]  # fmt: skip
     shared = [each for each in frames[0].index if all(each in frame.index for frame in frames)]
     if not shared:
-        raise UserError(f"{runs[-1].path}: no line of {runs[0].path} was watched in this run; --lines names some")
+        raise UserError(f"{runs[-1].path}: no line of {runs[0].path} was watched in this run; give lines with --lines")
     for run, frame in zip(runs[1:], frames[1:], strict=True):
         for line_id in shared:
             off = frames[0].geometry[line_id].hausdorff_distance(frame.geometry[line_id])
             if off > SAME_LINE_M:
                 raise UserError(
-                    f"{run.path}: line '{line_id}' lies {off:.2f} m from where it lies in {runs[0].path}; "
-                    "--lines names one for all runs"
+                    f"{run.path}: line '{line_id}' lies {off:.2f} m from where it lies in {runs[0].path}; give one "
+                    f"layer for all runs with --lines"
                 )
     left_out = {each for frame in frames for each in frame.index} - set(shared)
     if left_out:

@@ -89,7 +89,7 @@ def table_lines(
         text = ", ".join(f"{name}: {Path(str(value)).name if value else 'none'}" for name, value in values.items())
         shown.append(f"--{parameter.replace('_', '-')} differs: {text}")
     if not differences:
-        shown.append("the runs differ in no parameter of slide-logs (their layers may)")
+        shown.append("the runs do not differ in any parameter of slide-logs (their layers may)")
     hidden = max(len(lines) - SHOWN, 0) + max(len(releases) - SHOWN, 0)
     more = f"; {counted(hidden, 'more line or release', 'more lines or releases')} in {file}" if hidden else ""
     return (f"{counted(n_logs, 'log')} in each scenario, intervals 95 %{more}:", *shown)

@@ -48,14 +48,14 @@ def sobol_sequence(rows: int, columns: int, seed: int) -> Array:
     if rows & (rows - 1):
         below = 1 << (rows.bit_length() - 1)
         raise UserError(
-            f"--samples is {rows}, but Sobol's sequence is even only for powers of two: give {below} or {2 * below}"
+            f"--samples is {rows}, but Sobol's sequence is balanced only for powers of two: give {below} or {2 * below}"
         )
     try:
         from scipy.stats import qmc
     except ImportError:
         raise UserError(
             "--design sobol needs SciPy, which is not installed: python -m pip install 'deadwood-toolbox[sobol]', or "
-            "take --design latin, which needs nothing"
+            "use --design latin, which does not need it"
         ) from None
     return qmc.Sobol(columns, scramble=True, rng=np.random.default_rng(seed)).random(rows)
 

@@ -52,7 +52,7 @@ def refuse_pointless(factors: list[Factor], friction: str | float, layers: Scene
     for each in factors:
         if each.name == "friction" and number_of(friction) is None:
             raise UserError(
-                f"--vary friction: {friction} is a layer of friction, which has no one value; vary friction_factor"
+                f"--vary friction: {friction} is a layer of friction, which has no single value; vary friction_factor"
             )
         if each.name in OF_TREES and not layers.trees.x.size and not layers.lying_logs.diameter.size:
             raise UserError(f"--vary {each.name}: the scene has no trees; leave it out, or give --trees")
@@ -65,7 +65,8 @@ def refuse_pointless(factors: list[Factor], friction: str | float, layers: Scene
             size = getattr(logs.logs, field)
             if size.min() * each.low < least or size.max() * each.high > most:
                 raise UserError(
-                    f"--vary {each.name}: {words} of some logs would leave {least:g} to {most:g} (SI units); narrow "
+                    f"--vary {each.name}: {words} of some logs would be outside {least:g} to {most:g} (SI units); "
+                    f"narrow "
                     "the range"
                 )
 
@@ -141,5 +142,5 @@ def warn_of_runs(places: list[Place], slid: SlidRuns, line_ids: list[Any], feedb
         of_base = reach_phrases(reach_records(line_ids, slid.reach[0], left[0]))
         phrases += [f"in the run '{places[0].label}', where {gone[0]} left, {each}" for each in of_base]
     if many(int(gone[most]), n):
-        phrases.append("mean run-outs, and what each factor does to them, are as far as the logs were seen")
+        phrases.append("mean run-outs, and the effect of each factor on them, count only up to where the logs left")
     warn_of_lost(int(gone[most]), n, phrases, feedback, where=f"in the run '{places[most].label}', which lost most")

@@ -118,7 +118,7 @@ def factors_of(given: str) -> list[Factor]:
     names = [each.name for each in factors]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:
-        raise UserError(f"--vary: '{twice}' is named twice; give it one range")
+        raise UserError(f"--vary: '{twice}' is named twice; give one range")
     if "friction" in names and "friction_factor" in names:
         raise UserError("--vary: friction and friction_factor are the same factor; leave out one of them")
     return factors
@@ -150,7 +150,7 @@ def _from_json(path: Path) -> list[Row]:
     for name, ends in content.items():
         place = f"{path}: '{name}'"
         if ends is not None and not (isinstance(ends, list) and len(ends) == 2):
-            raise UserError(f"{place} must be [LOW, HIGH], or null for the range that is offered")
+            raise UserError(f"{place} must be [LOW, HIGH], or null for the default range")
         rows.append((name, None if ends is None else (ends[0], ends[1]), place))
     return rows
 
@@ -191,9 +191,13 @@ def _checked(name: str, ends: Ends, place: str) -> Factor:
     try:
         low, high = (float(each) for each in ends)
     except (TypeError, ValueError):
-        raise UserError(f"{place}: the range {ends[0]} to {ends[1]} is not two numbers, with points") from None
+        raise UserError(
+            f"{place}: the range {ends[0]} to {ends[1]} is not two numbers (with a decimal point)"
+        ) from None
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise UserError(f"{place}: the range is {low:g} to {high:g}, but must go from a number to a larger one")
     if low < offer.least or high > offer.most:
-        raise UserError(f"{place}: {low:g} to {high:g} leaves what {key} may be, {offer.least:g} to {offer.most:g}")
+        raise UserError(
+            f"{place}: {low:g} to {high:g} is outside the permitted range of {key}, {offer.least:g} to {offer.most:g}"
+        )
     return Factor(key, low, high)

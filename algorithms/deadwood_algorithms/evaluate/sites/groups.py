@@ -26,7 +26,7 @@ def sites_of_groups(
     frame = read_numbered(dem, releases, crs, feedback)
     column = next((str(each) for each in frame.columns if str(each).lower() == field.lower()), None)
     if column is None or column == "geometry":
-        raise UserError(f"{where_of(frame)}: --by {field}: there is no such field; it has {field_names(frame)}")
+        raise UserError(f"{where_of(frame)}: --by {field}: there is no such field; the layer has {field_names(frame)}")
     keys = pd.Series([str(each) for each in id_column(frame, column)], index=frame.index)
     folder.mkdir(parents=True, exist_ok=True)
     sites: dict[str, SiteOptions] = {}

@@ -184,7 +184,7 @@ def refuse_bad_names(names: Sequence[str], where: str) -> None:
             shown = f"'{name}' is not a name of a folder" if name else "the site has no name"
             raise UserError(f"{where}, field '{NAME}', row {row}: {shown}; name it with letters, digits, - and _")
         if name.lower() in seen:
-            raise UserError(f"{where}, field '{NAME}': '{name}' stands in rows {seen[name.lower()]} and {row}")
+            raise UserError(f"{where}, field '{NAME}': '{name}' occurs in rows {seen[name.lower()]} and {row}")
         seen[name.lower()] = row
 
 

@@ -51,7 +51,7 @@ class Limits:
         return (
             f"assumed: friction {mu}; steepness from {self.slope_none_deg:g} to {self.slope_full_deg:g} degrees; no "
             f"start at a roughness of {self.roughness_limit_m:g} m; both in a window of {self.window_m:g} m; the "
-            "numbers rank the ground and are no probability"
+            "numbers rank the ground and are not a probability"
         )
 
 

@@ -54,7 +54,7 @@ class ReleaseAreas:
         words = [str(each) for each in self.frame.select_dtypes(include=["object", "string"]).columns]
         if words and not field and self.named:
             feedback.note(
-                f"{where_of(self.frame)}: without a field release_id the areas are called by their rows, 1 to "
+                f"{where_of(self.frame)}: without a field release_id the areas are named by their rows, 1 to "
                 f"{len(self.frame)}; --release-id-field '{words[0]}' if it holds their names"
             )
         return id_column(self.frame, field) if field else np.arange(1, len(self.frame) + 1)
@@ -79,9 +79,9 @@ class ReleaseAreas:
         area = np.array([area_m2(shape, self.radius_m, self.weights) for shape in self.shapes])
         if counts.min() == counts.max() and area.max() > UNEQUAL * area.min():
             feedback.note(
-                f"the areas have {significant(area.min(), 3)} to {significant(area.max(), 3)} m2 and get as many logs "
-                "each: a share of all logs counts every area alike, whatever its size; --logs-per-ha counts every "
-                "hectare alike"
+                f"the areas have {significant(area.min(), 3)} to {significant(area.max(), 3)} m2 and get the same "
+                f"number of logs each: in a share of all logs every area counts the same, whatever its size; with "
+                f"--logs-per-ha every hectare does"
             )
 
     def place_logs(
@@ -131,8 +131,8 @@ def read_release_areas(
     slivers = np.flatnonzero((shapely.get_dimensions(shapes) == 2) & (shapely.area(shapes) < SLIVER_M2))
     if slivers.size:
         feedback.warn(
-            f"{where_of(frame)}, {rows_named(slivers)}: an area of {shapely.area(shapes[slivers[0]]):.2g} m2 is no "
-            "place for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it"
+            f"{where_of(frame)}, {rows_named(slivers)}: an area of {shapely.area(shapes[slivers[0]]):.2g} m2 is too "
+            f"small for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it"
         )
     drawn_by = read_weights(weights, ground, feedback, everywhere=False) if weights else None
     return ReleaseAreas(frame, list(shapes), radius_m, drawn_by, named=True)

@@ -80,7 +80,7 @@ def bounds_of(area: Any, radius: float, where: str) -> tuple[float, float, float
     if area.geom_type == "Point":
         return west - radius, south - radius, east + radius, north + radius
     if area.area <= SLIMMEST_AREA * (east - west) * (north - south):
-        raise UserError(f"{where}: the polygon is too slim ({area.area:.3g} m2 in its extent); draw it wider")
+        raise UserError(f"{where}: the polygon is too narrow ({area.area:.3g} m2 in its extent); draw it wider")
     return west, south, east, north
 
 

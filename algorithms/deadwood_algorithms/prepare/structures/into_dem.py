@@ -32,7 +32,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
     dtype, scale = np.dtype(source.dtypes[0]), abs(float(source.scales[0]))
     if dtype.kind in "iu" and scale > COARSE_STEP_M:
         feedback.warn(
-            f"{dem.path}: the heights have steps of {scale:g} m, and so will the structures; to refine them: "
+            f"{dem.path}: the heights have steps of {scale:g} m, and so will the structures; for finer steps: "
             f"{remedies.unscaled(dem.path, source.scales[0], source.offsets[0])}"
         )
     profile = geotiff_profile(source.shape, dem.crs, source.transform, dtype.name, source.nodata)
@@ -63,9 +63,9 @@ def _refuse_open_sides(plans: Sequence[Plan]) -> None:
     for plan in plans:
         if plan.work.open_at:
             raise UserError(
-                f"{plan.at}: a side does not meet the ground within --max-reach-m (it is still apart near "
+                f"{plan.at}: a side does not meet the ground within --max-reach-m (there is still a gap near "
                 f"{plan.work.open_at[0]:.0f}, {plan.work.open_at[1]:.0f}); make the slope of the side steeper than "
-                "that of the ground, or the reach longer"
+                "that of the ground, or increase --max-reach-m"
             )
 
 

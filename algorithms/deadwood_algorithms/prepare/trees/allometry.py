@@ -128,7 +128,7 @@ PUBLISHED: dict[str, PowerLaw | CrownLaw] = {
 POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, PowerLaw)}
 ABOUT = {
     "fint-ch": "FINT-CH, for all of Switzerland; the default",
-    "fint": "pyFINT's default until March 2021; since then it is that of fint-ch (of 35 m 50 instead of 85 cm)",
+    "fint": "pyFINT's default until March 2021; since then it is that of fint-ch (50 cm instead of 85 for 35 m)",
     "chablais-spruce": "Chablais 3, spruce, 29 trees, rmse 6.4 cm",
     "chablais-fir": "fir, 21 trees, 4.3 cm",
     "chablais-beech": "beech, 47 trees, 3.8 cm",
@@ -181,9 +181,20 @@ REGIONS = {
 }
 
 
+def published_name(law: Law) -> str:
+    """The name of a published law; empty if it is the user's own."""
+    return next((name for name, known in PUBLISHED.items() if known == law), "")
+
+
+def with_name(law: Law) -> str:
+    """A law as a formula, and its name if it has one."""
+    name = published_name(law)
+    return f"{law} ({name})" if name else str(law)
+
+
 def outside_region(law: Law, longitude: float, latitude: float) -> str:
     """A note that a published law was derived elsewhere; empty if it was not, or if the law is the user's own."""
-    name = next((name for name, known in PUBLISHED.items() if known == law), "")
+    name = published_name(law)
     region = next((each for start, each in REGIONS.items() if name.startswith(start)), None)
     if region is None or region.holds(longitude, latitude):
         return ""

@@ -193,15 +193,16 @@ def height_column(
             if middle == 0:
                 continue  # as some programs write a missing Z
             if not middle <= TALLEST_M:
-                feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not the height of trees, and is not used")
+                feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not a tree height, and is not used")
                 continue
             feedback.note(f"{where}: the height is taken from {name}")
         heights = sizes(source, name, measured, missing_value, feedback, words) * HEIGHT_UNITS[measured]
         known = heights[np.isfinite(heights)]
         if asked is None and known.size and float(np.median(known)) > TALLEST_M:
             feedback.warn(
-                f"{where}: the field '{name}' (median {np.median(known):.0f} m) is not the height of trees but perhaps "
-                "that of the ground above the sea; it is not used. --height-field names another, --height-unit its unit"
+                f"{where}: the field '{name}' (median {np.median(known):.0f} m) is not the height of trees, but "
+                f"perhaps the elevation of the ground; it is not used. Use --height-field to name another field, "
+                f"--height-unit for its unit"
             )
             continue
         return heights

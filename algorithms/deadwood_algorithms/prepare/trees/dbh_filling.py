@@ -58,7 +58,7 @@ def fill_sizes(
         thick = np.where(np.isnan(thick), otherwise.dbh(height, crown), thick)
         tall = np.where(np.isnan(tall), otherwise.height(dbh, crown), tall)
         if lacking.any():
-            said.append(f"{lacking.sum()} of these have no crown diameter, there {otherwise} serves")
+            said.append(f"{lacking.sum()} of these have no crown diameter; for them {otherwise} is used")
     return Filled(
         np.where(from_height, thick, dbh), np.where(from_dbh, tall, height), from_height, from_dbh, tuple(said)
     )
@@ -89,16 +89,16 @@ def fitted_law(
     if both.sum() < FEWEST_TO_FIT:
         complete = counted(int(both.sum()), "has", "have")
         raise UserError(
-            f"{path}: of the sample's {counted(both.size, 'tree')}, {complete} a DBH and a height; a fit needs "
-            f"{FEWEST_TO_FIT}, and better {FEW_TO_FIT}"
+            f"{path}: of the sample's {counted(both.size, 'tree')}, {complete} both a DBH and a height; a fit needs "
+            f"at least {FEWEST_TO_FIT}, better {FEW_TO_FIT}"
         )
     if np.ptp(height[both]) == 0 or np.ptp(dbh[both]) == 0:
-        raise UserError(f"{path}: the sample's trees are all of one height or DBH, no law can be fitted to them")
+        raise UserError(f"{path}: all trees of the sample have the same height or DBH, so no law can be fitted")
     law = allometry.fit(dbh[both], height[both])
     if law.dbh_law.b <= 0 or law.b_height <= 0:
-        raise UserError(f"{path}: in the sample the DBH falls with the height ({law}); check the columns")
+        raise UserError(f"{path}: in the sample the DBH decreases with the height ({law}); check the columns")
     if both.sum() < FEW_TO_FIT:
-        feedback.warn(f"{path}: a law fitted to {both.sum()} trees only is uncertain; {FEW_TO_FIT} and more are better")
+        feedback.warn(f"{path}: a law fitted to {both.sum()} trees only is uncertain; use {FEW_TO_FIT} or more")
     return law
 
 

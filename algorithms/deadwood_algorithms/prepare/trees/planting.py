@@ -52,7 +52,7 @@ def ground_of(patches: Patches, stand: Any, exclude: Any) -> Ground:
     shapely.prepare(shape)
     area = shape.area * (1.0 if patches.whole else _share_on(patches, shape))
     if not area > 0:
-        raise UserError("--stand lies wholly on nodata of the DEM; choose another DEM or stand")
+        raise UserError("--stand lies entirely on nodata of the DEM; choose another DEM or stand")
     return Ground(patches, shape, shape.bounds, area)
 
 
@@ -83,7 +83,7 @@ def plant(
             most = DENSEST_COVER * 1e4 / (np.pi * (spacing / 2) ** 2)
             raise UserError(
                 f"--min-spacing-m {spacing:g} leaves no room for {count / ground.area * 1e4:.0f} stems/ha, "
-                f"at most for {most:.0f}; lower one of them"
+                f"only for {most:.0f} at most; lower one of the two"
             )
     total = sum(counts)
     of_ground = np.repeat(np.arange(len(grounds)), counts)

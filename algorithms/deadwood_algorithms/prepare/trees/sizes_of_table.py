@@ -75,7 +75,7 @@ class TableOptions:
     read_as: str | None = tool.text(
         "Words in the columns of DBH and height, and their numbers",
         default=None,
-        help="For open classes and words: >60=65; Starkholz=55. Nothing behind the = is a gap.",
+        help="For open classes and words: >60=65; Starkholz=55. Nothing after the = marks a missing value.",
     )
     status_field: str | None = tool.field_of(
         "trees", "Field that distinguishes dead trees from living ones", default=None
@@ -108,7 +108,8 @@ class LawOptions:
         "Published law in place of a and b",
         *allometry.PUBLISHED,
         default=None,
-        help="The description lists them. Beside a law with the crown, a and b serve trees whose crown is not known.",
+        help="The description lists them. With a law that needs the crown, a and b are used for trees whose crown is "
+        "unknown.",
     )
     dbh_zones: str | None = tool.vector(
         "Zones with different laws", "polygon", default=None, help="Fields dbh_a and dbh_b, or dbh_law."
@@ -164,7 +165,7 @@ def sizes(
     elif law_options.dbh_sample:
         sample = fitted_law(law_options.dbh_sample, *measured_trees(law_options.dbh_sample, feedback), feedback)
     law = chosen_law(law_options.dbh_law, law_options.dbh_a, law_options.dbh_b, sample)
-    named = str(law)
+    named = allometry.with_name(law)
     if law_options.dbh_zones:
         law, named = zoned(law, law_options.dbh_zones, source.places, frame.crs, crs, feedback)
     if law_options.replace_dbh:
@@ -180,7 +181,7 @@ def sizes(
         source.said.append(f"{counted(filled.from_dbh.sum(), 'height')} missing, computed from the DBH: {named}")
     named_a_law = law_options.dbh_law or law_options.dbh_zones or law_options.dbh_sample or law != DEFAULT
     if named_a_law and not (filled.from_height | filled.from_dbh).any():
-        feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh applies it")
+        feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh uses it")
     if filled.from_height.any():
         fix = "check the law (--dbh-law, --dbh-a, --dbh-b)"
         modelled = np.where(filled.from_height, filled.dbh, np.nan)

@@ -70,7 +70,7 @@ def read_stems(path: str, grid: Grid | DemBlocks, crs: str | None, feedback: Fee
         warn_implausible(values, TREES.column(name), where_of(frame), feedback)
     ids = ids_of(frame, "tree_id")
     if twins := shared_words(frame, "tree_id", ids.tolist()):
-        raise UserError(f"{twins}, so a storm cannot distinguish them; deadwood-tool import-trees numbers them again")
+        raise UserError(f"{twins}, so windthrow cannot distinguish them; deadwood-tool import-trees numbers them again")
     x, y = plan_of(frame)
     on = grid.contains(x, y)
     if not on.any():
@@ -123,7 +123,7 @@ def thrown_stems(
     thrown = named.copy()
     thrown[may] = chosen_share(stems.item[may], share[may], group[may], storm.seed, draws.STEM_THROWN)
     if not thrown.any():
-        raise UserError("no stem is thrown; raise the share, or look at the areas and their CRS")
+        raise UserError("no stem is thrown; raise the share, or check the areas and their CRS")
     return thrown
 
 

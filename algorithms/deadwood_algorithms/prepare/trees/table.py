@@ -190,7 +190,7 @@ def warn_of_idle_fields(
     if idle:
         feedback.warn(
             f"{where_of(source)}: no field is understood as the {what}, so that each is computed from the {other}; "
-            f"if it is one of {', '.join(idle)}, name that with --{what.lower()}-field"
+            f"if it is one of {', '.join(idle)}, name it with --{what.lower()}-field"
         )
 
 

@@ -13,7 +13,6 @@ from deadwood_algorithms.evaluate.fidelity.rule import (
     UNDECIDED,
     WITHIN,
     recommend,
-    two_digits,
     verdict_of_distance,
     verdict_of_interval,
 )
@@ -152,7 +151,3 @@ def test_a_handful_of_logs_recommends_nothing():
     assert few.fidelity is None
     assert few.sentence.startswith("Too few logs")
     assert advice(*rows, n_logs=LEAST_LOGS).fidelity == "draft"
-
-
-def test_two_digits():
-    assert [two_digits(value) for value in (7.2, 31.0, 1432.0, 1400.0, 99_500.0)] == [8, 31, 1500, 1400, 100_000]

@@ -100,7 +100,7 @@ def test_the_best_beside_those_chosen_is_that_of_trying_all(seed):
     for k, trial in enumerate(first):
         assert (trial.kept, trial.brought) == (int(stops[:, k].sum()), 0)
     steps, why = choose(siting, start, first, 3, Quiet())
-    assert why == "--count 3 is reached; with a larger one the best in addition is looked for"
+    assert why == "--count 3 is reached; a larger --count finds the next best"
     assert list(steps[-1].chosen) == greedy(near, stops, sizes, 3)
     gone = stops[:, list(steps[-1].chosen)].any(axis=1)
     assert np.array_equal(~steps[-1].outcomes.any_line, gone)

@@ -141,13 +141,21 @@ def test_the_tail_is_drawn_over_the_same_logs_in_both():
     assert (row.difference, *difference_interval(row)) == pytest.approx((3.0, 3.0, 3.0))
     low, high = own_interval(row)
     assert low < row.value < high
-    # Order statistics: the 95 % quantile of 200 lies between the 184th and the 196th in 95 % of samples.
+    # The same interval as in the report's other tables: of the run-out, "1035 (1014 to 1050)" stood beside "1035 (1011
+    # to 1042)". The chance that fewer than r of 200 values lie below the quantile is binomial.
     ordered = np.sort(before) + 3.0
-    assert ordered[180] < low < ordered[188]
-    assert ordered[192] < high <= ordered[199]
+    first, last = (int(np.flatnonzero(ordered == end)[0]) + 1 for end in (low, high))
+    assert stats.binom.cdf(first - 1, 200, 0.95) <= 0.025 < stats.binom.cdf(first, 200, 0.95)
+    assert stats.binom.sf(last - 1, 200, 0.95) <= 0.025 < stats.binom.sf(last - 2, 200, 0.95)
     alone = tail_row("a", "energy_max", "kJ", before, None, ids, 0)
     assert own_interval(alone) == pytest.approx((low - 3.0, high - 3.0))
     assert math.isnan(alone.difference)
+
+
+def test_few_logs_give_no_upper_bound_of_the_tail_and_so_no_interval():
+    values = np.arange(71.0)
+    assert np.isnan(own_interval(tail_row("a", "runout", "m", values, None, np.arange(71), 0))).all()
+    assert np.isfinite(own_interval(tail_row("a", "runout", "m", np.arange(72.0), None, np.arange(72), 0))).all()
 
 
 def test_the_mean_speed_is_over_the_logs_that_had_ended_in_both():

@@ -119,6 +119,7 @@ def test_laws_by_tree():
     [
         ("fint-ch", (9.9, 46.9), ""),
         ("fint-ch", (174.5, -41.2), "trees of Switzerland, and these stand at 41.2° S 174.5° E"),
+        ("fint-ch", (-71.3, 44.1), "and these stand at 44.1° N 71.3° W"),
         ("fint", (11.4, 47.3), "the law fint was made of trees of Switzerland"),  # Innsbruck
         ("oregon-douglas-fir", (-122.0, 44.0), ""),
         ("oregon-douglas-fir", (9.9, 46.9), "made of trees of Oregon"),

@@ -73,7 +73,7 @@ def test_the_tree_s_own_height_before_that_above_the_sea(imported, heads):
 def test_a_height_above_the_sea_alone_is_passed_over_and_reported(imported, said):
     trees = imported(table("x;y;BHD;Höhe", "41.4;973.9", "52.8;949.6"))
     assert (trees["height_m"] < 60).all()
-    assert "perhaps that of the ground above the sea" in " ".join(said.warnings)
+    assert "perhaps the elevation of the ground" in " ".join(said.warnings)
 
 
 def test_classes_of_dbh_count_as_their_middle(imported, said):
@@ -302,7 +302,7 @@ def test_tables_in_the_forms_that_people_give_them(imported, form):
 
 def test_of_the_years_of_two_surveys_none_is_chosen_in_silence(imported, said):
     imported(table("x;y;BHD_2016;BHD_2026;h", "30;41;27"))
-    assert "if it is one of BHD_2016, BHD_2026, name that with --dbh-field" in " ".join(said.warnings)
+    assert "if it is one of BHD_2016, BHD_2026, name it with --dbh-field" in " ".join(said.warnings)
 
 
 @pytest.mark.parametrize("field", ["condizione", "État sanitaire", "Vitalität", "tree_condition", "Lebend/tot"])

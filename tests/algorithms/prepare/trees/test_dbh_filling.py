@@ -38,13 +38,14 @@ def test_a_law_with_the_crown_leaves_trees_without_one_to_the_other():
     height, crown = np.array([20.0, 20.0, 25.0]), np.array([5.0, np.nan, np.nan])
     done = fill_sizes(np.array([np.nan, np.nan, 40.0]), height, CrownLaw(1.0, 0.7), crown, otherwise=PowerLaw(2.0, 1.0))
     assert done.dbh.tolist() == pytest.approx([100**0.7, 40, 40])
-    assert done.said == ("1 of these have no crown diameter, there DBH[cm] = 2 * H[m]^1 serves",)
+    assert done.said == ("1 of these have no crown diameter; for them DBH[cm] = 2 * H[m]^1 is used",)
 
 
 def test_a_published_law_by_name(imported, outcome):
     frame = imported(trees(20.0, 30.0), "t.gpkg", dbh_law="chablais-spruce")
     assert frame["dbh_cm"].tolist() == pytest.approx([1.357 * 20**1.071, 1.357 * 30**1.071])
-    assert "2 DBH missing, computed from the height: DBH[cm] = 1.357 * H[m]^1.071" in outcome["last"].lines
+    said = outcome["last"].lines
+    assert "2 DBH missing, computed from the height: DBH[cm] = 1.357 * H[m]^1.071 (chablais-spruce)" in said
 
 
 def test_the_law_with_the_crown_by_name(imported, outcome):
@@ -53,7 +54,7 @@ def test_the_law_with_the_crown_by_name(imported, outcome):
     )
     assert frame["dbh_cm"].tolist() == pytest.approx([0.694 * 100**0.730, 2.52 * 30**0.84])
     said = " / ".join(outcome["last"].lines)
-    assert "2 DBH missing, computed from the height: DBH[cm] = 0.694 * (H[m] * crown diameter[m])^0.73" in said
+    assert "2 DBH missing, computed from the height: DBH[cm] = 0.694 * (H[m] * crown diameter[m])^0.73 (jucker-" in said
     assert "1 of these have no crown diameter" in said
 
 
@@ -151,9 +152,9 @@ def test_the_table_itself_may_be_the_sample(imported, tmp_path, outcome):
 
 def test_samples_that_bear_no_law(imported, tmp_path, said):
     for rows, words in (
-        ("20;30\n25;40\n", "of the sample's 2 trees, 2 have a DBH and a height; a fit needs 3"),
-        ("20;30\n20;40\n20;50\n", "all of one height or DBH"),
-        ("20;50\n25;40\n30;30\n", "in the sample the DBH falls with the height"),
+        ("20;30\n25;40\n", "of the sample's 2 trees, 2 have both a DBH and a height; a fit needs at least 3"),
+        ("20;30\n20;40\n20;50\n", "all trees of the sample have the same height or DBH"),
+        ("20;50\n25;40\n30;30\n", "in the sample the DBH decreases with the height"),
     ):
         (tmp_path / "sample.csv").write_text("h;dbh\n" + rows)
         with pytest.raises(UserError, match=words):
@@ -184,7 +185,7 @@ def test_a_law_that_has_nothing_to_do_is_reported(imported, said):
     assert said.warnings == []
     for values in ({"dbh_law": "fint"}, {"dbh_a": 2.0}):
         imported(known, "t.gpkg", **values)
-        assert "so the law is not used; --replace-dbh applies it" in said.warnings.pop()
+        assert "so the law is not used; --replace-dbh uses it" in said.warnings.pop()
         imported(known, "t.gpkg", **values, replace_dbh=True)
         assert said.warnings == []
 

@@ -8,7 +8,7 @@ import pytest
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.prepare.trees.status import code_of, codes
+from deadwood_algorithms.prepare.trees.status import DEAD, GONE, LIVE, code_of, codes, meaning_of
 from deadwood_algorithms.tools import sample_releases
 
 EAST, NORTH = 2_783_050.0, 1_190_050.0
@@ -108,3 +108,29 @@ def test_faults(imported, tmp_path):
         imported(MIXED, snags=str(tmp_path / "out.gpkg"))
     with pytest.raises(UserError, match="no tree is left; .*1 tree dropped: no longer standing"):
         imported(table("40;25;gefällt"))
+
+
+@pytest.mark.parametrize(
+    ("meaning", "words"),
+    [
+        (LIVE, "alive; living; live; healthy; ok; lebend; lebend, krone gebrochen; lebt; gesund"),
+        (LIVE, "vital; vivant; vivante; vif; sain; viva; vivo; sano"),
+        (DEAD, "dead; standing dead; snag; dürr; dürrständer; duerrstaender; abgestorben; tot"),
+        (DEAD, "toter baum; stehend tot; totholz, stehend; abgängig; hochstumpf; mort; morte"),
+        (DEAD, "mort sur pied; sur pied sec; sèche; chandelle; dépéri; morto; morta; morto in piedi"),
+        (DEAD, "secco; secca"),
+        (GONE, "lying dead; fallen; windthrown; wind thrown; uprooted; stump; cut; felled; harvested"),
+        (GONE, "dead, on the ground; liegend; liegend tot; totholz, liegt; geworfen"),
+        (GONE, "vom wind geworfen; windwurf; sturmwurf; windbruch; sturmholz; umgestürzt; umgefallen"),
+        (GONE, "entwurzelt; wurzelteller; gefällt; entnommen; geerntet; wurzelstock; baumstumpf"),
+        (GONE, "stumpf; strunk; stubben; chablis; volis; tombé; mort au sol; couché; renversé; coupé"),
+        (GONE, "abattu; souche; déraciné; schiantato; schiantati; schianto; morto a terra; caduto"),
+        (GONE, "sradicato; abbattuto; tagliato; ceppaia; ceppo"),
+        (None, "nicht tot; not dead; pas mort; non morto; kein wurzelteller; krank; 7; ja; standing"),
+        (None, "stehend; in piedi"),
+    ],
+)
+def test_every_word_for_the_status_in_four_languages(meaning, words):
+    """Lying comes before dead, and what is negated or says neither is not known."""
+    found = {word: meaning_of(word, None, None) for word in words.split("; ")}
+    assert found == dict.fromkeys(words.split("; "), meaning)
