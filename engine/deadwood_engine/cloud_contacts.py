@@ -18,7 +18,7 @@ import numpy as np
 from .asymmetric_top import move_freely
 from .cloud import Cloud, matrix_of, to_world
 from .compiled import kernel
-from .contacts import Found, add_contact, ground_contact
+from .contacts import Facet, Found, Ground, add_contact, ground_contact
 from .log_body import MASS
 from .rotation import DX, DY, DZ, STATE_WIDTH, VZ, X, Y, Z
 from .scarring import scar_depth
@@ -55,6 +55,7 @@ def cloud_terrain_contacts(model, log, state, scratch, step):
     most, kappa, way = settings.friction_max, settings.friction_kappa, scratch.way[0]
     slip, depth, inside = way.slip, way.scar, False
     way.enters = math.inf
+    ground = Ground(terrain, frame, scratch.contacts, scratch.keys, state)
     count, whole = 0, True
     for k in range(cloud.points.shape[0]):
         p = to_world(scratch.turns, AHEAD, cloud.points[k])
@@ -77,12 +78,9 @@ def cloud_terrain_contacts(model, log, state, scratch, step):
                 )
         if gap + depth < 0.0:
             before = count
-            count = ground_contact(
-                terrain, frame, scratch.contacts, scratch.keys, count, state,
-                blend(0.5, p, 0.5, to_world(scratch.turns, NOW, cloud.points[k])), gap + depth, (gx, gy),
-                scarred(friction_at(terrain, frame[0], frame[1], px, py), most, kappa, slip), k,
-                step, False,
-            )  # fmt: skip
+            r = blend(0.5, p, 0.5, to_world(scratch.turns, NOW, cloud.points[k]))
+            mu = scarred(friction_at(terrain, frame[0], frame[1], px, py), most, kappa, slip)
+            count = ground_contact(ground, count, step, Facet(k, r, gap + depth, (gx, gy), mu), False)
             if depth > 0.0 and count > before:  # in the hard ground
                 c = scratch.contacts[before]
                 height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + c.rx, state[Y] + c.ry)

@@ -81,6 +81,26 @@ class Found(NamedTuple):
     mu: float  # coefficient of friction
 
 
+class Facet(NamedTuple):
+    """The ground below a point of a body that reaches it."""
+
+    slot: int  # of the point in the contact's key
+    r: tuple[float, float, float]  # [m] point, relative to the centre of mass
+    gap: float  # [m] vertical, predicted
+    slope: tuple[float, float]  # [-] gradient of the ground
+    mu: float  # coefficient of friction
+
+
+class Ground(NamedTuple):
+    """The terrain below a body, and the table that receives its contacts with it."""
+
+    terrain: Terrain
+    frame: np.ndarray  # DEM node of the body's frame (column, row)
+    contacts: np.ndarray
+    keys: np.ndarray
+    state: np.ndarray  # at the node from which the step starts
+
+
 class Query(NamedTuple):
     """A log at one pose of a step, whose contacts with obstacles are sought, and the table that receives them."""
 
@@ -274,11 +294,16 @@ def first_rebound(contacts, count, gravity):
 
 
 @kernel
-def ground_contact(terrain, frame, contacts, keys, count, state, r, gap, slope, mu, slot, step, smooth):
-    """Add the contact of point r (relative to the centre of mass) with the facet of gradient ``slope``."""
-    nz = 1.0 / math.sqrt(1.0 + slope[0] * slope[0] + slope[1] * slope[1])
+def ground_contact(ground, count, step, facet, smooth):
+    """Add the contact of a point with a ``Facet`` of the ``Ground``; returns the new count.
+
+    step : an ``Ahead``, for whose pose it was found; smooth : as in ``set_normal``
+    """
+    terrain, frame, contacts, keys, state = ground
+    (gx, gy), r = facet.slope, facet.r
+    nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
     before = count
-    found = Found((TERRAIN, slot, 0), r, (-slope[0] * nz, -slope[1] * nz, nz), gap * nz, mu)
+    found = Found((TERRAIN, facet.slot, 0), r, (-gx * nz, -gy * nz, nz), facet.gap * nz, facet.mu)
     count = add_contact(contacts, keys, count, state, found, step, smooth)
     if count > before:
         # The reported penetration is measured at the surface below the point itself, not at the plane of the predicted

@@ -20,33 +20,7 @@ import numpy as np
 
 from .compiled import inlined
 from .limits import ALONG_GRID, BESIDE_CREST, CREST, LEAST_UPWARD, REFINED, SAME_CELL, WALL
-from .terrain import bilinear, surface
-
-
-@inlined
-def along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, reach):
-    """Eq. [j]: slope of the plane that touches the side of the cone at p, on ground of this height and gradient (gx,
-    gy).
-
-    Ground that falls away from its own tangent within the reach [m] along the axis is the flank of a crest, which the
-    side touches: only the component of its gradient across the axis is kept. Other ground, and walls, keep their
-    gradient.
-    """
-    nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
-    along = nz * (dz - gx * dx - gy * dy)
-    turn = taper * math.sqrt(max(0.0, 1.0 - along * along)) - along
-    upward = nz + turn * dz
-    if abs(along) > WALL or upward < LEAST_UPWARD:
-        return gx, gy
-    rise = reach * (gx * dx + gy * dy)
-    ahead, _, _ = surface(terrain, i0, j0, px + reach * dx, py + reach * dy)
-    behind, _, _ = surface(terrain, i0, j0, px - reach * dx, py - reach * dy)
-    if ahead < height + rise - CREST * a or behind < height - rise - CREST * a:
-        return (gx * nz - turn * dx) / upward, (gy * nz - turn * dy) / upward
-    return gx, gy
-
-
-APEX = 2  # in place of a grid line's family: between grid lines, where a twisted cell is highest along the log
+from .terrain import bilinear
 
 
 class Nodes(NamedTuple):
@@ -57,6 +31,40 @@ class Nodes(NamedTuple):
     inverse_cell: float
     i0: int  # column and row of the frame's node
     j0: int
+
+
+@inlined
+def height_at(nodes, x, y):
+    """Eq. [b]: height and gradient of the ground, as ``terrain.surface``."""
+    return bilinear(nodes.heights, nodes.inverse_cell, nodes.i0, nodes.j0, x, y)
+
+
+@inlined
+def along_side(nodes, p, slope, d, side, reach):
+    """Eq. [j]: slope of the plane that touches the side of a cone with axis d, on ground of this slope at p.
+
+    p : (x, y, height of the ground) [m]; side : radius there [m], and by how much it grows per metre of axis [-]
+
+    Ground that falls away from its own tangent within the reach [m] along the axis is the flank of a crest, which the
+    side touches: only the component of its gradient across the axis is kept. Other ground, and walls, keep their
+    gradient.
+    """
+    (px, py, height), (gx, gy), (dx, dy, dz), (a, taper) = p, slope, d, side
+    nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
+    along = nz * (dz - gx * dx - gy * dy)
+    turn = taper * math.sqrt(max(0.0, 1.0 - along * along)) - along
+    upward = nz + turn * dz
+    if abs(along) > WALL or upward < LEAST_UPWARD:
+        return gx, gy
+    rise = reach * (gx * dx + gy * dy)
+    ahead, _, _ = height_at(nodes, px + reach * dx, py + reach * dy)
+    behind, _, _ = height_at(nodes, px - reach * dx, py - reach * dy)
+    if ahead < height + rise - CREST * a or behind < height - rise - CREST * a:
+        return (gx * nz - turn * dx) / upward, (gy * nz - turn * dy) / upward
+    return gx, gy
+
+
+APEX = 2  # in place of a grid line's family: between grid lines, where a twisted cell is highest along the log
 
 
 class Generator(NamedTuple):
@@ -148,19 +156,18 @@ def _plane_through(lx, ly, lz, family, slope):
 
 
 @inlined
-def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, high, gap):
-    """The crest under the side of a log between ``low`` and ``high`` [m] along its axis q from the ring with centre c
-    [j].
+def crest(nodes, c, q, e, side, stretch, gap):
+    """The crest under the stretch (low, high) [m] of a log's side along its axis q, from the ring with centre c [j].
 
-    e : from the axis to the lowest point of the ring, perpendicular to the axis; a : its length, the radius of the ring
-    [m]
+    e : [m] from the axis to the lowest point of the ring, perpendicular to the axis
+    side : radius of the ring [m], the length of e; and by how much it grows per metre of axis [-]
     gap : [m] vertical, of the ring's own point
 
     Returns (found, t, e, gap, slope): whether a crest rises above the ring's own point; its position along the axis
-    [m];
-    from the axis to the point there, its vertical gap [m] and the slope (x, y) of the plane that touches log and crest.
+    [m]; from the axis to the point there, its vertical gap [m] and the slope (x, y) of the plane that touches log and
+    crest.
     """
-    nodes = Nodes(terrain.heights, terrain.cell, terrain.inverse_cell, i0, j0)
+    (cx, cy, cz), (qx, qy, qz), (ex, ey, ez), (a, taper), (low, high) = c, q, e, side, stretch
     k = taper / a
     lx, ly, lz = qx + k * ex, qy + k * ey, qz + k * ez
     most = min(gap - CREST * a, REFINED * a)  # a higher one is not a contact, even after refinement
@@ -170,7 +177,7 @@ def crest(terrain, i0, j0, cx, cy, cz, qx, qy, qz, ex, ey, ez, a, taper, low, hi
         return False, 0.0, ex, ey, ez, gap, 0.0, 0.0
     if family == APEX:
         k = 1.0 + t * taper / a
-        _, sx, sy = surface(terrain, i0, j0, cx + ex + t * lx, cy + ey + t * ly)
+        _, sx, sy = height_at(nodes, cx + ex + t * lx, cy + ey + t * ly)
         return True, t, k * ex, k * ey, k * ez, gap, sx, sy
     sx, sy, steep = _plane_through(lx, ly, lz, family, slope)
     if steep:

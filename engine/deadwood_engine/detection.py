@@ -26,16 +26,11 @@ def _ground(cloud, model, log, state, scratch, step, span):
     shapes that are not used.
     """
     if cloud is None:
-        frame, body, stations = log
-        scene, settings, path, advance = model, model.settings, span.path, span.advance
-        trial, near = scratch.trial[0], scratch.near[0]
-        predict(state, step.dt, step.gravity, trial)
+        near = scratch.near[0]
+        predict(state, step.dt, step.gravity, scratch.trial[0])
         count, whole = 0, True
-        if path + advance >= near.rings_wake:
-            count, near.rings_wake, whole = terrain_contacts(
-                scene.terrain, frame, scratch.contacts, scratch.keys, state, body, stations, settings.ring_points, step,
-                trial, path, scratch.rings, scratch.look,
-            )  # fmt: skip
+        if span.path + span.advance >= near.rings_wake:
+            count, near.rings_wake, whole = terrain_contacts(model, log, state, scratch, step, span.path)
         return count, whole
     return cloud_terrain_contacts(model, log, state, scratch, step)
 
@@ -59,8 +54,7 @@ def lowest_gap(model, log, state, scratch):
 def _lowest_gap(cloud, model, log, state, scratch):
     """As ``lowest_gap``, by the type of ``cloud``."""
     if cloud is None:
-        frame = log.frame
-        return lowest_ring(model.terrain, frame[0], frame[1], log.body, log.stations, state, scratch.look)
+        return lowest_ring(model.terrain, log, state, scratch.look)
     return cloud_clearance(cloud, model.terrain, log.frame, state, scratch.turns)
 
 

@@ -35,17 +35,18 @@ _STEEP = math.sqrt(1.7) - 0.7 * _STEEPER
 
 
 @inlined
-def _ground_below(terrain, i0, j0, centre, axis, number, full, room):
+def _ground_below(terrain, frame, centre, axis, number, full, room):
     """Heights and kinks of the cells below positions along an axis; where in its cell each is, and whether there is
     one.
 
-    centre : [m] centre of mass, and its position along the axis; axis : direction, base to tip
+    frame : DEM node of the log's frame; centre : [m] centre of mass, and its position along the axis; axis : direction,
+        base to tip
     number : of positions on the log; full : in whole blocks, of which the remainder holds meaningless numbers
     room : with the positions along the axis [m] from the base, in _ALONG
     """
     inverse_cell, heights, kinks = terrain.inverse_cell, terrain.heights, terrain.kinks
     rows, columns = heights.shape
-    last_i, last_j, first_i, first_j = columns - 2.0, rows - 2.0, float(i0), float(j0)
+    last_i, last_j, first_i, first_j = columns - 2.0, rows - 2.0, float(frame[0]), float(frame[1])
     ox, oy, _, middle = centre
     qx, qy, _ = axis
     one = np.uint64(1)
@@ -93,7 +94,7 @@ def _rise(axis, narrowing, gx, gy, packed):
 
 
 @inlined
-def look(terrain, i0, j0, body, stations, trial, rings, room):
+def look(terrain, log, trial, rings, room):
     """Query the ground below every ring of the predicted pose.
 
     A ring and its stretch of the side are above ground whose slope is that below the ring's centre, plus or minus the
@@ -102,9 +103,10 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
 
     Parameters
     ----------
-    i0, j0 : the frame's node; trial : the pose; rings : (RING_ROWS, stations or more), the result
+    log : a ``Log``; trial : the pose; rings : (RING_ROWS, stations or more), the result
     room : (LOOK_ROOM,), buffer
     """
+    frame, body, stations = log
     radius, oz, inverse_cell = body[BASE_RADIUS], trial.z, terrain.inverse_cell
     axis = (trial.dx, trial.dy, trial.dz)
     centre = (trial.x, trial.y, oz, body[CENTRE])
@@ -121,7 +123,7 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
         full = (number + AT_A_TIME - 1) // AT_A_TIME * AT_A_TIME
         for k in range(full):
             room[_ALONG + k] = (first + k) * between
-        _ground_below(terrain, i0, j0, centre, axis, number, full, room)
+        _ground_below(terrain, frame, centre, axis, number, full, room)
         for k in range(full):
             along = room[_ALONG + k]
             height, gx, gy = _height(inverse_cell, k, room)
@@ -139,8 +141,9 @@ def look(terrain, i0, j0, body, stations, trial, rings, room):
 
 
 @inlined
-def lowest_ring(terrain, i0, j0, body, stations, state, room):
+def lowest_ring(terrain, log, state, room):
     """Gap [m] of the lowest ring above the tangent plane below it; not below 0, and 0 where there is no terrain."""
+    frame, body, stations = log
     radius, inverse_cell = body[BASE_RADIUS], terrain.inverse_cell
     axis = (state[DX], state[DY], state[DZ])
     centre = (state[X], state[Y], state[Z], body[CENTRE])
@@ -152,7 +155,7 @@ def lowest_ring(terrain, i0, j0, body, stations, state, room):
         full = (number + AT_A_TIME - 1) // AT_A_TIME * AT_A_TIME
         for k in range(full):
             room[_ALONG + k] = (first + k) * between
-        _ground_below(terrain, i0, j0, centre, axis, number, full, room)
+        _ground_below(terrain, frame, centre, axis, number, full, room)
         for k in range(full):
             height, gx, gy = _height(inverse_cell, k, room)
             above = centre[2] + (room[_ALONG + k] - centre[3]) * axis[2] - height

@@ -12,13 +12,13 @@ from __future__ import annotations
 import math
 
 from .compiled import inlined, kernel
-from .contacts import ground_contact
-from .crests import along_side, crest
+from .contacts import Facet, Ground, ground_contact
+from .crests import Nodes, along_side, crest, height_at
 from .limits import ANY_POINT, CHANNEL, FLAT_TOLERANCE, MERGED, REFINED, STEEP_LOG
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .ring_look import ABOVE, SLOPE_X, SLOPE_Y, look
 from .rotation import DX, DY, DZ, X, Y, Z
-from .terrain import friction_at, lid_distance, surface
+from .terrain import friction_at, lid_distance
 from .vectors import cross
 
 CANDIDATES = 9  # eight points on the rim of an end face and its centre; the rings between use one or three, and MIRROR
@@ -28,27 +28,29 @@ _DIAGONAL = math.sqrt(0.5)
 
 
 @kernel
-def _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy):
-    """Point of a ring (centre c, axis d, radius a) that is deepest against the slope (gx, gy), and the surface below
-    it.
+def _deepest_on(nodes, c, d, a, slope):
+    """Point of a ring (centre c, axis d, radius a) that is deepest against a slope, relative to c, and the surface
+    below it.
     """
+    (cx, cy, _), (dx, dy, dz), (gx, gy) = c, d, slope
     nd = dz - gx * dx - gy * dy
     ex, ey, ez = nd * dx + gx, nd * dy + gy, nd * dz - 1.0
     size = math.sqrt(ex * ex + ey * ey + ez * ez)
     if size < FLAT_TOLERANCE:
         return 0.0, 0.0, math.inf, 0.0, 0.0, 0.0
     ex, ey, ez = a * ex / size, a * ey / size, a * ez / size
-    height, gx, gy = surface(terrain, i0, j0, cx + ex, cy + ey)
+    height, gx, gy = height_at(nodes, cx + ex, cy + ey)
     return ex, ey, ez, height, gx, gy
 
 
 @kernel
-def _sleep(terrain, i0, j0, state, body, stations, first):
+def _sleep(terrain, log, state, first):
     """How far [m] the log can move before it can touch the terrain; 0 if a ring is below its bounding plane (lid).
 
     A ring includes half the stretch to either side. first : the ring to query first
     """
-    dx, dy, dz = state[DX], state[DY], state[DZ]
+    frame, body, stations = log
+    d = dx, dy, dz = state[DX], state[DY], state[DZ]
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
     between = body[LENGTH] / (stations - 1)
     block = terrain.lid_cells * terrain.cell
@@ -58,8 +60,8 @@ def _sleep(terrain, i0, j0, state, body, stations, first):
         along = k * between
         s = along - body[CENTRE]
         a = body[BASE_RADIUS] + taper * along
-        x, y, z = state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz
-        free, tilt = lid_distance(terrain, i0, j0, x, y, z, dx, dy, dz)
+        place = (state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz)
+        free, tilt = lid_distance(terrain, frame, place, d)
         least = min(least, free - a - 0.5 * between * (abs(tilt) + abs(taper)), block - a - 0.5 * between)
         if least <= 0.0:
             return 0.0
@@ -67,23 +69,24 @@ def _sleep(terrain, i0, j0, state, body, stations, first):
 
 
 @inlined
-def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, points, step, trial, path, rings, room):
+def terrain_contacts(model, log, state, scratch, step, path):
     """Find the terrain contacts of this step.
 
-    stations is the number of rings; those between the ends have 1 or 3 candidate ``points``. frame holds the log's node
-    (column i0, row j0); step is an ``Ahead``, of the pose ``trial``.
-    path [m]: how far the log can have moved so far.
-    rings, room : for the results of the proximity query, and its buffer (``ring_look``)
+    step is an ``Ahead``, of the pose ``scratch.trial``; path [m]: how far the log can have moved so far.
     Returns (count, path [m] before which no ring needs to be queried again, whether there is terrain below every ring).
     """
-    dx, dy, dz = state[DX], state[DY], state[DZ]
-    qx, qy, qz = trial.dx, trial.dy, trial.dz
+    terrain, points, rings, trial = model.terrain, model.settings.ring_points, scratch.rings, scratch.trial[0]
+    frame, body, stations = log
+    d = dx, dy, dz = state[DX], state[DY], state[DZ]
+    q = qx, qy, qz = trial.dx, trial.dy, trial.dz
     ox, oy, oz = trial.x, trial.y, trial.z
     length, centre = body[LENGTH], body[CENTRE]
     taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / length
     between = length / (stations - 1)
     i0, j0 = frame[0], frame[1]
-    look(terrain, i0, j0, body, stations, trial, rings, room)
+    nodes = Nodes(terrain.heights, terrain.cell, terrain.inverse_cell, i0, j0)
+    ground = Ground(terrain, frame, scratch.contacts, scratch.keys, state)
+    look(terrain, log, trial, rings, scratch.look)
     least, at, whole = math.inf, 0, True
     for k in range(stations):
         above = rings[ABOVE, k]
@@ -91,7 +94,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
             least, at = above, k
         whole = whole and above == above
     if least > 0.0:
-        return 0, path + _sleep(terrain, i0, j0, state, body, stations, at), whole
+        return 0, path + _sleep(terrain, log, state, at), whole
     count = 0
     for k in range(stations):
         if not rings[ABOVE, k] <= 0.0:
@@ -99,7 +102,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
         along = k * between
         s = along - centre
         a = body[BASE_RADIUS] + taper * along
-        cx, cy, cz = ox + s * qx, oy + s * qy, oz + s * qz
+        c = cx, cy, cz = ox + s * qx, oy + s * qy, oz + s * qz
         gx, gy = rings[SLOPE_X, k], rings[SLOPE_Y, k]
         square = gx * gx + gy * gy
         nz = 1.0 / math.sqrt(1.0 + square)
@@ -147,11 +150,11 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                 continue
             rx, ry, rz = ce * ex + cf * fx, ce * ey + cf * fy, ce * ez + cf * fz
             px, py = cx + rx, cy + ry
-            height, gx, gy = surface(terrain, i0, j0, px, py)
+            height, gx, gy = height_at(nodes, px, py)
             if (m < 3 or mirrored) and cz + rz - height < REFINED * a:
                 # once more, perpendicular to the ground found there: deeper by up to 8 % of the radius, and exact on a
                 # plane
-                hx, hy, hz, other, kx, ky = _deepest_on(terrain, i0, j0, cx, cy, cz, dx, dy, dz, a, gx, gy)
+                hx, hy, hz, other, kx, ky = _deepest_on(nodes, c, d, a, (gx, gy))
                 if cz + hz - other < cz + rz - height:
                     rx, ry, rz, height, gx, gy = hx, hy, hz, other, kx, ky
                     px, py = cx + rx, cy + ry
@@ -177,9 +180,7 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
                 # halfway to the next ring, and up to the ends
                 low = -between if k == 1 else -0.5 * between
                 high = between if k == stations - 2 else 0.5 * between
-                found, ct, hx, hy, hz, lower, kx, ky = crest(
-                    terrain, i0, j0, cx, cy, cz, qx, qy, qz, rx, ry, rz, a, taper, low, high, gap
-                )
+                found, ct, hx, hy, hz, lower, kx, ky = crest(nodes, c, q, (rx, ry, rz), (a, taper), (low, high), gap)
                 if found:
                     t, rx, ry, rz, gap, gx, gy = ct, hx, hy, hz, lower, kx, ky
                     px, py = cx + t * qx + rx, cy + t * qy + ry
@@ -187,10 +188,8 @@ def terrain_contacts(terrain, frame, contacts, keys, state, body, stations, poin
             if gap < 0.0:
                 if side and not found:
                     far = max(between, 2.0 * terrain.cell)
-                    gx, gy = along_side(terrain, i0, j0, px, py, height, gx, gy, dx, dy, dz, a, taper, far)
+                    gx, gy = along_side(nodes, (px, py, height), (gx, gy), d, (a, taper), far)
                 r = ((s + t) * dx + rx, (s + t) * dy + ry, (s + t) * dz + rz)
-                count = ground_contact(
-                    terrain, frame, contacts, keys, count, state, r, gap, (gx, gy),
-                    friction_at(terrain, i0, j0, px, py), k * CANDIDATES + m, step, True,
-                )  # fmt: skip
+                mu = friction_at(terrain, i0, j0, px, py)
+                count = ground_contact(ground, count, step, Facet(k * CANDIDATES + m, r, gap, (gx, gy), mu), True)
     return count, path, whole

@@ -174,13 +174,14 @@ def friction_at(terrain, i0, j0, x, y):
 
 
 @kernel
-def lid_distance(terrain, i0, j0, x, y, z, dx, dy, dz):
-    """Height [m] of a place in the frame of node (j0, i0) above its block's bounding plane (lid), and the cosine
+def lid_distance(terrain, frame, place, d):
+    """Height [m] of a place in the frame of a node (column, row) above its block's bounding plane (lid), and the cosine
     between the plane's normal and a direction d; -inf where there is no plane.
     """
+    (x, y, z), (dx, dy, dz) = place, d
     lids, block = terrain.lids, terrain.lid_cells * terrain.cell
-    x += i0 * terrain.cell
-    y += j0 * terrain.cell
+    x += frame[0] * terrain.cell
+    y += frame[1] * terrain.cell
     i, j = np.floor(x * terrain.inverse_block), np.floor(y * terrain.inverse_block)
     bi, bj = int(i), int(j)
     if bi < 0 or bj < 0 or bi >= lids.shape[1] or bj >= lids.shape[0]:

@@ -20,6 +20,10 @@ def terrain_of(heights):
     return prepare(heights, CELL, 0.0, 0.0, 0.3, reference=0.0)
 
 
+def nodes_of(terrain):
+    return Nodes(terrain.heights, terrain.cell, terrain.inverse_cell, 0, 0)
+
+
 def side_of(axis, taper):
     """The unit axis, from it to the lowest point of a ring (e), and the side's line there, l = q + taper e / |e|."""
     q = axis / np.linalg.norm(axis)
@@ -29,15 +33,14 @@ def side_of(axis, taper):
 
 
 def found(terrain, centre, q, e, taper, low, high, gap):
-    numbers = [0, 0, *centre, *q, *e, RADIUS, taper, low, high, gap]
-    return crest(terrain, *numbers)
+    return crest(nodes_of(terrain), tuple(centre), tuple(q), tuple(e), (RADIUS, taper), (low, high), gap)
 
 
 def beside(terrain, p, d, taper):
     """The ground's gradient at p, and that of the plane that touches a side along d."""
     height, *gradient = bilinear(terrain.heights, terrain.inverse_cell, 0, 0, *p)
-    numbers = [0, 0, *p, height, *gradient, *d, RADIUS, taper, 1.0]
-    return tuple(gradient), along_side(terrain, *numbers)
+    slope = tuple(gradient)
+    return slope, along_side(nodes_of(terrain), (*p, height), slope, tuple(d), (RADIUS, taper), 1.0)
 
 
 @pytest.mark.parametrize("turn", [0.1, 0.7, 1.2, 2.5])

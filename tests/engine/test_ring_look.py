@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
+from deadwood_engine.model import Log
 from deadwood_engine.ring_look import ABOVE, LOOK_ROOM, RING_ROWS, SLOPE_X, SLOPE_Y, TOGETHER, look, lowest_ring
 from deadwood_engine.surroundings import POSE
 from deadwood_engine.terrain import prepare, surfaces_at
@@ -21,7 +22,7 @@ def seen(terrain, body, axis, centre, stations, node=(0, 0)):
     """What a look finds, (RING_ROWS, stations); centre : in the frame of a node."""
     pose = np.array([(*axis, *centre)], POSE).view(np.recarray)[0]
     rings = np.full((RING_ROWS, stations), 99.0)
-    look(terrain, node[0], node[1], body, stations, pose, rings, np.full(LOOK_ROOM, np.nan))
+    look(terrain, Log(np.array(node), body, stations), pose, rings, np.full(LOOK_ROOM, np.nan))
     return rings
 
 
@@ -144,7 +145,7 @@ def test_rings_thicker_than_the_kinks_reach_are_always_looked_at():
 def height_of_lowest(terrain, body, axis, centre, stations):
     state = np.zeros(16)
     state[:3], state[13:16] = centre, axis
-    return lowest_ring(terrain, 0, 0, body, stations, state, np.full(LOOK_ROOM, np.nan))
+    return lowest_ring(terrain, Log(np.zeros(2, np.int64), body, stations), state, np.full(LOOK_ROOM, np.nan))
 
 
 @pytest.mark.parametrize("stations", [9, 2 * TOGETHER + 9])

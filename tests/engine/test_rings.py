@@ -2,16 +2,18 @@
 
 import math
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from deadwood_engine import FIDELITIES, Logs, Scene, place_logs, slide
 from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead
-from deadwood_engine.crests import crest
+from deadwood_engine.crests import Nodes, crest
 from deadwood_engine.fidelity import station_spacing
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.logs import stations_for
+from deadwood_engine.model import Log
 from deadwood_engine.ring_look import LOOK_ROOM, RING_ROWS
 from deadwood_engine.rings import CANDIDATES, terrain_contacts
 from deadwood_engine.surroundings import POSE
@@ -19,6 +21,25 @@ from deadwood_engine.terrain import prepare
 
 CELL = 0.5  # [m]
 DEPTH = 0.005  # [m] of the deepest place of a log in the ground
+
+
+class Settings(NamedTuple):
+    """Of the engine's ``Settings``, what rings need; likewise the next two."""
+
+    ring_points: int
+
+
+class Model(NamedTuple):
+    terrain: Any
+    settings: Settings
+
+
+class Scratch(NamedTuple):
+    trial: Any
+    rings: Any
+    look: Any
+    contacts: Any
+    keys: Any
 
 
 def gaps_of(heights, points):
@@ -85,11 +106,10 @@ def found_in(terrain, frame, state, body, fidelity):
     table = np.zeros(CANDIDATES * stations, CONTACT).view(np.recarray)
     keys = np.zeros((CANDIDATES * stations, KEY_WIDTH), np.int64)
     step = Ahead(1e-9, 9.81, 1e-9, 0.0, -1.0, 0.0)
-    pose = np.array([(*state[13:16], *state[:3])], POSE).view(np.recarray)[0]
-    count, _, _ = terrain_contacts(
-        terrain, frame, table, keys, state, body, stations, fidelity.ring_points, step,
-        pose, 0.0, np.zeros((RING_ROWS, stations)), np.zeros(LOOK_ROOM),
-    )  # fmt: skip
+    pose = np.array([(*state[13:16], *state[:3])], POSE).view(np.recarray)
+    scratch = Scratch(pose, np.zeros((RING_ROWS, stations)), np.zeros(LOOK_ROOM), table, keys)
+    model = Model(terrain, Settings(fidelity.ring_points))
+    count, _, _ = terrain_contacts(model, Log(frame, body, stations), state, scratch, step, 0.0)
     return count, -table[:count]["gap"].min() if count else 0.0
 
 
@@ -173,8 +193,9 @@ def test_crest_of_a_twisted_cell():
     heights[4, 4], heights[4, 5], heights[5, 4] = -1.0, -0.5, -0.5  # before it the ground falls away
     terrain = prepare(heights, 1.0, 0.0, 0.0, 0.3, reference=0.0)
     way = math.sqrt(0.5)
+    nodes = Nodes(terrain.heights, 1.0, 1.0, 0, 0)
     found, t, ex, ey, ez, gap, sx, sy = crest(
-        terrain, 0, 0, 4.9, 4.9, 0.38, way, way, 0.0, 0.0, 0.0, -0.3, 0.3, 0.0, -1.0, 1.0, 0.18
+        nodes, (4.9, 4.9, 0.38), (way, way, 0.0), (0.0, 0.0, -0.3), (0.3, 0.0), (-1.0, 1.0), 0.18
     )
     assert found
     assert t == pytest.approx(0.6 / way, abs=1e-7)  # heights are float32
@@ -190,9 +211,8 @@ def test_crest_is_a_peak(turn):
     heights[5, 5] = 0.5
     terrain = prepare(heights, 1.0, 0.0, 0.0, 0.3, reference=0.0)
     qx, qy = math.cos(turn), math.sin(turn)
-    found, t, *_, gap, _, _ = crest(
-        terrain, 0, 0, 5.0 - 0.3 * qx, 5.0 - 0.3 * qy, 0.78, qx, qy, 0.0, 0.0, 0.0, -0.3, 0.3, 0.0, -0.5, 0.5, 0.2
-    )
+    nodes, c = Nodes(terrain.heights, 1.0, 1.0, 0, 0), (5.0 - 0.3 * qx, 5.0 - 0.3 * qy, 0.78)
+    found, t, *_, gap, _, _ = crest(nodes, c, (qx, qy, 0.0), (0.0, 0.0, -0.3), (0.3, 0.0), (-0.5, 0.5), 0.2)
     assert found
     assert t == pytest.approx(0.3, abs=0.01)
     assert gap <= -0.02 + 1e-7

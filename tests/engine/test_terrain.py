@@ -6,6 +6,8 @@ import pytest
 from deadwood_engine import Scene
 from deadwood_engine.terrain import KINK, lid_distance, prepare, surface
 
+NODE = np.zeros(2, np.int64)  # the DEM's first node (column, row)
+
 
 def scene_of(function, *, cell=0.5, size=12, x0=100.0, y0=200.0):
     axis = np.arange(size) * cell
@@ -82,7 +84,7 @@ def test_no_terrain_stands_above_a_lid(cell):
     tightest = np.inf
     for _ in range(20_000):
         x, y = rng.random(2) * (side - 1) * cell
-        above, east = lid_distance(terrain, 0, 0, x, y, 0.0, 1.0, 0.0, 0.0)
+        above, east = lid_distance(terrain, NODE, (x, y, 0.0), (1.0, 0.0, 0.0))
         away, turn = block * np.sqrt(rng.random()), 2 * np.pi * rng.random()
         dx, dy = away * np.cos(turn), away * np.sin(turn)
         there = surface(terrain, 0, 0, x + dx, y + dy)[0]
@@ -104,10 +106,11 @@ def test_lids_hold_only_where_there_is_terrain_all_around():
     terrain = prepare(heights, 1.0, 0.0, 0.0, 0.2)
     up = 0.0, 0.0, 1.0
     for x, y in ((0.5, 5.0), (5.0, 18.5), (9.5, 9.5), (11.5, 10.5), (-3.0, 5.0), (5.0, 400.0)):
-        assert lid_distance(terrain, 0, 0, x, y, 100.0, *up)[0] == -np.inf
-    assert lid_distance(terrain, 0, 0, 5.0, 5.0, 100.0, *up)[0] == pytest.approx(100.0, abs=2e-3)
+        assert lid_distance(terrain, NODE, (x, y, 100.0), up)[0] == -np.inf
+    assert lid_distance(terrain, NODE, (5.0, 5.0, 100.0), up)[0] == pytest.approx(100.0, abs=2e-3)
     # seen from another log's frame it is the same place
-    assert lid_distance(terrain, 3, 4, 2.0, 1.0, 100.0, *up) == lid_distance(terrain, 0, 0, 5.0, 5.0, 100.0, *up)
+    other = lid_distance(terrain, np.array([3, 4]), (2.0, 1.0, 100.0), up)
+    assert other == lid_distance(terrain, NODE, (5.0, 5.0, 100.0), up)
 
 
 @pytest.mark.parametrize(

@@ -235,7 +235,7 @@ def _refuse_torn_shapefile(name: str, what: str) -> None:
         return
     if ".dbf" not in _parts_of_shapefile(place):
         raise UserError(
-            f"{name}: the part {place.stem}.dbf of the {what} shapefile is missing; "
+            f"{name} ({what}): its part {place.stem}.dbf is missing; "
             "copy all its parts (.shp, .shx, .dbf, .prj) together"
         )
 

@@ -201,7 +201,7 @@ def test_a_dem_in_coarse_numbers_takes_the_structures_as_floats(tmp_path, said, 
     told = ""
     try:
         add_structures.TOOL(feedback=said, dem=str(path), output=str(tmp_path / "with.tif"), **asked)
-        told = said.warnings[0].split("refine them: ")[1]
+        told = said.warnings[0].split("for finer steps: ")[1]
     except UserError as refused:
         told = str(refused).split("fix: ")[1]
     fixed = carry_out(told, tmp_path)
