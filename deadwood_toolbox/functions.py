@@ -1738,7 +1738,7 @@ def count_hits(
     Parameters
     ----------
     run : required
-        Folder of a run of slide-logs.
+        Folder of a run. Written by slide-logs.
     cell_m : m, > 0
         Cell size. Default: the run's.
     release_id : optional
@@ -1820,7 +1820,7 @@ def reach_lines(
     Parameters
     ----------
     run : required
-        Folder of a run of slide-logs.
+        Folder of a run. Written by slide-logs.
     lines : line or polygon, required
         Roads, railways, houses.
     edge_m : m, >= 0, default 20
@@ -1892,7 +1892,7 @@ def design_values(
     Parameters
     ----------
     run : required
-        Folder of a run of slide-logs.
+        Folder of a run. Written by slide-logs.
     lines : line or polygon
         Roads, railways, houses in place of those of the run. Or profile lines across the slope. They need
         stored trajectories. Without it, the lines of the run.
@@ -2000,7 +2000,7 @@ def value_trees(
     resume : optional
         Continue an interrupted run.
     run : required
-        Folder of a run of slide-logs.
+        Folder of a run. Written by slide-logs.
     lines : line or polygon
         Roads, railways, houses in place of those of the run. Without it, the lines of the run.
     stands : polygon
@@ -2091,7 +2091,7 @@ def break_trees(
     resume : optional
         Continue an interrupted run.
     run : required
-        Folder of a run of slide-logs, with trees and lines.
+        Folder of a run. Written by slide-logs, with trees and with roads, railways or houses.
     tree_capacity_kj : kJ, > 0, required
         Energy that a tree of 40 cm DBH absorbs before it breaks.
     tree_capacity_power : 0 <= x <= 6, default 2
@@ -2199,7 +2199,7 @@ def site_barriers(
     resume : optional
         Continue an interrupted run.
     run : required
-        Folder of a run of slide-logs, with lines.
+        Folder of a run. Written by slide-logs, with roads, railways or houses.
     lines : line or polygon
         Roads, railways, houses in place of those of the run. Without it, the lines of the run.
     candidates : line
@@ -2314,7 +2314,7 @@ def map_intensity(
     Parameters
     ----------
     run : required
-        Folder of a run of slide-logs.
+        Folder of a run. Written by slide-logs.
     energy_classes_kj : kJ, > 0, default 30,300
         Bounds of the classes of energy.
     energy_raster : optional
@@ -2399,7 +2399,7 @@ def map_origins(
     Parameters
     ----------
     run : required
-        Folder of a run of slide-logs.
+        Folder of a run. Written by slide-logs.
     lines : line or polygon
         Roads, railways, houses in place of those of the run. Their reach is computed from stored trajectories.
     cell_m : m, > 0
@@ -2461,7 +2461,7 @@ def lateral_spread(
     Parameters
     ----------
     deposits : point, required
-        Deposits of slide-logs, or the folder of its run.
+        Deposits, or the folder of their run. Written by slide-logs.
     min_runout_m : m, >= 0
         Minimum run-out of deposits that count. Default: one log length, from the field length_m.
     dem : optional
@@ -3679,7 +3679,7 @@ def view(
     Parameters
     ----------
     run : required
-        Folder of a run of slide-logs, or of a demo.
+        Folder of a run, or of a demo.
     language : one of en, de, fr, it, default en
         Language of a page that has to be made.
     progress : bool

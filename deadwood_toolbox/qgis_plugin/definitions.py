@@ -37,7 +37,8 @@ from qgis.core import (
 )
 
 from .help_text import labelled, part_name
-from .language import _, title_of
+from .language import _, signs, title_of
+from .proposals import LAYERS
 
 Source = QgsProcessing.SourceType
 GEOMETRIES = {
@@ -100,9 +101,9 @@ def help_of(declared: dict[str, Any]) -> str:
     limits = []
     if low is not None:
         phrase = _("more than {low}") if declared["exclusive"] else _("at least {low}")
-        limits.append(phrase.format(low=f"{low:g}"))
+        limits.append(phrase.format(low=signs(f"{low:g}")))
     if high is not None and high < LARGEST_SPIN:
-        limits.append(_("at most {high}").format(high=f"{high:g}"))
+        limits.append(_("at most {high}").format(high=signs(f"{high:g}")))
     bounds = f"{', '.join(limits).capitalize()}{' ' + unit if unit else ''}." if limits else ""
     return " ".join(part for part in (declared["help"], bounds) if part)
 
@@ -110,7 +111,14 @@ def help_of(declared: dict[str, Any]) -> str:
 def _definition(declared: dict[str, Any]) -> list[QgsProcessingParameterDefinition]:
     label = declared["label"] + (f" [{declared['unit']}]" if declared["unit"] else "")
     made = WIDGETS.get(declared["widget"], _text)(declared, declared["name"].upper(), label, declared["optional"])
+    if declared["widget"] in LAYERS and not declared["optional"]:
+        made.setMetadata({"widget_wrapper": likely(declared["name"])})
     return made if isinstance(made, list) else [made]
+
+
+def likely(kind: str) -> dict[str, str]:
+    """Metadata with which a dialog proposes the layer that is probably meant (`widgets.LikelyLayer`)."""
+    return {"class": f"{__package__}.widgets.LikelyLayer", "kind": kind}
 
 
 def _number_or_layer(

@@ -29,7 +29,7 @@ from .explore_overlay import Hits, Overlay, saved_layer
 from .explore_scene import Scene
 from .explore_words import Words
 from .inputs import Inputs
-from .language import _, translated
+from .language import _, signs, translated
 from .overlap import check_places
 
 RESTART_MS = 400  # after a change of layers, so that several changes are one restart
@@ -314,7 +314,7 @@ class Panel(QDockWidget):
         self.deaths = 0
         facts = frame.facts
         if facts["final"]:
-            seconds = f"{facts['ms'] / 1000.0:.2f}"
+            seconds = signs(f"{facts['ms'] / 1000.0:.2f}")
             self.tell(self.words.say("counted", done=facts["done"], fidelity=facts["fidelity"], ms=seconds))
         else:
             more = {"done": facts["done"], "of": facts["n"], "fidelity": facts["fidelity"]}

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from .language import _
+from .language import _, signs
 
 GREY = "#767676"
 
@@ -82,7 +82,7 @@ class Words:
     def legend(self, answer: Mapping[str, Any]) -> str:
         """The meaning of the colours: hits of cells, and where logs ended."""
         cells = "".join(f'<td width="5" bgcolor="{each["colour"]}">&nbsp;</td>' for each in self.ramp)
-        least, most = (self.say("percent", p=f"{100.0 * self.ramp[k]['share']:g}") for k in (0, -1))
+        least, most = (self.say("percent", p=signs(f"{100.0 * self.ramp[k]['share']:g}")) for k in (0, -1))
         said = (
             f"{self.say('legend_hits')} ({self.say('legend_logs', done=answer['done'], fidelity=answer['fidelity'])})"
         )
@@ -109,7 +109,7 @@ def _number(value: float, digits: int, *, signed: bool = False) -> str:
     text = f"{value:+.{digits}f}" if signed else f"{value:.{digits}f}"
     if float(text) == 0.0:
         text = text.lstrip("+-")
-    return text.replace("-", "\N{MINUS SIGN}")
+    return signs(text.replace("-", "\N{MINUS SIGN}"))
 
 
 def _row(name: str, value: str) -> str:

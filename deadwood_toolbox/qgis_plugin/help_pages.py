@@ -15,7 +15,7 @@ from qgis.PyQt.QtCore import QUrl
 from .definitions import help_of, is_hidden
 from .finding import HERE
 from .help_text import labelled, paragraphs
-from .language import _
+from .language import _, signs
 
 # Pictures of results, as on the toolbox's site; packed into the zip (`plugin_zip`).
 PICTURES = {
@@ -71,15 +71,24 @@ def _table(tool: dict[str, Any]) -> str:
         if is_hidden(each, tool):
             continue
         label = each["label"] + (f" [{each['unit']}]" if each["unit"] else "")
-        default = each["default"] if each["default"] not in (None, False, ()) else ""
-        said = ", ".join(map(str, default)) if isinstance(default, (list, tuple)) else str(default)
         cells = (
             html.escape(label),
             f"<code>{each['name'].upper()}</code>",
             html.escape(labelled(help_of(each), tool)),
-            html.escape(said),
+            html.escape(_default(each["default"])),
         )
         rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     heads = (_("Parameter"), _("In scripts"), _("Meaning"), _("Default"))
     head = "".join(f"<th>{html.escape(each)}</th>" for each in heads)
     return f"<table><tr>{head}</tr>{''.join(rows)}</table>"
+
+
+def _default(value: Any) -> str:
+    """A default as the dialog has it: a list of numbers is typed there, and keeps its points."""
+    if value is None or value is False:
+        return ""
+    if value is True:
+        return "\N{CHECK MARK}"
+    if isinstance(value, (list, tuple)):
+        return ",".join(f"{each:g}" if isinstance(each, float) else str(each) for each in value)
+    return signs(f"{value:g}") if isinstance(value, float) else str(value)

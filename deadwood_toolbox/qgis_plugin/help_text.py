@@ -7,6 +7,8 @@ import re
 from typing import Any
 
 FLAG = re.compile(r"--[a-z][a-z0-9-]*[a-z0-9]")
+# The name of a tool with a hyphen, except in a path and in a full command: `slide-logs --trajectories`.
+NAME = re.compile(r"(?<![\w/.-])[a-z]+(?:-[a-z]+)+(?![\w/-]|\.\w| --)")
 
 
 def pieces(description: str) -> list[str]:
@@ -28,24 +30,30 @@ def title(part: str) -> str:
 
 
 def labelled(message: str, tool: dict[str, Any]) -> str:
-    """A line of the tool in the dialog's words: labels instead of flags, except in a proposed command."""
+    """A line of the tool in the dialog's words: labels instead of flags and tools, except in a proposed command."""
     said, command, rest = message.partition("deadwood-tool ")
-    names = {each["flag"]: f"'{each['label']}'" for each in tool["parameters"]}
-    return FLAG.sub(lambda found: names.get(found[0], found[0]), said) + command + rest
+    return _in_words(said, {typed: f"'{label}'" for typed, label in _names(tool).items()}) + command + rest
 
 
 def paragraphs(tool: dict[str, Any]) -> list[str]:
-    """One piece of HTML for each paragraph; a flag of the command line gets the name that the dialog has for it."""
-    return [_paragraph(part, _names(tool)) for part in pieces(tool["description"])]
+    """One piece of HTML for each paragraph; flags and tools get the names that the dialogs have for them."""
+    names = {typed: f"<i>{html.escape(label, quote=False)}</i>" for typed, label in _names(tool).items()}
+    return [_paragraph(part, names) for part in pieces(tool["description"])]
 
 
 def _paragraph(text: str, names: dict[str, str]) -> str:
     if text.startswith("    "):
         return f"<pre>{html.escape(text)}</pre>"
     text = html.escape(re.sub(r"``?([^`]+)``?", r"\1", text), quote=False)
-    text = FLAG.sub(lambda found: names.get(found[0], found[0]), text)
-    return re.sub(r"\n- ", "<br>- ", text)
+    return re.sub(r"\n- ", "<br>- ", _in_words(text, names))
+
+
+def _in_words(text: str, names: dict[str, str]) -> str:
+    for pattern in (FLAG, NAME):
+        text = pattern.sub(lambda found: names.get(found[0], found[0]), text)
+    return text
 
 
 def _names(tool: dict[str, Any]) -> dict[str, str]:
-    return {each["flag"]: f"<i>{html.escape(each['label'], quote=False)}</i>" for each in tool["parameters"]}
+    """The labels of the tool's flags, and of the tools of QGIS (``others``, which the provider adds)."""
+    return {each["flag"]: each["label"] for each in tool["parameters"]} | tool.get("others", {})

@@ -7,6 +7,7 @@ choices, files, columns) are never translated.
 from __future__ import annotations
 
 import gettext
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,11 @@ def _(english: str) -> str:
     return catalogue().gettext(english) if english else ""
 
 
+def signs(number: str) -> str:
+    """A number as Python writes it, with the decimal sign of the texts around it; not for what is typed."""
+    return number if type(catalogue()) is gettext.NullTranslations else number.replace(".", ",")
+
+
 def title_of(part: str) -> str:
     """The name of a layer or file of a result in the map and in models."""
     return _(title(part))
@@ -41,8 +47,9 @@ def group_label(name: str) -> str:
     return f"{list(shown).index(name) + 1} · {shown[name]}"
 
 
-def translated(tool: dict[str, Any]) -> dict[str, Any]:
-    """A tool's declaration with all visible texts in QGIS's language."""
+def translated(tool: dict[str, Any], tools: Iterable[dict[str, Any]] = ()) -> dict[str, Any]:
+    """A tool's declaration with all visible texts in QGIS's language, and the names of the tools in the toolbox."""
+    others = {each["name"]: each["label"] for each in tools if each["qgis_id"]}
     parameters = [
         {**each, **{name: _(each[name]) for name in ("label", "help", "unit")}} for each in tool["parameters"]
     ]
@@ -53,4 +60,5 @@ def translated(tool: dict[str, Any]) -> dict[str, Any]:
         "group_id": tool["group"].lower(),
         "description": "\n\n".join(_(each) for each in pieces(tool["description"])),
         "parameters": parameters,
+        "others": {name: _(label) for name, label in others.items()},
     }

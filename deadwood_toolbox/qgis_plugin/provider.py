@@ -67,7 +67,7 @@ class Provider(QgsProcessingProvider):
     def loadAlgorithms(self) -> None:
         for tool in self.manifest["tools"]:
             if tool["qgis_id"]:
-                self.addAlgorithm(ToolAlgorithm(translated(tool)))
+                self.addAlgorithm(ToolAlgorithm(translated(tool, self.manifest["tools"])))
         self.addAlgorithm(StartHere())
         self.addAlgorithm(CheckInstallation())
         if QgsApplication.processingRegistry().providerById(self.id()) is not None:

@@ -61,25 +61,24 @@ class Results:
 
     def load(self, context: QgsProcessingContext, opens: bool) -> None:
         """Have QGIS load what the user wants to see: the ticked files, and a folder's layers if requested."""
-        waiting = context.layersToLoadOnCompletion()
         for declared in self.tool["parameters"]:
             path = self.asked.get(declared["name"])
             if path is None:
                 continue
-            details = next((each for uri, each in waiting.items() if os.path.abspath(uri) == path), None)
+            waiting = context.layersToLoadOnCompletion()
+            asked = next((uri for uri in waiting if os.path.abspath(uri) == path), None)
             if declared["widget"] == "output_folder":
                 if opens and declared["required"] and context.project() is not None:
                     title = f"{self.tool['label']}: {Path(path).name}"
                     announce(sources_of_folder(path, self.left), title, context, context.project())
-            elif details is not None:
+            elif asked is not None:
                 sources = sources_of_file(path)
                 if len(sources) > 1:
-                    waiting = {uri: each for uri, each in waiting.items() if os.path.abspath(uri) != path}
+                    project = waiting.pop(asked).project
                     context.setLayersToLoadOnCompletion(waiting)
-                    title = f"{self.tool['label']}: {Path(path).stem}"
-                    announce(sources, title, context, details.project)
-                else:
-                    details.setPostProcessor(Arrival.kept("", "", 0, True))
+                    announce(sources, f"{self.tool['label']}: {Path(path).stem}", context, project)
+                else:  # of `waiting`, which is a copy, QGIS would not see it
+                    context.layerToLoadOnCompletionDetails(asked).setPostProcessor(Arrival.kept("", "", 0, True))
 
 
 def layers_of(package: str) -> list[str]:

@@ -16,11 +16,13 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QIcon
 
+from .definitions import likely
 from .finding import HERE
 from .language import START, _, group_label
 
 FILE = HERE / "models" / "slope_to_report.model3"
 FRICTION = "friction"
+LAYERS = ("dem", "areas", "lines")  # that it requires
 
 
 def labels() -> dict[str, str]:
@@ -47,8 +49,12 @@ def read() -> QgsProcessingModelAlgorithm:
     name_all(model)
     for child in model.childAlgorithms().values():
         child.setDescription(child.algorithm().displayName())
+        named = {}
         for output, each in child.modelOutputs().items():
             each.setDescription(labels()[output])
+            each.setName(labels()[output])  # which the designer shows
+            named[each.name()] = each
+        child.setModelOutputs(named)
         model.setChildAlgorithm(child)
     return model
 
@@ -76,6 +82,8 @@ class SlopeToReport(QgsProcessingModelAlgorithm):
     def initAlgorithm(self, configuration: dict[str, Any] | None = None) -> None:
         super().initAlgorithm(configuration or {})
         name_all(self)
+        for name in LAYERS:
+            self.parameterDefinition(name).setMetadata({"widget_wrapper": likely(name)})
 
     def name(self) -> str:
         return "slopetoreport"

@@ -197,7 +197,22 @@ def run_as_a_dialog_does(name: str, **parameters: Any) -> dict[str, Any]:
         time.sleep(0.01)
     return {"worked": done[0], "said": feedback.said, "waiting": {
         os.path.basename(uri): each.name for uri, each in context.layersToLoadOnCompletion().items()
-    }}  # fmt: skip
+    }, "looks": looks_on_arrival(context)}  # fmt: skip
+
+
+def looks_on_arrival(context: QgsProcessingContext) -> dict[str, str]:
+    """The renderer of each waiting layer, once what Processing calls on its arrival has been called."""
+    found = {}
+    for uri, each in context.layersToLoadOnCompletion().items():
+        name = os.path.basename(uri)
+        # Processing loads them without their default style
+        raster, vector = (kind.LayerOptions(loadDefaultStyle=False) for kind in (QgsRasterLayer, QgsVectorLayer))
+        is_raster = uri.endswith(".tif")
+        layer = QgsRasterLayer(uri, name, "gdal", raster) if is_raster else QgsVectorLayer(uri, name, "ogr", vector)
+        if each.postProcessor() is not None:
+            each.postProcessor().postProcessLayer(layer, context, QgsProcessingFeedback())
+        found[name] = layer.renderer().type()
+    return found
 
 
 in_window: list[bool] = []
@@ -210,7 +225,8 @@ def watched(self: raster_copy.Copy, feedback: QgsProcessingFeedback) -> bool:
 
 
 raster_copy.Copy.write = watched
-given = {"FRICTION": 0.25, "THRESHOLD": 0.35, "OUTPUT": f"{WORK}/copied_in_a_thread.tif"}
+shown = QgsProcessingOutputLayerDefinition(f"{WORK}/copied_in_a_thread.tif", project)
+given = {"FRICTION": 0.25, "THRESHOLD": 0.35, "OUTPUT": shown}
 outcomes["copied_in_a_thread"] = run_as_a_dialog_does("assessmobilisation", DEM=holed, **given)
 outcomes["copied_in_a_thread"]["in_window"] = in_window
 opened = QgsProcessingOutputLayerDefinition(f"{WORK}/in_a_thread.gpkg", project)
@@ -218,5 +234,8 @@ opened.destinationName = "Releases"
 outcomes["in_a_thread"] = run_as_a_dialog_does(
     "samplereleases", AREAS=f"{SAMPLE}/sample.gpkg|layername=release_area", DEM=dem, COUNT=2, OUTPUT=opened
 )
+opened = QgsProcessingOutputLayerDefinition(f"{WORK}/spread_in_a_thread.gpkg", project)
+deposits = f"{WORK}/run/run.gpkg|layername=deposits"
+outcomes["layers_in_a_thread"] = run_as_a_dialog_does("lateralspread", DEPOSITS=deposits, OUTPUT=opened)
 print("JSON" + json.dumps(outcomes, default=str), flush=True)
 os._exit(0)  # QGIS's own cleanup at exit is not tested

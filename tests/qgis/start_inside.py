@@ -45,6 +45,7 @@ sources = [each for each in waiting if ".gpkg" in each]
 slide = registry.algorithmById("deadwood:slidelogs")
 told: dict[str, Any] = {
     "steps": steps,
+    "outputs": sorted(name for each in model.childAlgorithms().values() for name in each.modelOutputs()),
     "dialogs": {
         name: [each.name() for each in registry.algorithmById(f"deadwood:{name}").parameterDefinitions()]
         for name in ("sitebarriers", "slidelogs")

@@ -184,6 +184,19 @@ def test_a_file_that_is_to_be_opened_is_loaded_when_the_tool_ran_in_a_separate_t
     assert next(iter(outcome["waiting"])).startswith("in_a_thread.gpkg")
 
 
+def test_a_raster_that_is_loaded_has_its_style(told):
+    """Before, it came in shades of grey: what was to be called on its arrival was attached to a copy."""
+    assert told["copied_in_a_thread"]["looks"] == {"copied_in_a_thread.tif": "singlebandpseudocolor"}
+
+
+def test_all_layers_of_a_file_that_is_to_be_opened_are_loaded_with_their_styles(told):
+    outcome = told["layers_in_a_thread"]
+    assert outcome["worked"], outcome["said"]
+    assert sorted(outcome["waiting"].values()) == ["Azimuths", "Spread"]
+    assert len(outcome["looks"]) == 2
+    assert all(each.startswith("spread_in_a_thread.gpkg|layername=") for each in outcome["waiting"])
+
+
 def test_a_model_of_three_tools_runs(qgis, tmp_path):
     model = tmp_path / "model.model3"
     words = [SYSTEM_PYTHON, HERE / "make_model.py", qgis.folder / "plugins", model]

@@ -74,6 +74,7 @@ def told(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 def test_every_step_of_the_shipped_model_is_valid_for_the_designer(told):
     """A step is marked there that lacks a setting; tests/qgis/slope_model.py writes the model again."""
     assert told["steps"] == {"sample": [], "slide": [], "report": []}
+    assert told["outputs"] == ["Folder of the run", "Report"]  # as the designer shows them
 
 
 def test_it_asks_in_the_order_of_the_work(told):

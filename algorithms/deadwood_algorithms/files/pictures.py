@@ -6,10 +6,12 @@ How a quantity or a thing looks is declared in `schemas/looks.py`; here it becom
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, FuncNorm, LinearSegmentedColormap, Normalize, to_rgba
@@ -29,6 +31,7 @@ RIM, RIM_WIDTH = "#1b1f23", 0.9  # dark, and its width in points around a dot
 OPACITY = 0.85  # of a quantity over the relief
 NORTH_POINTS = 28.0  # from the tip of the arrow to the letter
 ENDS_HEIGHT = 0.62  # share of a factor's row that its two bars take
+SIDE_SHARE = 0.06  # of the longest such bar, left free on both sides
 BAR_SHARE = 0.2  # largest share of a map's width that its scale bar takes
 
 
@@ -111,6 +114,14 @@ def show_scale(
     return bar
 
 
+def lines_of_shapes(shapes: Any) -> list[NDArray[np.float64]]:
+    """Lines, and outlines of polygons, part by part."""
+    parts = shapely.get_parts(np.asarray(shapes))
+    filled = shapely.get_type_id(parts) == 3
+    strings = [*parts[~filled], *shapely.get_rings(parts[filled])]
+    return [shapely.get_coordinates(each) for each in strings]
+
+
 def show_lines(
     axes: Axes, strings: Iterable[ArrayLike], width: float = 2.0, colour: str = ROAD, **more: Any
 ) -> LineCollection:
@@ -155,6 +166,19 @@ def show_ends(axes: Axes, place: float, base: float, at_low: float, at_high: flo
     height, aside = (0.5 * ENDS_HEIGHT, 0.25 * ENDS_HEIGHT) if one_way else (ENDS_HEIGHT, 0.0)
     for value, colour, step in ((at_low, LOW_END, -aside), (at_high, HIGH_END, aside)):
         axes.barh(place + step, value - base, height, left=base, color=colour, zorder=2)
+
+
+def limits_of_ends(values: Sequence[float], most: float) -> tuple[float, float]:
+    """Limits of the axis of such bars, of an outcome between 0 and ``most``: with some room, because bars that end at
+    the frame cannot be seen as bars, and with a width even if no value differs.
+    """
+    room = SIDE_SHARE * (max(values) - min(values)) or 1.0
+    return max(min(values) - room, 0.0), min(max(values) + room, most)
+
+
+def with_minus(text: str) -> str:
+    """A text with true minus signs before its negative numbers, as axes have them."""
+    return re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", text)
 
 
 def bar_length(width: float) -> float:

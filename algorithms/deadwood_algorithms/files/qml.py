@@ -65,17 +65,24 @@ def relabelled(style: str, say: Callable[[Label], str]) -> str:
 
 @dataclass(frozen=True)
 class Symbol:
-    """A symbol of one layer; ``kind`` is marker, line or fill."""
+    """A symbol; ``kind`` is marker, line or fill, ``beneath`` what is drawn first, such as a wider line around it."""
 
     kind: str
     facts: tuple[tuple[str, str], ...]
+    beneath: Symbol | None = None
 
     def xml(self, name: str) -> str:
-        options = "".join(_option(key, value) for key, value in self.facts)
+        under = self.beneath.layer() if self.beneath else ""
         return (
             f'<symbol type="{self.kind}" name={quoteattr(name)} alpha="1" clip_to_extent="1" force_rhr="0">'
+            f"{under}{self.layer()}</symbol>"
+        )
+
+    def layer(self) -> str:
+        options = "".join(_option(key, value) for key, value in self.facts)
+        return (
             f'<layer class="{_CLASSES[self.kind]}" enabled="1" locked="0" pass="0">'
-            f'<Option type="Map">{options}</Option></layer></symbol>'
+            f'<Option type="Map">{options}</Option></layer>'
         )
 
 
@@ -132,11 +139,15 @@ def graduated(field: str, rows: Sequence[tuple[float, float, Label, Symbol]]) ->
     )
 
 
+# Without a weight QGIS takes the thinnest one; newer versions go by the name.
+NORMAL, BOLD = 'fontWeight="50" namedStyle="Regular"', 'fontWeight="75" namedStyle="Bold"'
+
+
 def labels(expression: str) -> str:
     """Labels with a white halo, from an expression."""
     return (
         '<labeling type="simple"><settings calloutType="simple">'
-        f'<text-style fieldName={quoteattr(expression)} isExpression="1" fontSize="10" fontSizeUnit="Point" '
+        f'<text-style fieldName={quoteattr(expression)} isExpression="1" fontSize="10" fontSizeUnit="Point" {BOLD} '
         'textColor="30,30,30,255" textOpacity="1">'
         '<text-buffer bufferDraw="1" bufferSize="0.8" bufferSizeUnits="MM" bufferColor="255,255,255,255" '
         'bufferOpacity="1"/></text-style>'

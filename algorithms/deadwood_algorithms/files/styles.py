@@ -10,7 +10,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,6 +48,7 @@ _SHARES = LOOKS["shares"].stops
 SMALL = 1e-9  # below the share of one log in any run
 HEIGHT_STEP_M = 5.0
 BLOCK_STEP_M = 0.5
+CASING_MM = 0.9  # of both sides together, of a line within a wider one
 DBH_UNIT = "cm DBH"
 STAMP = "2000-01-01T00:00:00.000Z"  # as everywhere in a GeoPackage: same input, same bytes
 
@@ -159,9 +160,18 @@ def _share_classes(kind: str, symbol: Callable[[int], Symbol]) -> list[Class]:
 
 def _reach(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     widths = np.linspace(2.0, 6.0, len(_SHARES))
-    rows = _share_classes(kind, lambda k: _plain(kind, HITS[k + 1], float(widths[k])))
+    classes = _share_classes(kind, lambda k: _plain(kind, HITS[k + 1], float(widths[k])))
+    rows = [(low, high, label, _cased(symbol)) for low, high, label, symbol in classes]
     text = f"\"line_id\" || ': ' || {_SHARE} || ' %'"
     return Style(qml.graduated("p", rows) + qml.labels(text), labelled=True)
+
+
+def _cased(symbol: Symbol) -> Symbol:
+    """A line within a wider one in the colour of roads, so that it is not taken for a barrier."""
+    if symbol.kind != "line":
+        return symbol
+    width = float(dict(symbol.facts)["line_width"])
+    return replace(symbol, beneath=line(ROAD, width + CASING_MM))
 
 
 def _percent(column: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Callable
 from functools import partial
@@ -16,8 +17,11 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from deadwood_algorithms.files.pictures import (
+    limits_of_ends,
+    lines_of_shapes,
     scale_and_north,
     show_dots,
     show_ends,
@@ -31,17 +35,17 @@ from deadwood_algorithms.report.plan import (
     MOST_DOTS,
     draw_relief,
     legend_of_map,
-    lines_of_shapes,
     map_frame,
     roads,
     thinned_rows,
 )
 from deadwood_algorithms.report.rounded import decimal, with_interval
-from deadwood_algorithms.report.sources import ReportedRun, thinned_raster
+from deadwood_algorithms.report.sources import Extent, ReportedRun, thinned_raster
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.schemas.looks import BARRIER, BRINGS, CHOSEN, HIGH_END, KEEPS, LOW_END, PLAIN
 
 NARROW = 5.6  # width of one of several maps [inches]
+ROOM_M = 10.0  # least ground around the cells from which lines are reached
 NAMED = 5  # number of objects named on the map: those that keep most logs away
 # map -> (title's phrase, function that selects the class shown for a block of cells: the most severe)
 CLASS_MAPS: dict[str, tuple[str, Callable[..., Any]]] = {
@@ -78,12 +82,16 @@ def drawings_of_answers(source: ReportedRun, words: Words, key: str) -> dict[str
     return {name: Drawing(f"{key}_{name}", words.say(title), draw, words) for name, (title, draw) in found.items()}
 
 
-def _slope(source: ReportedRun, words: Words) -> tuple[Figure, Any, list[Any]]:
-    """A map with the relief and the lines only, and the first entries of the legend."""
-    figure, axes = map_frame(source.extent, words, NARROW)
+def _slope(source: ReportedRun, words: Words, extent: Extent | None = None) -> tuple[Figure, Any, list[Any]]:
+    """A map with the relief and the lines only, of the run or of a part of it, and the first entries of the legend."""
+    west, south, east, north = extent = extent or source.extent
+    figure, axes = map_frame(extent, words, NARROW)
     if source.ground is not None:
         draw_relief(axes, source)
-    return figure, axes, roads(axes, source, words)
+    seen = source.lines is not None and source.lines.intersects(shapely.box(west, south, east, north)).any()
+    lines = roads(axes, source, words) if seen else []
+    axes.set(xlim=(west, east), ylim=(south, north))
+    return figure, axes, lines
 
 
 def _finished(figure: Figure, axes: Any, handles: list[Any]) -> Figure:
@@ -177,13 +185,31 @@ def class_figure(
 
 def origins_figure(source: ReportedRun, folder: Path, words: Words) -> Figure:
     """The share of the logs released in each cell that reaches any line."""
-    figure, axes, handles = _slope(source, words)
     with rasterio.open(folder / "origins.tif") as raster:
         values, (west, south, east, north) = thinned_raster(raster, source.extent, np.nanmean)
+    near = around_known(values, (west, south, east, north), source.extent)
+    figure, axes, handles = _slope(source, words, near)
     image = show_quantity(axes, values, "danger", (west, east, south, north))
-    axes.set(xlim=(source.extent[0], source.extent[2]), ylim=(source.extent[1], source.extent[3]))
+    axes.set(xlim=(near[0], near[2]), ylim=(near[1], near[3]))
     show_scale(figure, image, "danger", words.say("from_where_map"), signs=words.signs, ax=axes)
     return _finished(figure, axes, handles)
+
+
+def around_known(values: NDArray[np.float64], place: Extent, whole: Extent) -> Extent:
+    """The cells with values (row 0 south, at ``place``), with as much ground around them, within the whole map."""
+    rows, columns = np.nonzero(np.isfinite(values))
+    if not rows.size:
+        return whole
+    x, y = (place[2] - place[0]) / values.shape[1], (place[3] - place[1]) / values.shape[0]
+    west, east = place[0] + columns.min() * x, place[0] + (columns.max() + 1) * x
+    south, north = place[1] + rows.min() * y, place[1] + (rows.max() + 1) * y
+    room = max(0.5 * max(east - west, north - south), ROOM_M)
+    return (
+        float(max(west - room, whole[0])),
+        float(max(south - room, whole[1])),
+        float(min(east + room, whole[2])),
+        float(min(north + room, whole[3])),
+    )
 
 
 def outcomes_of(facts: dict[str, Any]) -> list[str]:
@@ -215,6 +241,8 @@ def tornado_figure(facts: dict[str, Any], outcome: str, words: Words) -> Figure:
         show_ends(axes, k, base, scale * row["at_low"], scale * row["at_high"])
         axes.text(1.01, k, swing_words(row, scale, words), transform=axes.get_yaxis_transform(), va="center")
     axes.axvline(base, color=INK, linewidth=1.2, zorder=3)
+    ends = [scale * row[each] for row in rows for each in ("at_low", "as_it_is", "at_high")]
+    axes.set_xlim(*limits_of_ends(ends, 100.0 if outcome.startswith("reach_") else math.inf))
     axes.set_yticks(range(len(rows)), ["\n".join(map(plain, each)) for each in labels])
     axes.set(ylim=(len(rows) - 0.4, -0.6), xlabel=plain(outcome_words(outcome, words)))
     axes.grid(axis="y", visible=False)

@@ -23,7 +23,7 @@ ANSWER_PHRASES = {
     "brings": "brings logs",
     "no_tree_effect": "other trees",
     "siting": "Best places for a barrier",
-    "siting_now": "{share} of the logs reach a line in the run. {n} candidates were tested, each alone.",
+    "siting_now": "{share} of the logs reach a line in the run. Candidates tested, each alone: {n}.",
     "siting_note": (
         "First the chosen barriers, each together with those chosen before it; then the single candidates that no"
         " candidate of the same or smaller length and height outperforms. The best of many was selected on these logs"
@@ -32,6 +32,7 @@ ANSWER_PHRASES = {
     ),
     "siting_none": "None was chosen: no candidate has an effect beyond chance.",
     "candidate_place": "{above} m above, no. {k}",
+    "tested_how": "tested",
     "alone": "alone",
     "chosen": "chosen: {step}",
     "length_height": "length × height [m]",
@@ -52,14 +53,14 @@ ANSWER_PHRASES = {
         "follows, and whether they suit wood, is for an expert to decide."
     ),
     "intensity_map": "Energy of the logs",
-    "class_and_above": "this class and above [ha]",
+    "class_and_above": "this class and above",
     "least_passage": "Where at least {share} % of the logs bring that energy; more logs do not make the areas larger.",
     "largest_energy": (
         "The largest energy of all logs, which grows with their number, and with it the area of each class."
     ),
     "passage_map": "Share of the logs that pass",
     "return_map": "Return period of a passage",
-    "class_ground": "ground [ha]",
+    "class_ground": "ground",
     "at_least": "at least [kJ]",
     "return_period": "return period [years]",
     "longer_than": "over {years}",

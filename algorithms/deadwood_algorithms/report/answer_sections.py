@@ -5,7 +5,7 @@ The tool's own remarks, and what an expert must judge, are beside its numbers.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,16 @@ from deadwood_algorithms.report.answer_figures import (
     swing_words,
 )
 from deadwood_algorithms.report.figures import Drawing
-from deadwood_algorithms.report.markup import element, figure_of, table
-from deadwood_algorithms.report.rounded import decimal, shown_number, shown_share, with_interval
+from deadwood_algorithms.report.markup import Markup, element, figure_of, remarked, table
+from deadwood_algorithms.report.rounded import (
+    NBSP,
+    area_unit,
+    decimal,
+    shown_alike,
+    shown_number,
+    shown_share,
+    with_interval,
+)
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 
@@ -62,15 +70,16 @@ def effect_of_kind(rows: Any, kind: str, line: str, words: Words) -> Parts:
     if not keep and not bring:
         return [paragraph, element("p", words.say("tree_effect_none", line=line))]
     head = [words.say(each) for each in ("thing", "gain_logs", "gain_points", "n_stops", "energy_taken")]
+    energies = shown_alike(best["energy_taken_kj"].astype(float).tolist(), words)
     cells = [
         (
             str(row["id"]),
             int(row["gain_logs"]),
             points(row["gain_p"], row["ci_low"], row["ci_high"], words),
             int(row["stopped"]),
-            shown_number(float(row["energy_taken_kj"]), words),
+            energy,
         )
-        for row in best.to_dict("records")
+        for row, energy in zip(best.to_dict("records"), energies, strict=True)
     ]
     return [paragraph, table(head, cells)] if cells else [paragraph]
 
@@ -92,12 +101,12 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         parts.append(element("p", words.say("siting_none")))
     best = [row for row in facts["rows"] if row["pareto"] == "yes"]
     names = ("length_height", "still_reach", "kept_away", "n_stopped", "n_overjumped", "energy_p95")
-    head = [words.say("barrier"), "", *(words.say(each) for each in names)]
+    head = [words.say("barrier"), words.say("tested_how"), *(words.say(each) for each in names)]
     classed = any(row.get("barrier_class") for row in [*chosen, *best])
     head += [words.say("barrier_class")] if classed else []
     cells = []
     for row in [*chosen, *best]:
-        size = f"{shown_number(round(row['length_m'], 2), words)} × {shown_number(row['height_m'], words)}"
+        size = f"{shown_number(round(row['length_m'], 2), words)}{NBSP}×{NBSP}{shown_number(row['height_m'], words)}"
         cells.append([
             place_of(row, words),
             words.say("chosen", step=row["step"]) if row["step"] else words.say("alone"),
@@ -121,10 +130,10 @@ def place_of(row: Mapping[str, Any], words: Words) -> str:
     return words.say("candidate_place", above=decimal(row["above_m"], words), k=row["place"])
 
 
-def energy_of(row: Mapping[str, Any], words: Words) -> str:
+def energy_of(row: Mapping[str, Any], words: Words) -> Any:
     value, low, high = (number(row[f"energy_{name}_kj"]) for name in ("p95", "ci_low", "ci_high"))
     if np.isfinite(value) and not np.isfinite(high):
-        return words.say("design_more", value=shown_number(value, words), n=int(row["n_more"]))
+        return remarked(shown_number(value, words), words.say("more_hits", n=int(row["n_more"])))
     return with_interval(value, low, high, words)
 
 
@@ -148,12 +157,14 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
         if not mine:
             continue
         parts += [element("h4", words.say(title)), figure_of(drawings.get(name), card=True)]
-        rows = [[words.of_class(each), shown_number(each["area_m2"] / 1e4, words)] for each in mine]
-        head = [words.say(title), words.say("class_ground")]
+        unit, size = area_unit([each["area_m2"] for each in mine])
+        areas = shown_alike([each["area_m2"] / size for each in mine], words)
+        rows = [[words.of_class(each), area] for each, area in zip(mine, areas, strict=True)]
+        head = [words.say(title), f"{words.say('class_ground')} [{unit}]"]
         if "at_least_m2" in mine[0]:
-            head.append(words.say("class_and_above"))
+            head.append(f"{words.say('class_and_above')} [{unit}]")
             for row, each in zip(rows, mine, strict=True):
-                area, low, high = (number(each[f"at_least_{end}m2"]) / 1e4 for end in ("", "ci_low_", "ci_high_"))
+                area, low, high = (number(each[f"at_least_{end}m2"]) / size for end in ("", "ci_low_", "ci_high_"))
                 row.append(with_interval(area, low, high, words))
         parts.append(table(head, rows))
         if name == "intensity" and (least := facts.get("least_passage")):
@@ -169,7 +180,7 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
         if row["n_reach"] is not None
     ]
     parts += [table(head, rows)] if rows else []
-    share = f"{shown_number(100.0 * facts['no_hit']['p_high'], words, 2)} %"
+    share = f"{shown_number(100.0 * facts['no_hit']['p_high'], words, 2)}{NBSP}%"
     parts.append(element("p", words.say("no_hit", share=share), class_="quiet"))
     parts.append(element("p", words.say("intensity_rule"), class_="quiet"))
     return parts
@@ -198,32 +209,32 @@ def from_where(source: ReportedRun, drawings: Mapping[str, Drawing], words: Word
     note = words.say("from_where_note", n=facts["logs"], cell=decimal(facts["cell_m"], words), least=facts["least"])
     parts: Parts = [figure_of(drawings.get("from_where"), note, card=True)]
     only = len({row["line_id"] for row in facts["reach"]}) == 2  # with one line, "any line" would repeat it
-    rows = [
-        (
-            words.say("any_line") if row["line_id"] == "any line" else row["line_id"],
-            f"{shown_number(100.0 * row['least_p'], words)} %",
-            shown_number(row["area_m2"] / 1e4, words),
-            shown_share(row, words),
-        )
-        for row in facts["sources"]
-        if not (only and row["line_id"] == "any line")
-    ]
-    if rows:
-        head = [words.say(each) for each in ("line", "at_least_share", "class_ground", "reach_it")]
-        parts.append(table(head, rows))
-    if facts["affected"]:
-        head = [words.say(each) for each in ("release", "at_least_share", "class_ground", "n_logs")]
-        rows = [
-            (
-                str(row["release_id"]),
-                f"{shown_number(100.0 * row['least_p'], words)} %",
-                shown_number(row["area_m2"] / 1e4, words),
-                int(row["n_logs"]),
-            )
-            for row in facts["affected"][: 4 * TOP]
-        ]
-        parts.append(table(head, rows, words.say("affected")))
+    mine = [row for row in facts["sources"] if not (only and row["line_id"] == "any line")]
+    if mine:
+        names = [words.say("any_line") if row["line_id"] == "any line" else row["line_id"] for row in mine]
+        parts.append(area_table("line", names, mine, "reach_it", [shown_share(row, words) for row in mine], words))
+    if mine := facts["affected"][: 4 * TOP]:
+        names = [str(row["release_id"]) for row in mine]
+        logs = [int(row["n_logs"]) for row in mine]
+        parts.append(area_table("release", names, mine, "n_logs", logs, words, words.say("affected")))
     return parts
+
+
+def area_table(
+    what: str,
+    names: Sequence[str],
+    rows: Sequence[Mapping[str, Any]],
+    last: str,
+    values: Sequence[Any],
+    words: Words,
+    caption: str | None = None,
+) -> Markup:
+    """The ground with at least a given share, of each line or release."""
+    unit, size = area_unit([row["area_m2"] for row in rows])
+    areas = shown_alike([row["area_m2"] / size for row in rows], words)
+    least = [f"{shown_number(100.0 * row['least_p'], words)}{NBSP}%" for row in rows]
+    head = [words.say(what), words.say("at_least_share"), f"{words.say('class_ground')} [{unit}]", words.say(last)]
+    return table(head, zip(names, least, areas, values, strict=True), caption)
 
 
 def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
@@ -247,9 +258,11 @@ def varied(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
         scale = 100.0 if name.startswith("reach_") else 1.0
         rows = []
         for row in (r for r in facts["tornado"] if r["outcome"] == name):
-            ends = [shown_number(scale * row[each], words) for each in ("at_low", "as_it_is", "at_high")]
+            ends = shown_alike([scale * row[each] for each in ("at_low", "as_it_is", "at_high")], words)
             swing = swing_words(row, scale, words)
-            cells = [factor_words(row["factor"], words), range_words(row, words), *ends, swing]
+            between = range_words(row, words)
+            whole = between if " / " in between else element("span", between)  # not torn at its dash
+            cells = [factor_words(row["factor"], words), whole, *ends, swing]
             if totals:
                 index = totals.get((name, row["factor"]), {})
                 low, high = number(index.get("total_ci_low")), number(index.get("total_ci_high"))

@@ -7,11 +7,13 @@ import html
 import io
 import json
 import math
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 QUALITY = 78
 LONG = 45  # length of a cell from which it counts as a sentence
+NBSP = "\u00a0"
 SHORT = 8  # tables up to this number of rows are not split between pages
 
 
@@ -43,14 +45,13 @@ def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | Non
     """A table that scrolls on a narrow screen; the first column is text, the others are right-aligned."""
     rows = list(rows)
     # a column of sentences is left-aligned, including its header
-    kinds = ["text" if any(len(str(row[k])) > LONG for row in rows) else None for k in range(len(head))]
-    top = element(
-        "tr", *(element("th", each, scope="col", class_=kind) for each, kind in zip(head, kinds, strict=True))
-    )
+    kinds = ["text" if any(len(as_read(row[k])) > LONG for row in rows) else None for k in range(len(head))]
+    cells = (element("th", whole_unit(each), scope="col", class_=kind) for each, kind in zip(head, kinds, strict=True))
+    top = element("tr", *cells)
     body = [
         element(
             "tr",
-            element("th", row[0], scope="row"),
+            element("th", whole_unit(row[0]), scope="row"),
             *(element("td", two_lines(each), class_=kind) for each, kind in zip(row[1:], kinds[1:], strict=True)),
         )
         for row in rows
@@ -60,12 +61,29 @@ def table(head: Sequence[Any], rows: Iterable[Sequence[Any]], caption: str | Non
     return scrolled(whole, caption or str(head[0]), short=len(rows) <= SHORT)
 
 
+def as_read(cell: Any) -> str:
+    """The text of a cell, without its markup."""
+    return re.sub("<[^>]*>", "", cell) if isinstance(cell, Markup) else str(cell)
+
+
+def whole_unit(name: Any) -> Any:
+    """A name whose unit, ``[kN s]``, is not torn at the end of a line."""
+    if isinstance(name, Markup):
+        return name
+    return re.sub(r"\[[^]]*\]", lambda unit: unit[0].replace(" ", NBSP), str(name))
+
+
 def two_lines(cell: Any) -> Any:
     """A number with its interval, ``12.1 (11.0 to 13.3)``, without a line break in either; other text unchanged."""
     value, bracket, rest = str(cell).partition(" (")
     if isinstance(cell, Markup) or not bracket or not rest.endswith(")") or len(str(cell)) > LONG:
         return cell
     return joined([element("span", value), " ", element("span", f"({rest}", class_="ci")])
+
+
+def remarked(number: str, remark: str) -> Markup:
+    """A number with a remark in brackets, which takes as many lines as its column has room for."""
+    return joined([element("span", number), " ", element("span", f"({remark})", class_="quiet")])
 
 
 def scrolled(inside: Any, name: str, *, short: bool = True) -> Markup:

@@ -32,6 +32,7 @@ PHRASES = {
     "arriving_energy": "energy at {line}, {level} % of the arriving logs stay below",
     "arriving_height": "height at {line}, {level} % stay below",
     "difference_points": "difference of the reach [points]",
+    "scenario_column": "scenario",
     "fewer_share": "fewer reach it [%]",
     "runs_caption": "Share of the logs that pass each cell, and where they end; one scale for all runs.",
     "judgement": "What remains to be judged by an expert",
@@ -200,7 +201,9 @@ PHRASES = {
         "or of the log's upper edge at the line, above the terrain. No safety factor is included; deadwood-tool "
         "design-values writes them as a table."
     ),
-    "design_more": "{value}; {n} more hits needed",
+    "design_more": "further hits needed for an interval",
+    "more_hits": "for an interval {n} more hits",
+    "more_logs": "for an interval {n} more logs",
     "design_energy": "energy",
     "design_translation": "of translation",
     "design_rotation": "of rotation",

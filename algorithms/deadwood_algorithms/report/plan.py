@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.pictures import (
     colours_of,
+    lines_of_shapes,
     scale_and_north,
     show_dots,
     show_lines,
@@ -37,9 +38,10 @@ MOST_DOTS = 8000  # of each kind
 MOST_WAYS = 150
 WAY_STEP_M = 3.0
 LONGEST, SHORTEST = 4.4, 3.0  # inches, of the map's height: as much as fits on paper (`page.css`)
+NUMBER_IN = 0.85  # length of a coordinate along a map's side, with the gap to the next [inches]
 LETTER_IN, KEY_IN = 0.075, 0.45  # size of a legend [inches]: a letter of its longest entry, and the key before it
 # Space beside a map for its coordinates and its scale [inches], and for its legend, whose lines have so many characters
-SIDES_IN, BESIDE_IN, BESIDE_WORDS = 1.6, 2.1, 22
+SIDES_IN, BESIDE_IN, BESIDE_WORDS = 1.4, 2.1, 22
 SMALL = 0.55  # relative size of dots on a map beside others
 ABREAST, HIGHEST = 3, 4.4  # number of maps side by side, and height of all rows [inches]
 # The quantities shown over the map, and the look of each
@@ -78,8 +80,13 @@ def legend_of_map(figure: Figure, handles: list[Any]) -> None:
 
 def has_room_beside(extent: Extent, width: float) -> bool:
     """Whether a map is so tall that its legend fits beside it in a figure so wide [in]."""
+    return width_with_legend(extent) <= width + 1e-6
+
+
+def width_with_legend(extent: Extent) -> float:
+    """Width of a figure [in] with a map of the greatest height and its legend beside it."""
     west, south, east, north = extent
-    return LONGEST * (east - west) / (north - south) + SIDES_IN + BESIDE_IN <= width
+    return LONGEST * (east - west) / (north - south) + SIDES_IN + BESIDE_IN
 
 
 def legend_below(figure: Figure, handles: list[Any]) -> None:
@@ -101,14 +108,17 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     """An empty map with the coordinates of its CRS along its sides."""
     west, south, east, north = extent
     tall = float(np.clip((width - 1.6) * (north - south) / (east - west), SHORTEST, LONGEST))
-    below = 0.6 if has_room_beside(extent, width) else 1.1
+    beside = has_room_beside(extent, width)
+    width, below = (width_with_legend(extent), 0.6) if beside else (width, 1.1)  # no empty strips beside a narrow map
     figure = Figure(figsize=(width, tall + below), layout="compressed")  # around a map, whose aspect ratio is kept
     axes = figure.subplots()
     axes.set_aspect("equal")
     axes.set(xlim=(west, east), ylim=(south, north), xlabel=words.say("east"), ylabel=words.say("north"))
     axes.set_gid("frame")
     # without the lowest of the vertical numbers, which would overlap those along the bottom
-    for axis, many, prune in ((axes.xaxis, 5, None), (axes.yaxis, 8, "lower")):
+    wide = min(tall * (east - west) / (north - south), width - SIDES_IN)
+    for axis, side, prune in ((axes.xaxis, wide, None), (axes.yaxis, tall, "lower")):
+        many = max(2, int(side / NUMBER_IN))
         axis.set_major_locator(MaxNLocator(many, steps=[1, 2, 5, 10], prune=prune))
         axis.set_major_formatter(lambda at, _: f"{at:,.0f}".replace(",", "\u2009"))
     axes.tick_params(axis="y", labelrotation=90)
@@ -133,6 +143,16 @@ def draw_reliefs(axes: Any, sources: Sequence[ReportedRun]) -> None:
         draw_relief(axes, each)
 
 
+def covering(sources: Sequence[ReportedRun]) -> list[ReportedRun]:
+    """The runs whose terrains together reach as far as those of all: the largest, and those that reach beyond it."""
+    chosen: list[ReportedRun] = []
+    known = [each for each in sources if each.ground is not None]
+    for each in sorted(known, key=lambda each: -area(each.extent)):
+        if not shapely.union_all([shapely.box(*one.extent) for one in chosen]).covers(shapely.box(*each.extent)):
+            chosen.append(each)
+    return chosen
+
+
 def area(extent: Extent) -> float:
     west, south, east, north = extent
     return (east - west) * (north - south)
@@ -143,14 +163,6 @@ def show_layer(axes: Any, source: ReportedRun, name: str, **more: Any) -> Any:
     values, (west, south, east, north) = source.rasters[name]
     values = values if name == "danger" else np.where(values > 0.0, values, np.nan)
     return show_quantity(axes, values, QUANTITIES[name], (west, east, south, north), **more)
-
-
-def lines_of_shapes(shapes: Any) -> list[NDArray[np.float64]]:
-    """Lines, and outlines of polygons, part by part."""
-    parts = shapely.get_parts(np.asarray(shapes))
-    filled = shapely.get_type_id(parts) == 3
-    strings = [*parts[~filled], *shapely.get_rings(parts[filled])]
-    return [shapely.get_coordinates(each) for each in strings]
 
 
 def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:
@@ -299,9 +311,9 @@ def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Fi
     figure, panels, room = map_panels(len(sources), shown, words)
     handles: dict[str, Any] = {}
     image: Any = None
-    widest = max(sources, key=lambda each: area(each.extent) if each.ground is not None else 0.0)
+    under = covering(sources)
     for axes, source in zip(panels, sources, strict=False):
-        draw_reliefs(axes, [widest, source] if widest is not source else [source])
+        draw_reliefs(axes, under if any(each is source for each in under) else [*under, source])
         if "hits" in source.rasters:
             image = show_layer(axes, source, "hits")
         drawn = _scene(axes, source, words, SMALL) + _logs(axes, source, words, ways_too=False, size=SMALL)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from deadwood_algorithms.params.counts import significant
+from deadwood_algorithms.report.markup import NBSP
 from deadwood_algorithms.report.words import Words
-from deadwood_algorithms.stats.statistics import decimals_of, percent_with_interval, to_decimals
+from deadwood_algorithms.stats.statistics import decimals_of, percent_with_interval, percents_of, to_decimals
 from deadwood_algorithms.stats.statistics import percent as share_in_percent
 
 DIGITS = 3  # of a number without an interval
 LEAST = 1e-6  # in any unit of the report: smaller values are due to rounding and shown as 0
-NBSP = "\u00a0"
 
 
 def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
@@ -31,6 +32,27 @@ def shown_number(value: Any, words: Words, digits: int = DIGITS) -> str:
     return in_signs(f"{value:.{places}f}", words)
 
 
+def shown_alike(values: Sequence[Any], words: Words, digits: int = DIGITS) -> list[str]:
+    """Numbers of one kind, a row or column of a table, with as many decimals each: as the largest one needs."""
+    known = [_zero_if_tiny(float(each)) for each in values if each is not None and math.isfinite(each)]
+    largest = max(map(abs, known), default=0.0)
+    places = max(0, digits - 1 - math.floor(math.log10(largest))) if largest else 0
+    while places and all(f"{each:.{places}f}".endswith("0") for each in known):
+        places -= 1
+
+    def shown(value: Any) -> str:
+        if value is None or not math.isfinite(value) or abs(value) >= 10.0**digits:
+            return shown_number(value, words, digits)
+        return in_signs(to_decimals(_zero_if_tiny(value), places), words)
+
+    return [shown(each) for each in values]
+
+
+def area_unit(areas_m2: Sequence[float]) -> tuple[str, float]:
+    """The unit of a table's areas and its size [m2]: hectares, or square metres where the largest is under one."""
+    return ("ha", 1e4) if max(areas_m2, default=0.0) >= 1e4 else ("m²", 1.0)
+
+
 def _zero_if_tiny(value: float) -> float:
     return 0.0 if abs(value) < LEAST else value
 
@@ -38,6 +60,11 @@ def _zero_if_tiny(value: float) -> float:
 def _grouped(value: int) -> str:
     """Separate thousands in numbers of five or more digits."""
     return f"{value:,}".replace(",", "\u202f") if abs(value) >= 10_000 else str(value)
+
+
+def shown_shares(counts: Sequence[int], n_total: int, words: Words) -> list[str]:
+    """Counts of the same logs as shares, each with as many decimals (`percents_of`)."""
+    return [_localised(each, words) for each in percents_of(counts, n_total)]
 
 
 def shown_share(record: dict[str, Any], words: Words) -> str:
@@ -69,14 +96,17 @@ def share_of(record: dict[str, Any]) -> float:
 
 
 def with_interval(value: float, low: float, high: float, words: Words, *, signed: bool = False) -> str:
-    """``13.4 (13.1 to 13.7)``, an exact zero as ``0``; the value alone if there is no interval."""
+    """``13.4 (13.1 to 13.7)``, ``3700 (1900 to 4100)``; exact zero as ``0``; the value alone without interval."""
     if not math.isfinite(value):
         return "–"
     value, low, high = (_zero_if_tiny(each) for each in (value, low, high))
     if not (math.isfinite(low) and math.isfinite(high)):
         return ("+" if signed and value > 0.0 else "") + shown_number(value, words)
     places = decimals_of(low, high)
-    a, b, c = (in_signs(to_decimals(each, places if each else 0, sign=signed), words) for each in (value, low, high))
+    half = (high - low) / 2.0
+    tens = max(0, math.floor(math.log10(half)) - 1) if half > 0.0 else 0  # of an interval of hundreds and more
+    shown = (round(each, -tens) if tens else each for each in (value, low, high))
+    a, b, c = (in_signs(to_decimals(each, places if each else 0, sign=signed), words) for each in shown)
     return f"{a} ({b} {words.say('to')} {c})"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +16,17 @@ from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
-from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, scrolled, table
+from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, remarked, scrolled, table
 from deadwood_algorithms.report.plan import MOST_DOTS, QUANTITIES, SHOWN_AT_FIRST, layers_drawn
 from deadwood_algorithms.report.rounded import (
     NBSP,
     decimal,
     in_signs,
     percent_if_lost,
+    shown_alike,
     shown_number,
     shown_share,
+    shown_shares,
     with_interval,
 )
 from deadwood_algorithms.report.sources import ReportedRun
@@ -34,7 +36,7 @@ from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.results.scenario import overridden_options
 from deadwood_algorithms.schemas.looks import LOOKS
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
-from deadwood_algorithms.stats.statistics import percent_of, to_decimals
+from deadwood_algorithms.stats.statistics import to_decimals
 
 TOP_TREES = 10
 LEVELS = (5, 25, 50, 75, 95)
@@ -216,8 +218,7 @@ def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
     values = values[np.isfinite(values)]
     if not values.size:
         return (label, 0, *["–"] * (len(LEVELS) + 1))
-    shown = [shown_number(float(each), words) for each in (*np.percentile(values, LEVELS), values.max())]
-    return (label, values.size, *shown)
+    return (label, values.size, *shown_alike([*np.percentile(values, LEVELS), values.max()], words))
 
 
 def design(source: ReportedRun, words: Words) -> Parts:
@@ -229,23 +230,36 @@ def design(source: ReportedRun, words: Words) -> Parts:
     parts: Parts = [element("p", words.say("design_note"), class_="quiet")]
     for each in found:
         records = list(design_rows(each, DESIGN_LEVELS, 0.95))
-        rows = []
+        rows, more = [], [0] * len(DESIGN_LEVELS)
         for quantity, unit in UNITS.items():
             mine = [row for row in records if row["quantity"] == quantity]
             if mine[0]["n"]:
-                rows.append(
-                    (f"{words.say(DESIGN_PHRASES[quantity])} [{unit}]", *(design_cell(row, words) for row in mine))
-                )
+                rows.append((f"{words.say(DESIGN_PHRASES[quantity])} [{unit}]", *design_cells(mine, words)))
+                more = [max(n, row["n_more"]) for n, row in zip(more, mine, strict=True)]
+        if any(more):
+            rows.append((words.say("design_more"), *(n or "–" for n in more)))
         caption = f"{words.say(each.kind)} {each.place_id}, {words.say('n_logs')}: {each.log_id.size}"
         parts.append(table(head, rows, caption))
     return parts
 
 
-def design_cell(row: Mapping[str, Any], words: Words) -> str:
-    """``310 (250 to 420)``; if no upper bound can be given, the number of additional hits needed."""
+def design_cells(rows: Sequence[Mapping[str, Any]], words: Words) -> list[str]:
+    """``310 (250 to 420)`` for each percentile of a quantity; without the interval if no upper bound can be given."""
+    alone = iter(shown_alike([row["value"] for row in rows if row["n_more"]], words))
+    return [
+        next(alone) if row["n_more"] else with_interval(row["value"], row["ci_low"], row["ci_high"], words)
+        for row in rows
+    ]
+
+
+def design_cell(row: Mapping[str, Any], more: str, words: Words) -> Any:
+    """``310 (250 to 420)``; if no upper bound can be given, the number of additional hits or logs needed (``more``),
+    on as many lines as the column needs.
+    """
+    (shown,) = design_cells([row], words)
     if not row["n_more"]:
-        return with_interval(row["value"], row["ci_low"], row["ci_high"], words)
-    return words.say("design_more", value=shown_number(row["value"], words), n=row["n_more"])
+        return shown
+    return remarked(shown, words.say(more, n=int(row["n_more"])))
 
 
 def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
@@ -284,11 +298,9 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
         label = words.say(phrase) + (" [kJ]" if column.endswith("_kj") else "")
         rows.append(quantile_row(label, source.column(column), words))
     logs = source.summary["logs"]
-    ends = [
-        (words.stop(name), count, words.signs(percent_of(int(count), int(logs["released"]))))
-        for name, count in logs["by_stop_reason"].items()
-        if count
-    ]
+    counts = {name: int(count) for name, count in logs["by_stop_reason"].items() if count}
+    shares = shown_shares(list(counts.values()), int(logs["released"]), words)
+    ends = [(words.stop(name), n, share) for (name, n), share in zip(counts.items(), shares, strict=True)]
     return [
         figure_of(drawings.get("runout")),
         figure_of(drawings.get("distributions")),
@@ -314,14 +326,11 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
     if barriers:
         names = ("n_reached", "n_stopped", "n_overjumped", "n_passed_beside", "n_hits")
         head = [words.say(each) for each in ("barrier", *names, "energy_hit", "height_hit")]
+        energies = shown_alike([each["energy_max_kj"] for each in barriers], words)
+        heights = shown_alike([each["height_max_m"] for each in barriers], words, 2)
         rows = [
-            (
-                each["barrier_id"],
-                *(each[name] for name in names),
-                shown_number(each["energy_max_kj"], words),
-                shown_number(each["height_max_m"], words, 2),
-            )
-            for each in barriers
+            (each["barrier_id"], *(each[name] for name in names), energy, height)
+            for each, energy, height in zip(barriers, energies, heights, strict=True)
         ]
         parts.append(table(head, rows))
     wood = [(name, source.summary.get(name)) for name in ("trees", "lying_logs", "blocks")]
@@ -329,14 +338,12 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
     if wood:
         names = ("n_total", "n_hit", "n_stopping", "n_hits", "n_stops")
         head = [words.say(each) for each in ("wood", *names, "impulse", "energy_taken")]
+        taken = (
+            shown_alike([record[name] for _, record in wood], words) for name in ("impulse_sum_kns", "energy_taken_kj")
+        )
         rows = [
-            (
-                words.say(f"layer_{name}"),
-                *(record[each] for each in names),
-                shown_number(record["impulse_sum_kns"], words),
-                shown_number(record["energy_taken_kj"], words),
-            )
-            for name, record in wood
+            (words.say(f"layer_{name}"), *(record[each] for each in names), impulse, energy)
+            for (name, record), impulse, energy in zip(wood, *taken, strict=True)
         ]
         parts.append(table(head, rows))
     parts += above_capacity(source.summary.get("above_capacity"), words)
@@ -344,18 +351,10 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
         top = source.tree_hits.sort_values(["n_stops", "energy_taken_kj"], ascending=False).head(TOP_TREES)
         head = [words.say(each) for each in ("tree", "n_stops", "n_hits", "energy_taken")]
         head[1:1] = [f"{words.say('scenario_dbh')} [cm]", f"{words.say('height')} [m]"]
-        rows = [
-            (
-                each["tree_id"],
-                shown_number(each["dbh_cm"], words),
-                shown_number(each["height_m"], words),
-                each["n_stops"],
-                each["n_hits"],
-                shown_number(each["energy_taken_kj"], words),
-            )
-            for each in top.to_dict("records")
-        ]
-        parts.append(table(head, rows, words.say("top_trees")))
+        sizes = [shown_alike(top[name].tolist(), words) for name in ("dbh_cm", "height_m")]
+        energies = shown_alike(top["energy_taken_kj"].tolist(), words)
+        columns = (top["tree_id"], *sizes, top["n_stops"], top["n_hits"], energies)
+        parts.append(table(head, zip(*columns, strict=True), words.say("top_trees")))
     return parts or [element("p", words.say("ledgers_none"))]
 
 

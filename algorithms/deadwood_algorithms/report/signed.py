@@ -10,14 +10,21 @@ from typing import Any
 
 from deadwood_algorithms.report.compared import Comparison
 from deadwood_algorithms.report.markup import Markup, element, table
-from deadwood_algorithms.report.rounded import decimal, percent_if_lost, shown_number, shown_share, with_interval
+from deadwood_algorithms.report.rounded import (
+    decimal,
+    percent_if_lost,
+    shown_number,
+    shown_share,
+    shown_shares,
+    with_interval,
+)
 from deadwood_algorithms.report.scenario_box import posture_words, scenario_box, span_words
 from deadwood_algorithms.report.sections import calculation_words, design_cell, warnings_of
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.stats.order_statistics import percentile_record
-from deadwood_algorithms.stats.statistics import loss_matters, percent_of
+from deadwood_algorithms.stats.statistics import loss_matters
 
 MOST_LINES = 4  # rows in the tables; the annex has all lines
 LEVEL = 0.95  # percentile of the energies and heights of arrival
@@ -78,11 +85,9 @@ def conclusion(sources: Sequence[ReportedRun], words: Words) -> Parts:
             answers.append(element("li", before + answer))
         if not source.summary["reach"]:
             logs = source.summary["logs"]
-            ends = ", ".join(
-                f"{words.stop(name)} {share_of_logs(count, logs['released'], words)}"
-                for name, count in logs["by_stop_reason"].items()
-                if count
-            )
+            counts = {name: int(count) for name, count in logs["by_stop_reason"].items() if count}
+            shares = shown_shares(list(counts.values()), int(logs["released"]), words)
+            ends = ", ".join(f"{words.stop(name)} {share}" for name, share in zip(counts, shares, strict=True))
             answers.append(element("li", before + ends))
     parts: Parts = [element("ul", *answers, class_="answers answer")]
     if assumed := assumed_words(sources, words):
@@ -99,14 +104,9 @@ def assumed_words(sources: Sequence[ReportedRun], words: Words) -> dict[str, str
     return {"friction": " / ".join(frictions), "posture": " / ".join(postures)} if scenarios else {}
 
 
-def share_of_logs(count: int, released: int, words: Words) -> str:
-    """A count of logs in percent, rounded as far as its own interval allows."""
-    return words.signs(percent_of(int(count), int(released)))
-
-
 def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
     """The runs side by side: reach, energies and heights of arrival, how logs ended, run-out."""
-    rows: list[list[str]] = []
+    rows: list[list[Any]] = []
     for k, each in enumerate(sources[0].summary["reach"][:MOST_LINES]):
         line = str(each["line_id"])
         records = [source.summary["reach"][k] if k < len(source.summary["reach"]) else None for source in sources]
@@ -117,17 +117,17 @@ def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
             if any(cell != "–" for cell in cells):
                 label = words.say(f"arriving_{quantity}", line=line, level=shown_number(100.0 * LEVEL, words))
                 rows.append([f"{label} [{UNITS[quantity]}]", *cells])
-    for reason in sources[0].summary["logs"]["by_stop_reason"]:
-        counts = [source.summary["logs"]["by_stop_reason"].get(reason, 0) for source in sources]
-        if any(counts):
-            cells = [
-                share_of_logs(count, source.summary["logs"]["released"], words)
-                for count, source in zip(counts, sources, strict=True)
-            ]
-            rows.append([words.stop(reason), *cells])
+    reasons = list(sources[0].summary["logs"]["by_stop_reason"])
+    ends = []
+    for logs in (source.summary["logs"] for source in sources):
+        counts = [int(logs["by_stop_reason"].get(reason, 0)) for reason in reasons]
+        ends.append(zip(counts, shown_shares(counts, int(logs["released"]), words), strict=True))
+    for reason, cells in zip(reasons, zip(*ends, strict=True), strict=True):
+        if any(count for count, _ in cells):
+            rows.append([words.stop(reason), *(share for _, share in cells)])
     for phrase, level in (("item_median", 0.5), ("item_p95", 0.95)):
         cells = [
-            design_cell(percentile_record(far, level), words) if far.size else "–"
+            design_cell(percentile_record(far, level), "more_logs", words) if far.size else "–"
             for far in (source.column("runout_m") for source in sources)
         ]
         rows.append([f"{words.say('quantity_runout', item=words.say(phrase))} [m]", *cells])
@@ -135,13 +135,13 @@ def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
     return table(head if len(sources) > 1 else [words.say("quantity"), words.say("value")], rows)
 
 
-def arriving(source: ReportedRun, line: str, quantity: str, words: Words) -> str:
+def arriving(source: ReportedRun, line: str, quantity: str, words: Words) -> Any:
     """The percentile of what arrives at a line, with its interval; a dash if it is unknown."""
     for each in source.passages:
         if each.kind == "line" and each.place_id == line and each.log_id.size:
             for row in design_rows(each, (LEVEL,), 0.95):
                 if row["quantity"] == quantity and row["n"]:
-                    return design_cell(row, words)
+                    return design_cell(row, "more_hits", words)
     return "–"
 
 
@@ -158,7 +158,7 @@ def differences_table(compared: Comparison, names: Sequence[str], words: Words) 
         fewer = bari.get((row.scenario, row.item))
         kept = with_interval(100.0 * fewer.value, 100.0 * fewer.ci_low, 100.0 * fewer.ci_high, words) if fewer else "–"
         body.append([row.scenario, row.item, change, kept])
-    head = [words.say(each) for each in ("scenario", "line", "difference_points", "fewer_share")]
+    head = [words.say(each) for each in ("scenario_column", "line", "difference_points", "fewer_share")]
     return table(head, body)
 
 

@@ -117,14 +117,14 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
         raise UserError(f"{path}: the run has no logs, so there is nothing to report")
     summary = run.summary(*WHOLE)
     lacks: list[tuple[str, dict[str, Any]]] = []
-    extent = shown_extent(run)
+    lines = _layer(run.path, "reach")
+    extent = shown_extent(run, lines)
     ground = _input(run, "dem", lacks, lambda place: read_ground(place, run, extent, feedback))
     scene = {}
     for each, kind in (("trees", "point"), ("barriers", "line"), ("lying_logs", "line"), ("blocks", "point")):
         found = _input(run, each, lacks, lambda place, kind=kind, each=each: _vector(place, kind, each, run))
         if found is not None:
             scene[each] = found
-    lines = _layer(run.path, "reach")
     reached = _layer(run.path, "reached_by")
     if not run.stored_log_ids.size:
         lacks.append(("lacks_poses", {}))
@@ -149,19 +149,31 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
     )
 
 
-def shown_extent(run: Run) -> Extent:
-    """Extent of the releases, the deposits and the stored trajectories, with a margin, within the run's grid."""
+def shown_extent(run: Run, lines: geopandas.GeoDataFrame | None) -> Extent:
+    """Extent of the releases, the deposits, the stored trajectories and the nearest places of the lines, if those are
+    no farther away than all this is long, with a margin, within the run's grid.
+    """
     ends = shapely.get_coordinates(np.asarray(run.deposits.geometry))
     places = [run.deposits[["release_x", "release_y"]].to_numpy(np.float64), ends]
     if run.stored_log_ids.size:
         places.append(np.array(run.extent()).reshape(2, 2))
     everything = np.concatenate(places)
     everything = everything[np.isfinite(everything).all(axis=1)]
+    if lines is not None and len(lines):
+        everything = np.concatenate([everything, _near_places(lines, everything)])
     (west, south), (east, north) = everything.min(axis=0), everything.max(axis=0)
     room = MARGIN * max(east - west, north - south) + 20.0
     low, high = run.grid.bounds[:2], run.grid.bounds[2:]
     west, south = max(west - room, low[0]), max(south - room, low[1])
     return float(west), float(south), float(min(east + room, high[0])), float(min(north + room, high[1]))
+
+
+def _near_places(lines: geopandas.GeoDataFrame, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of each line the place nearest to these places, unless it is farther away than they are long."""
+    (west, south), (east, north) = places.min(axis=0), places.max(axis=0)
+    ways = shapely.shortest_line(lines.geometry.to_numpy(), shapely.box(west, south, east, north))
+    near = ways[shapely.length(ways) <= max(east - west, north - south)]
+    return shapely.get_coordinates(shapely.get_point(near, 0))
 
 
 def read_ground(path: str, run: Run, extent: Extent, feedback: Feedback) -> Grid:

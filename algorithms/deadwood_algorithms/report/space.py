@@ -16,9 +16,9 @@ import shapely
 from numpy.typing import NDArray
 from PIL import Image
 
-from deadwood_algorithms.files.pictures import colours_of, hillshade
+from deadwood_algorithms.files.pictures import colours_of, hillshade, lines_of_shapes
 from deadwood_algorithms.report.markup import picture_address
-from deadwood_algorithms.report.plan import lines_of_shapes, thinned_rows
+from deadwood_algorithms.report.plan import thinned_rows
 from deadwood_algorithms.report.sources import ReportedRun, mean_of_blocks, paths_by_log
 from deadwood_algorithms.schemas.looks import LOOKS, SOLIDS
 

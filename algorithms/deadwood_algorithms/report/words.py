@@ -10,6 +10,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+from deadwood_algorithms.report.markup import NBSP
 from deadwood_algorithms.report.phrases import MESSAGES
 from deadwood_algorithms.results.modelled import in_words
 
@@ -59,6 +60,8 @@ class Words:
         """The phrase with its gaps filled; values are plain text, not markup."""
         english = MESSAGES[phrase]
         text = catalogue(self.language).get((phrase, english), english)
+        if self.language == "fr":  # no line begins with a sign that a space precedes
+            text = re.sub(" (?=[?!:;»])|(?<=«) ", NBSP, text)
         return text.format(**filled) if filled else text
 
     def say_or(self, phrase: str, otherwise: str, **filled: Any) -> str:

@@ -24,10 +24,10 @@ Clause = Mapping[str, Any]  # its name in the table under "clause", and its numb
 
 CLAUSES = {
     "absent": "not modelled: no layer was given",
-    "terrain": "bilinear surface through {nx} x {ny} cells of {cell_m} m",
+    "terrain": "bilinear surface through {nx} × {ny} cells of {cell_m} m",
     "whole": "the whole DEM",
     "window": (
-        "{columns} x {rows} of the DEM's {all_columns} x {all_rows} cells, from column {column} and row {row} (from "
+        "{columns} × {rows} of the DEM's {all_columns} × {all_rows} cells, from column {column} and row {row} (from "
         "the south-west): as far as an energy line reaches"
     ),
     "window_is_enough": (

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
-from deadwood_algorithms.files.qml import Label
+from deadwood_algorithms.files.qml import NORMAL, Label
 
 THEME = "Map of the run"
 EDGE_MM = 10.0
@@ -187,7 +187,7 @@ def _legend(nodes: Sequence[str], sheet: Sheet) -> str:
 def _bar(scale: float, place: Box, sheet: Sheet) -> str:
     segment = bar_length(scale, sheet) / 2.0
     facts = {"numSegments": 2, "numSegmentsLeft": 0, "numUnitsPerSegment": f"{segment:g}", "unitLabel": "m"}
-    text = f'<text-style fontFamily="{FONT}" fontSize="8" fontSizeUnit="Point" textColor="0,0,0,255"/>'
+    text = f'<text-style fontFamily="{FONT}" fontSize="8" fontSizeUnit="Point" {NORMAL} textColor="0,0,0,255"/>'
     colours = (
         '<fillColor red="0" green="0" blue="0" alpha="255"/><fillColor2 red="255" green="255" blue="255" alpha="255"/>'
     )

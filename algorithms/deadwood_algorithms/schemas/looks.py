@@ -31,8 +31,8 @@ PLAIN = "#666666"  # anything without a look of its own
 CHOSEN, CANDIDATE = "#009e73", "#56b4e9"  # of barriers to be built
 KEEPS, BRINGS = "#009e73", "#cc79a7"  # effect of an object on a line: fewer logs, more logs
 LOW_END, HIGH_END = "#56b4e9", "#e69f00"  # of a varied range
-# Runs that are compared, in their order.
-RUNS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+# Runs that are compared, in their order; none has the colour of roads, beside which they are drawn.
+RUNS = ("#0072b2", "#009e73", "#cc79a7", "#7a5195", "#56b4e9", "#e69f00")
 # The ways in which a log's run ends: (label, colour, shape of the marker).
 ENDS = {
     "tree": ("held by a tree", "#009e73", "circle"),

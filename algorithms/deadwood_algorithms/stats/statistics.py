@@ -170,6 +170,25 @@ def percent_of(n_hit: int, n_total: int) -> str:
     return f"{percent(record['p'], record['ci_low'], record['ci_high'])} %" if n_total else "-"
 
 
+def percents_of(counts: Sequence[int], n_total: int) -> list[str]:
+    """``65.0 %``, ``2.5 %``: counts of logs as shares with as many decimals each, as `percent_of` for the widest of
+    their intervals; more where one would be rounded to zero, or all of them would not add up to 100 %.
+    """
+    found = [reach_record(each, n_total) for each in counts if 0 < each < n_total]
+    if not found:
+        return [percent_of(each, n_total) for each in counts]
+    places = min(decimals_of(100.0 * each["ci_low"], 100.0 * each["ci_high"]) for each in found)
+    while any(float(to_decimals(100.0 * each["p"], places)) == 0.0 for each in found):
+        places += 1
+    rounded = sum(round(100.0 * each / n_total, places) for each in counts)
+    if sum(counts) == n_total and abs(rounded - 100.0) > 0.1 * 10.0**-places:
+        places += 1
+    return [
+        f"{to_decimals(100.0 * each / n_total, places)} %" if 0 < each < n_total else percent_of(each, n_total)
+        for each in counts
+    ]
+
+
 def percent_with_interval(record: dict[str, float]) -> str:
     """``0.15 % (0.05 to 0.44 %)``, of a `reach_record`, rounded as far as the interval allows.
 

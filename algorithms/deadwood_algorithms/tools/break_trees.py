@@ -33,7 +33,9 @@ TIMES = 3  # how often each log slides, approximately
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(SlidingOptions):
-    run: str = tool.folder("Folder of a run of slide-logs, with trees and lines")
+    run: str = tool.folder(
+        "Folder of a run", help="Written by slide-logs, with trees and with roads, railways or houses."
+    )
     tree_capacity_kj: float = tool.number(
         "Energy that a tree of 40 cm DBH absorbs before it breaks", unit="kJ", minimum=0.0, exclusive=True
     )

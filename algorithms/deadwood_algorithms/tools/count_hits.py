@@ -48,7 +48,7 @@ CELLS_HELD = 25_000_000  # of a larger raster only the window with the run's log
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    run: str = tool.folder("Folder of a run of slide-logs")
+    run: str = tool.folder("Folder of a run", help="Written by slide-logs.")
     cell_m: float | None = tool.number(
         "Cell size", unit="m", default=None, minimum=0.0, exclusive=True, help="Default: the run's."
     )

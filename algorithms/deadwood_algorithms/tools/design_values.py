@@ -44,7 +44,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    run: str = tool.folder("Folder of a run of slide-logs")
+    run: str = tool.folder("Folder of a run", help="Written by slide-logs.")
     lines: str | None = tool.vector(
         "Roads, railways, houses in place of those of the run",
         "line",

@@ -33,7 +33,7 @@ NEEDED = ("release_x", "release_y")
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    deposits: str = tool.vector("Deposits of slide-logs, or the folder of its run", "point")
+    deposits: str = tool.vector("Deposits, or the folder of their run", "point", help="Written by slide-logs.")
     min_runout_m: float | None = tool.min_runout(
         "Minimum run-out of deposits that count", help="Default: one log length, from the field length_m."
     )

@@ -54,7 +54,7 @@ LINES, FACTS, OUTLINE = "lines.csv", "classes.json", "process_area.gpkg"
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    run: str = tool.folder("Folder of a run of slide-logs")
+    run: str = tool.folder("Folder of a run", help="Written by slide-logs.")
     energy_classes_kj: tuple[float, ...] = tool.class_bounds("Bounds of the classes of energy", 30.0, 300.0, unit="kJ")
     energy_raster: str | None = tool.raster(
         "Other energies to classify [kJ]",

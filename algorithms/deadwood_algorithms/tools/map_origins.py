@@ -42,7 +42,7 @@ FACTS, MANIFEST = "origins.json", "manifest.json"
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    run: str = tool.folder("Folder of a run of slide-logs")
+    run: str = tool.folder("Folder of a run", help="Written by slide-logs.")
     lines: str | None = tool.other_lines("Their reach is computed from stored trajectories.")
     cell_m: float | None = tool.number(
         "Cell size of the raster",

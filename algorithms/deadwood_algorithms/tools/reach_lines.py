@@ -38,7 +38,7 @@ from deadwood_algorithms.stats.statistics import lost_words, percent_with_interv
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    run: str = tool.folder("Folder of a run of slide-logs")
+    run: str = tool.folder("Folder of a run", help="Written by slide-logs.")
     lines: str = tool.vector("Roads, railways, houses", "line", "polygon")
     edge_m: float = tool.number(
         "Distance from the terrain model's edges within which logs cause a warning",

@@ -58,7 +58,7 @@ MANY = 200  # above this number of candidates a message announces the work
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(SlidingOptions):
-    run: str = tool.folder("Folder of a run of slide-logs, with lines")
+    run: str = tool.folder("Folder of a run", help="Written by slide-logs, with roads, railways or houses.")
     lines: str | None = tool.other_lines()
     candidates: str | None = tool.vector(
         "Lines where a barrier could stand",

@@ -41,7 +41,7 @@ TIMES = 8  # how often each log slides in a forest, approximately
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(SlidingOptions):
-    run: str = tool.folder("Folder of a run of slide-logs")
+    run: str = tool.folder("Folder of a run", help="Written by slide-logs.")
     lines: str | None = tool.other_lines()
     stands: str | None = tool.vector(
         "Stands whose trees are all removed together",

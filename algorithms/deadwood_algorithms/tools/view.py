@@ -22,7 +22,7 @@ REPORT = "report.html"
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    run: str = tool.folder("Folder of a run of slide-logs, or of a demo", positional=True)
+    run: str = tool.folder("Folder of a run, or of a demo", positional=True)
     language: str = tool.choice("Language of a page that has to be made", *LANGUAGES, default="en")
 
 

@@ -14,7 +14,14 @@ from browser import program
 from matplotlib.figure import Figure
 from PIL import Image
 
-from deadwood_algorithms.files.pictures import colours_of, show_dots, show_quantity, show_scale
+from deadwood_algorithms.files.pictures import (
+    colours_of,
+    limits_of_ends,
+    show_dots,
+    show_quantity,
+    show_scale,
+    with_minus,
+)
 from deadwood_algorithms.schemas import looks
 from deadwood_algorithms.schemas.words import RasterFile
 from deadwood_algorithms.schemas.written import WRITTEN
@@ -161,3 +168,22 @@ def test_no_tool_has_colours_of_its_own():
 
 
 matplotlib.use("Agg")
+
+
+def test_negative_numbers_in_words_have_the_sign_of_the_axes():
+    text = "take-off at -26.4°, -25 points (-64 to +26), 0.2-0.3"
+    assert with_minus(text) == "take-off at \u221226.4°, \u221225 points (\u221264 to +26), 0.2-0.3"
+
+
+@pytest.mark.parametrize(
+    ("values", "most", "limits"),
+    [
+        ((0.0, 0.0), 100.0, (0.0, 1.0)),  # before: -1 to 1 %
+        ((100.0, 100.0), 100.0, (99.0, 100.0)),
+        ((45.0, 45.0), float("inf"), (44.0, 46.0)),
+        ((10.0, 20.0, 60.0), 100.0, (7.0, 63.0)),
+        ((2.0, 99.0), 100.0, (0.0, 100.0)),
+    ],
+)
+def test_a_tornado_stays_within_what_is_possible(values, most, limits):
+    assert limits_of_ends(values, most) == pytest.approx(limits)

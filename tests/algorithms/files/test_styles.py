@@ -18,6 +18,7 @@ from deadwood_algorithms.files.crs import parse_crs
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import write_raster
 from deadwood_algorithms.files.vectors import write_vector
+from deadwood_algorithms.schemas.looks import ROAD
 
 
 def frame(*shapes, **columns) -> gpd.GeoDataFrame:
@@ -57,6 +58,25 @@ def test_classes_join_and_cover_everything():
         assert all(high == low for (_, high), (low, _) in itertools.pairwise(ranges))
         assert ranges[-1][1] >= (1.0 if field == "p" else 1e9)
         assert root.find("renderer-v2").get("attr") == field  # type: ignore[union-attr]
+
+
+def test_a_road_keeps_its_colour_around_its_share():
+    """Reached by 1 to 3 %, it had the colour of a barrier."""
+    root = parsed(styles.of_layer("reach", frame(shapely.LineString([(0, 0), (1, 1)]), line_id=["road"], p=[0.02])))
+    for symbol in root.iter("symbol"):
+        around, inside = (
+            {each.get("name"): each.get("value") for each in layer.iter("Option")} for layer in symbol.iter("layer")
+        )
+        assert around["line_color"] == qml.rgba(ROAD)
+        assert float(around["line_width"] or 0) > float(inside["line_width"] or 0)
+
+
+def test_labels_have_a_weight():
+    """Without one QGIS draws the thinnest letters, which the halo makes grey."""
+    root = parsed(styles.of_layer("reach", frame(shapely.LineString([(0, 0), (1, 1)]), line_id=["road"], p=[0.02])))
+    (text,) = root.iter("text-style")
+    assert int(text.get("fontWeight", "0")) >= 50
+    assert text.get("namedStyle")
 
 
 def test_trees_stand_in_three_dimensions_with_the_mean_size_of_their_class():

@@ -91,6 +91,17 @@ def page(case, run, results) -> str:
     return page_of(run, list(results.values()), case.folder / "page.html")
 
 
+def area_size(head: str) -> float:
+    """The unit in the header of a column of areas [m2]."""
+    return {"ha": 1e4, "m²": 1.0}[head.partition("[")[2].rstrip("]")]
+
+
+def is_rounded(text: str, value: float) -> bool:
+    """Whether a number of the page is this value, rounded to the digits that it has, or, from 1000 on, to three."""
+    half = 0.5 * 10.0 ** -len(text.partition(".")[2]) if abs(value) < 1000.0 else 5e-3 * abs(value)
+    return abs(float(text.replace("\u202f", "")) - value) <= half * (1.0 + 1e-9)
+
+
 def test_without_results_there_is_nothing_of_them(case, run):
     make_report.TOOL(runs=str(run), output=str(case.folder / "bare.html"))
     bare = (case.folder / "bare.html").read_text(encoding="utf-8")
@@ -138,16 +149,21 @@ def test_the_barriers_are_those_of_the_table(page, results):
 def test_the_classes_have_their_ground_and_lines_their_period(page, results):
     facts = json.loads((results["intensity"] / "classes.json").read_text(encoding="utf-8"))
     shown = Shown(part(page, "intensity"))
+    sizes = {row[0]: area_size(row[1]) for row in shown.rows if len(row) in (2, 3) and "[" in row[1]}
+    titles = {name: Words("en").say(title) for name, (title, _) in answer_figures.CLASS_MAPS.items()}
+    size_of = {name: sizes[title] for name, title in titles.items() if title in sizes}
     ground = {row[0]: row[1] for row in shown.rows if len(row) in (2, 3)}
     above = {row[0]: row[2].split(" ")[0] for row in shown.rows if len(row) == 3}
     for each in facts["classes"]:
         if each["map"] in ("intensity", "passage", "return_class"):
-            assert float(ground[each["meaning"]]) == pytest.approx(each["area_m2"] / 1e4, rel=5e-3, abs=1e-9)
+            assert is_rounded(ground[each["meaning"]], each["area_m2"] / size_of[each["map"]])
         if each["map"] == "intensity":
             half = max(
-                (each["at_least_ci_high_m2"] - each["at_least_ci_low_m2"]) / 2e4, 1e-6
+                (each["at_least_ci_high_m2"] - each["at_least_ci_low_m2"]) / (2 * size_of["intensity"]), 1e-6
             )  # two digits of it are shown
-            assert float(above[each["meaning"]]) == pytest.approx(each["at_least_m2"] / 1e4, abs=0.05 * half, rel=5e-3)
+            assert float(above[each["meaning"]]) == pytest.approx(
+                each["at_least_m2"] / size_of["intensity"], abs=0.05 * half, rel=5e-3
+            )
     assert "at least 1 % of the logs" in " ".join(shown.said).replace("\u00a0", " ")
     lines = [row for row in shown.rows if len(row) == 5][1:]
     assert [(row[0], float(row[1]), int(row[2])) for row in lines] == [
@@ -160,10 +176,11 @@ def test_the_ground_of_origins_is_that_of_the_facts(page, results):
     facts = json.loads((results["origins"] / "origins.json").read_text(encoding="utf-8"))
     rows = [row for row in Shown(part(page, "from_where")).rows if len(row) == 4]
     told = {(row[0], row[1], row[2]) for row in rows}
+    (size,) = {area_size(row[2]) for row in rows if row[0] == "line"}
     for row in facts["sources"]:
         key = row["line_id"], f"{100 * row['least_p']:g} %"
-        found = [float(area) for line, share, area in told if (line, share.replace("\u00a0", " ")) == key]
-        assert any(each == pytest.approx(row["area_m2"] / 1e4, rel=5e-3) for each in found), row
+        found = [area for line, share, area in told if (line, share.replace("\u00a0", " ")) == key]
+        assert any(is_rounded(each, row["area_m2"] / size) for each in found), row
 
 
 def test_the_most_influential_input_is_the_tools_answer(page, results):

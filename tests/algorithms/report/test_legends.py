@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import itertools
+from types import SimpleNamespace
 
 import matplotlib
+import numpy as np
 import pytest
 from matplotlib.patches import Patch
 
+from deadwood_algorithms.files.pictures import show_quantity, show_scale
 from deadwood_algorithms.report.answer_figures import NARROW
 from deadwood_algorithms.report.figures import STYLE, WIDTH
 from deadwood_algorithms.report.languages import LANGUAGES
-from deadwood_algorithms.report.plan import has_room_beside, legend_of_map, map_frame
+from deadwood_algorithms.report.plan import covering, has_room_beside, legend_of_map, map_frame
 from deadwood_algorithms.report.words import Words
 
 WIDE, TALL = (0.0, 0.0, 300.0, 200.0), (0.0, 0.0, 200.0, 320.0)
@@ -29,7 +32,9 @@ def test_all_entries_lie_within_the_figure(language, width, extent):
     labels = [words.say("layer_lines"), *(words.of_class(each) for each in classes)]
     labels += [words.say("layer_deposits", stop=words.stop(each)) for each in ("tree", "rest", "lying_log")]
     with matplotlib.rc_context(STYLE):
-        figure, _ = map_frame(extent, words, width)
+        figure, axes = map_frame(extent, words, width)
+        image = show_quantity(axes, np.full((2, 2), 0.1), "shares", (extent[0], extent[2], extent[1], extent[3]))
+        show_scale(figure, image, "shares", words.say("hits_bar"), ax=axes)
         legend_of_map(figure, [Patch(label=each) for each in labels])
         figure.draw_without_rendering()
         box, (wide, tall) = figure.get_tightbbox(), figure.get_size_inches()
@@ -38,7 +43,54 @@ def test_all_entries_lie_within_the_figure(language, width, extent):
     assert box.y1 < tall + EDGE_IN
 
 
+def test_beside_a_tall_map_and_its_legend_there_is_no_empty_strip():
+    """Before, a quarter of the figure was empty, and on a phone nothing but that and half of the map was seen."""
+    with matplotlib.rc_context(STYLE):
+        figure, axes = map_frame(TALL, Words("en"))
+        image = show_quantity(axes, np.full((2, 2), 0.1), "shares", (TALL[0], TALL[2], TALL[1], TALL[3]))
+        show_scale(figure, image, "shares", "logs that pass [%]", ax=axes)
+        legend_of_map(figure, [Patch(label="roads, railways, houses"), Patch(label="held by a barrier")])
+        figure.draw_without_rendering()
+        box, wide = figure.get_tightbbox(), figure.get_figwidth()
+    assert box.x0 < 0.1 * wide
+    assert box.x1 > 0.9 * wide
+
+
+@pytest.mark.parametrize("metres", [37.0, 140.0, 260.0, 900.0])
+@pytest.mark.parametrize("shape", [1.0, 1.8, 0.6])
+def test_coordinates_along_a_map_do_not_overlap(metres, shape):
+    """Of the places from which lines are reached they did, at their own scale."""
+    south, west = 1_196_240.0, 2_786_150.0
+    with matplotlib.rc_context(STYLE):
+        figure, axes = map_frame((west, south, west + metres, south + shape * metres), Words("en"), NARROW)
+        figure.draw_without_rendering()
+        boxes = [
+            sorted(((box.y0, box.y1) if k else (box.x0, box.x1)) for box in shown)
+            for k, shown in enumerate(
+                [each.get_window_extent() for each in axis.get_ticklabels() if inside(each, axes, k)]
+                for k, axis in enumerate((axes.xaxis, axes.yaxis))
+            )
+        ]
+    assert min(map(len, boxes)) >= 2
+    for ends in boxes:
+        assert all(low >= high for (_, high), (low, _) in itertools.pairwise(ends))
+
+
+def inside(label, axes, k: int) -> bool:
+    low, high = sorted(axes.get_ylim() if k else axes.get_xlim())
+    return bool(label.get_text()) and low <= label.get_position()[k] <= high
+
+
 def test_a_tall_map_has_its_legend_beside_it():
     assert has_room_beside(TALL, WIDTH)
     assert not has_room_beside(WIDE, WIDTH)
     assert not has_room_beside(TALL, NARROW)
+
+
+def test_terrains_under_maps_side_by_side_leave_no_strip_white():
+    """With the largest alone a strip stayed white where another run reached farther."""
+    large, small, beside = (
+        SimpleNamespace(extent=extent, ground=object())
+        for extent in ((0.0, 0.0, 100.0, 100.0), (10.0, 10.0, 50.0, 50.0), (-10.0, 0.0, 60.0, 90.0))
+    )
+    assert covering([small, large, beside]) == [large, beside]  # type: ignore[list-item]

@@ -20,7 +20,7 @@ from slope_case import Case, edit_manifest, points, summary, write_layer
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report import rounded
 from deadwood_algorithms.report.figures import Drawing
-from deadwood_algorithms.report.markup import element, embedded_json, table
+from deadwood_algorithms.report.markup import LONG, element, embedded_json, remarked, table
 from deadwood_algorithms.report.sections import points_words
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.simulate import fidelity_trade
@@ -515,6 +515,14 @@ def test_axes_have_the_decimal_sign_of_the_language(language, sign, other):
         shown = "".join(label.get_text() for label in axis.get_ticklabels())
         assert sign in shown
         assert other not in shown
+
+
+def test_a_number_with_a_remark_is_no_sentence():
+    """Its column is right-aligned and as narrow as the others; the markup of a cell is not read."""
+    remark = remarked("721", "for an interval 32 more hits")
+    assert len(remark) > LONG
+    assert 'class="text"' not in table(["quantity", "today"], [("energy", remark)])
+    assert 'class="text"' in table(["line", "error"], [("road", "a sentence " * 5)])
 
 
 def test_text_becomes_markup_in_one_place():

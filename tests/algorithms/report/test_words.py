@@ -102,3 +102,11 @@ def test_every_message_is_reported_somewhere():
 
 def test_every_way_to_end_has_its_words():
     assert set(STOPS) >= set(STOP_REASONS)
+
+
+def test_in_french_no_line_begins_with_a_question_mark():
+    """Before, the question ended in a line of its own with the question mark."""
+    asked = Words("fr").say("question_lines", n=40, where="zone 1", lines="route")
+    assert asked.endswith("\u00a0?")
+    plain = [name for name in MESSAGES if "{" not in MESSAGES[name]]
+    assert [name for name in plain if re.search(" [?!:;»]|« ", Words("fr").say(name))] == []

@@ -28,7 +28,7 @@ def test_another_language_has_its_own_words_and_signs():
 
 def test_whole_numbers_stay_whole_and_a_list_is_reported_by_its_names():
     assert in_words([{"clause": "terrain", "nx": 1234567, "ny": 2, "cell_m": 0.5}]).startswith(
-        "bilinear surface through 1234567 x 2 cells of 0.5 m"
+        "bilinear surface through 1234567 × 2 cells of 0.5 m"
     )
     assert in_words([{"clause": "not_computed", "parts": ["no_poses", "no_trees"]}]) == (
         "not computed: poses and trajectories (--trajectories none), hits of trees (no trees)"

@@ -17,9 +17,11 @@ import pytest
 import shapely
 from dask_processes import Site
 from killed_run import met_run
+from PIL import Image
 from slope_case import RASTERS, Case, assert_same_run, bands, layer, points, raster, summary, write_dem, write_layer
 
 from deadwood_algorithms.params.tool import Cancelled, UserError
+from deadwood_algorithms.schemas.looks import ROAD, rgb
 from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.tools import run_sites, slide_logs
 
@@ -126,7 +128,13 @@ def test_the_overview_says_what_the_runs_say(by):
         released = layer(by / "sites" / site, "deposits")
         at = shapely.points(released["release_x"], released["release_y"])
         assert shapely.contains(places.loc[[site]].geometry.iloc[0], at).all()
-    assert (by / "overview.png").stat().st_size > 10_000
+    with Image.open(by / "overview.png") as picture:
+        seen = np.asarray(picture.convert("RGB")).astype(int)
+    inked = (seen < 250).any(axis=2)
+    margins = [np.flatnonzero(each)[[0, -1]] for each in (inked.any(axis=0), inked.any(axis=1))]
+    for (first, last), size in zip(margins, reversed(inked.shape), strict=True):
+        assert max(first, size - 1 - last) < 0.03 * size  # no white bands
+    assert (np.abs(seen - np.multiply(255, rgb(ROAD))).max(axis=2) < 10).sum() > 100  # the road that they reach
 
 
 def test_scattered_groups_have_windows_of_their_own(case, monkeypatch, tmp_path):

@@ -137,7 +137,7 @@ def sentence_of(found: Range | None, fits: bool, best: float) -> str:
     text = f"Friction {found.words()} reproduces the event (95 %); most likely: {found.best:g}."
     if found.open_low and found.open_high:
         text = (
-            f"The event does not distinguish the coefficients of the sweep ({found.words()}); most likely: "
+            f"The event does not distinguish the coefficients of the sweep, {found.words()}; most likely: "
             f"{found.best:g}."
         )
     if found.one:

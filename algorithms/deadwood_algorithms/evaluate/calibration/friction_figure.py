@@ -18,13 +18,13 @@ from matplotlib.ticker import FuncFormatter
 
 from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Observed, Watched
 from deadwood_algorithms.evaluate.calibration.score import LEVEL, Range
-from deadwood_algorithms.files.pictures import show_relief
+from deadwood_algorithms.files.pictures import scale_and_north, show_relief, with_minus
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas.looks import ENDS, RELEASE, ROAD, RUNS
 
-LIKELY, TESTED, WITHIN, SEEN = RUNS[0], RUNS[1], RUNS[2], RUNS[3]
+LIKELY, WITHIN, TESTED, SEEN = RUNS[0], RUNS[1], RUNS[2], RUNS[3]
 FEW_SEEN, SEEN_SHARE = 5, 0.06  # more places than this are short marks; their length, as a share of the axes
 MARGIN_M = 20.0
 CELLS_DRAWN = 900  # along the longer side of the map
@@ -62,7 +62,7 @@ def draw(
     ground(panels[2], best, layers, logs, observed, watched)
     cell = f"{layers.dem.cell:g} m cells"
     figure.suptitle(
-        textwrap.fill(f"{sentence} {counted(len(logs), 'log')} a coefficient, {cell}.", 150),
+        textwrap.fill(f"{with_minus(sentence)} {counted(len(logs), 'log')} a coefficient, {cell}.", 150),
         x=0.01,
         ha="left",
         fontsize=11,
@@ -167,4 +167,5 @@ def ground(
             axes.scatter(shapely.get_x(points), shapely.get_y(points), s=70, marker="X", color=SEEN,
                          edgecolors="white", linewidths=0.8, zorder=6, label="observed")  # fmt: skip
     axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal")
+    scale_and_north(axes)
     axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncol=3, frameon=False, markerscale=1.6)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.fidelity.records import FidelityRow
 from deadwood_algorithms.evaluate.fidelity.rule import Recommendation
+from deadwood_algorithms.files.pictures import with_minus
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.schemas.looks import RUNS
 
@@ -37,7 +38,7 @@ def draw(
     spoken = [row for row in rows if row.quantity != "reach" or row.item not in advice.silent_lines]
     differences(panels[0, 0], spoken, cost, "reach", 100.0, "reach of lines: difference [points]")
     distances(panels[0, 1], rows, cost, "deposit_distance", "run-outs: Wasserstein distance [m]")
-    distances(panels[0, 2], rows, cost, "hit_raster_distance", "hit raster: 1 - weighted Jaccard")
+    distances(panels[0, 2], rows, cost, "hit_raster_distance", "hit raster: 1 \N{MINUS SIGN} weighted Jaccard")
     differences(panels[1, 0], rows, cost, "spread_p05_p95", 1.0, "lateral spread (5 to 95 %): difference [°]")
     tops(panels[1, 1], rows, cost)
     own(panels[1, 2], rows, cost)
@@ -63,7 +64,7 @@ def draw(
         f"grey: sampling noise of {logs['planned']} logs",
         x=0.01, ha="left", fontsize=12,
     )  # fmt: skip
-    figure.text(0.01, 0.012, textwrap.fill(advice.sentence, 190), ha="left", va="bottom", fontsize=9.5)
+    figure.text(0.01, 0.012, textwrap.fill(with_minus(advice.sentence), 190), ha="left", va="bottom", fontsize=9.5)
     figure.tight_layout(rect=(0.0, 0.055, 1.0, 0.975), h_pad=1.5, w_pad=1.2)
     figure.savefig(path, dpi=110)
     plt.close(figure)

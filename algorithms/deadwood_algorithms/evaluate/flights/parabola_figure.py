@@ -16,9 +16,10 @@ from matplotlib.axes import Axes
 
 from deadwood_algorithms.evaluate.flights.on_terrain import Followed
 from deadwood_algorithms.evaluate.flights.parabola import outline
-from deadwood_algorithms.schemas.looks import BARRIER, RUNS, WOOD
+from deadwood_algorithms.files.pictures import with_minus
+from deadwood_algorithms.schemas.looks import BARRIER, LESS_MORE, RUNS, WOOD
 
-PATH, HIT, GROUND = RUNS[0], RUNS[1], "#8c7b6b"
+PATH, HIT, GROUND = RUNS[0], LESS_MORE[-1], "#8c7b6b"
 LOGS_SHOWN = 6
 WIDTH_IN, LEAST_IN, MOST_IN = 11.0, 4.5, 9.5
 
@@ -98,4 +99,9 @@ def _finish(axes: Axes, followed: Followed, low: float) -> None:
             f"{record['duration_s']:.2f} s, {record['distance_m']:.1f} m away, {record['fall_m']:.1f} m down, "
             f"landing {record['landing_speed_ms']:.1f} m/s at {record['landing_deg']:.1f}°"
         )
-    axes.set_title(title, loc="left", fontsize=10.5, linespacing=1.4)
+    axes.set_title(
+        with_minus(title),
+        loc="left",
+        fontsize=10.5,
+        linespacing=1.4,
+    )

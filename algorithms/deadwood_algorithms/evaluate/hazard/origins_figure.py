@@ -34,6 +34,9 @@ def draw(path: Path, source: Run, origins: Origins, lines: Sequence[Any]) -> Non
     near = shapely.box(frame[0], frame[2], frame[1], frame[3])
     roads = coordinates_of([each for each in lines if each.intersects(near)])
     relief = read_relief(source, frame)
+    if relief is not None:  # no white strip at a side where the terrain has no whole cell
+        ends = np.array([frame, relief[2]])
+        frame = ends[:, 0].max(), ends[:, 1].min(), ends[:, 2].max(), ends[:, 3].min()
     west, south, east, north = origins.grid.bounds
     titles = ("share", "lower end of its 95 % interval", "upper end")
     order = (1, 0, 2)  # lower end, share, upper end, from left to right

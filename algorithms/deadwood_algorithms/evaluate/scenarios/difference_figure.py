@@ -39,17 +39,15 @@ MAP_IN, MOST_MAP_IN, CHARTS_IN = 4.6, 9.0, 4.2
 MARGIN_IN, GAP_IN, TITLE_IN, LEGEND_IN, FOOT_IN, BAR_IN = 0.6, 0.35, 0.75, 0.35, 0.1, 0.9
 MAPS_ABREAST = 3
 Band = tuple[np.ndarray, Extent]
+Place = tuple[float, float, float, float]
 
 
 def draw(path: Path, rows: Sequence[ScenarioRow], compared: Compared, maps: dict[str, Path]) -> None:
     """Reach of the lines (without lines, how logs ended), run-outs, and a map for each scenario but the first."""
     bands = {name: read_band(place) for name, place in maps.items()}
     frame = frame_of(list(bands.values()))
-    columns = max(2, min(len(bands), MAPS_ABREAST))
-    width = MARGIN_IN + columns * (MAP_IN + GAP_IN) + BAR_IN
     map_in = min(MAP_IN * (frame[3] - frame[2]) / (frame[1] - frame[0]), MOST_MAP_IN) if frame else 0.0
-    tall = math.ceil(len(bands) / columns) * (map_in + GAP_IN)
-    height = TITLE_IN + CHARTS_IN + (TITLE_IN + tall + LEGEND_IN if frame else 0.0) + FOOT_IN
+    (width, height), charts, places = places_of(len(bands), map_in)
     figure = plt.figure(figsize=(width, height))
 
     def panel(left: float, top: float, wide: float, high: float) -> Axes:
@@ -57,25 +55,40 @@ def draw(path: Path, rows: Sequence[ScenarioRow], compared: Compared, maps: dict
         return figure.add_axes((left / width, 1.0 - (top + high) / height, wide / width, high / height))
 
     names = [each.name for each in compared.scenarios]
-    chart = (width - 3.0 * MARGIN_IN) / 2.0
-    _shares_panel(panel(MARGIN_IN, TITLE_IN, chart, CHARTS_IN - 0.5), rows, names)
-    _runouts_panel(panel(2.0 * MARGIN_IN + chart, TITLE_IN, chart, CHARTS_IN - 0.5), compared)
+    _shares_panel(panel(*charts[0]), rows, names)
+    _runouts_panel(panel(*charts[1]), compared)
     title = f"{counted(compared.log_id.size, 'log')} in each scenario, bars: 95 % intervals"
     figure.text(0.15 / width, 1.0 - 0.3 / height, title, fontsize=11)
     if frame:
-        top = TITLE_IN + CHARTS_IN + TITLE_IN
-        places = [
-            (MARGIN_IN + k % columns * (MAP_IN + GAP_IN), top + k // columns * (map_in + GAP_IN), MAP_IN, map_in)
-            for k in range(len(bands))
-        ]
         panels = [panel(*place) for place in places]
         _maps(panels, bands, frame, compared)
-        bar_at = panel(places[min(columns, len(places)) - 1][0] + MAP_IN + 0.15, top, 0.16, map_in)
+        bar_at = panel(max(place[0] for place in places) + MAP_IN + 0.15, places[0][1], 0.16, map_in)
         words = "share of the logs that pass a cell, difference [points]"
         show_scale(figure, panels[0].images[-1], "difference of shares", words, cax=bar_at)
         _legend(figure, names[0])
     figure.savefig(path, dpi=110)
     plt.close(figure)
+
+
+def places_of(maps: int, map_in: float) -> tuple[tuple[float, float], list[Place], list[Place]]:
+    """Size of the figure [inches], and left, top, width and height of its two charts and of its maps, ``map_in`` high:
+    maps below the charts, but a single one beside them.
+    """
+    columns, chart_in = max(2, min(maps, MAPS_ABREAST)), CHARTS_IN - 0.5
+    width = MARGIN_IN + columns * (MAP_IN + GAP_IN) + BAR_IN
+    if maps == 1:
+        wide = width - 3.0 * MARGIN_IN - MAP_IN - BAR_IN
+        height = TITLE_IN + max(2.0 * CHARTS_IN, map_in + GAP_IN) + LEGEND_IN + FOOT_IN
+        charts = [(MARGIN_IN, TITLE_IN + k * CHARTS_IN, wide, chart_in) for k in range(2)]
+        return (width, height), charts, [(2.0 * MARGIN_IN + wide, TITLE_IN, MAP_IN, map_in)]
+    wide, top = (width - 3.0 * MARGIN_IN) / 2.0, 2.0 * TITLE_IN + CHARTS_IN
+    charts = [(MARGIN_IN + k * (MARGIN_IN + wide), TITLE_IN, wide, chart_in) for k in range(2)]
+    places = [
+        (MARGIN_IN + k % columns * (MAP_IN + GAP_IN), top + k // columns * (map_in + GAP_IN), MAP_IN, map_in)
+        for k in range(maps)
+    ]
+    height = top + math.ceil(maps / columns) * (map_in + GAP_IN) + LEGEND_IN if maps else TITLE_IN + CHARTS_IN
+    return (width, height + FOOT_IN), charts, places
 
 
 def _maps(panels: list[Axes], bands: dict[str, Band], frame: Extent, compared: Compared) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,13 +18,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from deadwood_algorithms.evaluate.sensitivity.answer import Answer, Measured
-from deadwood_algorithms.files.pictures import show_ends
+from deadwood_algorithms.files.pictures import limits_of_ends, show_ends, with_minus
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.schemas.looks import HIGH_END, LOW_END, RUNS
 
 FIRST, TOTAL = "#999999", RUNS[0]
 OUTCOMES_SHOWN = 5
-SIDE_SHARE = 0.06  # of the longest bar, left free on both sides
 PANEL_IN, BAR_IN, HEAD_IN, FOOT_IN = 1.25, 0.36, 0.75, 0.55
 
 
@@ -88,7 +88,7 @@ def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> Non
         axes.text(
             1.01,
             place,
-            one.change(bar),
+            with_minus(one.change(bar)),
             transform=axes.get_yaxis_transform(),
             va="center",
             fontsize=8.5,
@@ -99,10 +99,9 @@ def bars(axes: Axes, one: Measured, order: Sequence[int], answer: Answer) -> Non
     axes.set_yticks(range(len(order)), names, fontsize=8.5)
     axes.set_ylim(len(order) - 0.5, -0.5)
     axes.set_xlabel(f"reach of {one.line} [%]" if one.is_share else "mean run-out [m]", fontsize=9)
-    axes.set_title(textwrap.fill(answer.sentence, 120, break_on_hyphens=False), fontsize=8.5, loc="left")
+    axes.set_title(textwrap.fill(with_minus(answer.sentence), 120, break_on_hyphens=False), fontsize=8.5, loc="left")
     ends = [base, *(scale * each for bar in one.bars for each in (bar.at_low, bar.at_high))]
-    room = SIDE_SHARE * (max(ends) - min(ends)) or 1.0  # otherwise bars end at the frame and cannot be seen as bars
-    axes.set_xlim(min(ends) - room, max(ends) + room)
+    axes.set_xlim(*limits_of_ends(ends, 100.0 if one.is_share else math.inf))
     bare_frame(axes)
 
 

@@ -17,11 +17,23 @@ import rasterio
 import shapely
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.sites.overview import FAILED, SiteFound
-from deadwood_algorithms.files.pictures import HALO, colours_of, scale_and_north, show_quantity, show_scale
+from deadwood_algorithms.files.pictures import (
+    HALO,
+    colours_of,
+    lines_of_shapes,
+    scale_and_north,
+    show_lines,
+    show_quantity,
+    show_scale,
+)
+from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import counted
-from deadwood_algorithms.schemas.looks import ENDS, LOOKS, PLAIN
+from deadwood_algorithms.params.tool import Quiet
+from deadwood_algorithms.results.run_folder import GEOPACKAGE
+from deadwood_algorithms.schemas.looks import ENDS, LOOKS, PLAIN, ROAD
 
 if TYPE_CHECKING:
     import geopandas
@@ -61,6 +73,8 @@ def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], m
             axes.annotate(
                 name, (x, y), xytext=place, textcoords="offset points", fontsize=8, path_effects=HALO, zorder=4
             )
+    strings = reached_lines(done, layer.crs)
+    show_lines(axes, strings, zorder=2)
     extents = [layer.total_bounds, *show_passed(axes, merged, layer.crs)]
     (west, south), (east, north) = np.min(extents, axis=0)[:2], np.max(extents, axis=0)[2:]
     middle, half = ((west + east) / 2, (south + north) / 2), (0.5 + MARGIN) * max(east - west, north - south)
@@ -70,18 +84,29 @@ def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], m
     if known.any():
         words = "share of the logs [%]: dots, that reach a line; ground, that pass (of all sites)"
         show_scale(figure, dots, "shares", words, ax=axes, shrink=0.6)
-    words = ("no line", FAILED)
+    words = ("no roads, railways, houses", FAILED)
     marks = [
         Line2D([], [], linestyle="", marker=mark, color=colour, label=word)
         for (chosen, colour, mark), word in zip(kinds, words, strict=True)
         if chosen.any()
     ]
+    marks += [Line2D([], [], color=ROAD, linewidth=2.0, label="roads, railways, houses")] if strings else []
     if marks:
         axes.legend(handles=marks, loc="lower right", fontsize=8)
     title = f"{counted(len(worst), 'site')}, {counted(sum(each.logs for each in done), 'log')}"
     axes.set_title(title + (f"; {int(failed.sum())} failed" if failed.any() else ""), fontsize=11)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110, bbox_inches="tight")  # without white bands beside a map that is square
     plt.close(figure)
+
+
+def reached_lines(done: Sequence[SiteFound], crs: Any) -> list[NDArray[np.float64]]:
+    """The roads, railways and houses of the sites, each once; houses as outlines."""
+    seen: dict[bytes, Any] = {}
+    for folder in (each.folder for each in done if each.folder is not None and each.rows[0].line_id is not None):
+        layer = f"{folder / GEOPACKAGE}|layername=reach"
+        frame = read_vector(layer, geometry=("line", "polygon"), target_crs=crs, what="reach", feedback=Quiet())
+        seen |= {each.wkb: each for each in frame.geometry}
+    return lines_of_shapes(list(seen.values()))
 
 
 def show_passed(axes: Axes, merged: Sequence[Path], crs: Any) -> list[tuple[float, float, float, float]]:
