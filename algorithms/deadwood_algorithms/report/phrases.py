@@ -202,8 +202,8 @@ PHRASES = {
         "design-values writes them as a table."
     ),
     "design_more": "further hits needed for an interval",
-    "more_hits": "for an interval {n} more hits",
-    "more_logs": "for an interval {n} more logs",
+    "more_hits": "{n} more hits for an interval",
+    "more_logs": "{n} more logs for an interval",
     "design_energy": "energy",
     "design_translation": "of translation",
     "design_rotation": "of rotation",
