@@ -117,6 +117,13 @@ def number_of(friction: str | float) -> float | None:
     text = str(friction).strip()
     if re.fullmatch(r"[+-]?\d*,\d+", text) and not Path(text).exists():
         raise UserError(f"--friction is '{text}'; write the number with a point, {text.replace(',', '.')}")
+    number = r"[+-]?\d*\.?\d+"
+    if re.fullmatch(rf"{number}(\s*[,;:]\s*{number})+", text) and not Path(text).exists():
+        first, *_, last = re.findall(number, text)
+        raise UserError(
+            f"--friction is '{text}', several numbers; give one, a raster or polygons; to try a range, use the tool "
+            f"vary with --vary friction={first}:{last}"
+        )
     unit = re.fullmatch(r"([+-]?\d+[.,]?\d*)\s*(%|°|deg)", text)
     if unit and not Path(text).exists():
         given = float(unit[1].replace(",", "."))

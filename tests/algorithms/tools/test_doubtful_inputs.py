@@ -146,6 +146,9 @@ def test_impossible_trees_are_refused(grid, tmp_path, said):
     ("friction", "words"),
     [
         ("0,25", "--friction is '0,25'; write the number with a point, 0.25"),
+        ("0.4,0.6", "--friction is '0.4,0.6', several numbers; give one, a raster or polygons"),
+        ("0.2:.3", "use the tool vary with --vary friction=0.2:.3"),
+        ("0.2, 0.25; 0.3", "use the tool vary with --vary friction=0.2:0.3"),
         ("25%", "--friction is '25%'; give the coefficient, the tangent of the angle: 0.25"),
         ("14°", "give the coefficient, the tangent of the angle: 0.249"),
     ],
