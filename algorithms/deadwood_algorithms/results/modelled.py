@@ -31,7 +31,7 @@ CLAUSES = {
         "the south-west): as far as an energy line reaches"
     ),
     "window_is_enough": (
-        "no log came near its sides, so the results are those of the whole DEM; no log was anywhere else"
+        "no log came near its sides, so the results are those of the whole DEM, and no log was anywhere else"
     ),
     "friction": "Coulomb, {mu} everywhere",
     "friction_map": "Coulomb, {low} to {high} by cell",

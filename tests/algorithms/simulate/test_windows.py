@@ -127,7 +127,7 @@ def test_a_window_gives_the_bits_of_the_whole(case, whole, small_is_large, tmp_p
     assert deposits["tree_hits"].sum() > 5
     assert summary(whole)["reach"][0]["n_reach"] > 0
     words = summary(window)["modelled"]["window"]
-    columns, rows = (int(word) for word in words.split(" of ")[0].split(" x "))
+    columns, rows = (int(word) for word in words.split(" of ")[0].split(" × "))
     assert columns * rows < 0.6 * SIZE**2
     assert summary(whole)["modelled"]["window"] == "the whole DEM"
     assert any("cells are read" in note for note in said.notes)
@@ -274,7 +274,7 @@ def test_a_dem_of_14_gigabytes_costs_less_than_one(case, tmp_path):
     assert peak < 1.2e9
     told = summary(tmp_path / "run")
     assert told["logs"]["by_stop_reason"]["left_dem"] == 0
-    assert "of the DEM's 60000 x 60000 cells" in told["modelled"]["window"]
+    assert "of the DEM's 60000 × 60000 cells" in told["modelled"]["window"]
     with rasterio.open(tmp_path / "run" / "hit_count.tif") as hits:
         assert hits.shape == (side, side)
         assert hits.read(1, window=Window(low, low, 3000, 3000)).max() >= 1  # type: ignore[call-arg]

@@ -172,7 +172,7 @@ def test_an_event_that_was_simulated_is_found_again(case, tmp_path, said):
     assert observed["name"].tolist()[:2] == ["1 (release a)", "2 (release b)"]
     # the terrain model has cells of 1 m, and 75 logs of each release are few
     assert any("cells are 1 m, not 0.5 m" in each and "0.2 to 0.3" in each for each in said.warnings)
-    assert any("compared with 75 logs only" in each for each in said.warnings)
+    assert any("compared with only 75 logs" in each for each in said.warnings)
 
 
 def test_the_logs_are_those_of_slide_logs(case, tmp_path):

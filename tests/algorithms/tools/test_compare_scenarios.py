@@ -393,7 +393,7 @@ def test_what_cannot_be_compared(tmp_path, monkeypatch, runs, names, words):
 def test_grids_that_do_not_fit_cost_the_map_alone(runs, tmp_path, said):
     for name, at, words in (
         ("fine", grid(cell=0.5, nx=120, ny=200), "cells of 0.5 m are not those"),
-        ("beside", {**grid(), "x0": EAST + 0.75}, "beside them"),
+        ("beside", {**grid(), "x0": EAST + 0.75}, "not aligned with those"),
     ):
         run = write_run(tmp_path / name, tracks(20.0), digest="the same", grid=at)
         write_values(run / "hit_count.tif", np.ones((at["ny"], at["nx"]), np.uint32), at)

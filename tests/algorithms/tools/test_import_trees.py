@@ -107,7 +107,7 @@ def test_the_height_may_be_the_z_of_the_points(imported, said):
 def test_a_z_above_the_sea_is_not_the_height_of_a_tree(imported, said):
     frame = imported(points(1400.0, 1410.0, dbh_cm=[40.0, 50.0]), "trees.gpkg")
     assert frame["height_m"].tolist() == pytest.approx([(d / 2.52) ** (1 / 0.84) for d in (40, 50)])
-    assert "median 1405 m) is not the height of trees" in said.warnings[0]
+    assert "median 1405 m) is not a tree height" in said.warnings[0]
     with pytest.raises(UserError, match="neither a DBH nor a height is found"):
         imported(points(1400.0, 1410.0, treeID=[1, 2]), "trees.gpkg")
 

@@ -185,7 +185,7 @@ def test_an_interrupted_run_leaves_nothing(tmp_path, slope, said):
 def test_upright_logs_in_areas_of_lying_wood_are_questioned(tmp_path, sample, said, outcome, name, hint):
     layer = areas(tmp_path, [RING], name=name)
     sample(layer, count=5)
-    assert any("--orientation random-lying releases it so" in each for each in said.warnings) is hint
+    assert any("--orientation random-lying releases it lying" in each for each in said.warnings) is hint
     assert outcome["last"].lines[-1] == "posture at the start: all upright"
     said.warnings.clear()
     sample(layer, count=5, orientation="random-lying")
