@@ -228,6 +228,7 @@ def test_wrong_input_gives_the_line_of_the_command_line_with_labels_for_flags(qg
     assert ran.status == 1
     for each in sorted(tool.parameters(), key=lambda each: -len(each.flag)):
         line = line.replace(each.flag, f"'{each.label}'")
+    line = line.replace("slide-logs", "'Slide logs'")  # tools have their names of the toolbox, too
     assert line in ran.err.splitlines()
     assert what != "out of bounds" or line == "'Friction coefficient' is -1, but must be at least 0"
     assert "Traceback" not in ran.err
