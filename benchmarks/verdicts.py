@@ -164,7 +164,7 @@ def choice(results: Row) -> str:
     if near and yard:
         found.append(
             f"**If friction is close to the slope's tangent**, one hundredth more changes reach by {near[0]:+.1f} "
-            f"points, in "
+            "points, in "
             f"the usual scenes {yard[0]:+.1f}."
         )
     return "\n".join(f"- {line}" for line in found) if found else "*Not measured yet.*"

@@ -7,14 +7,13 @@ import math
 
 import numpy as np
 import pytest
+from level_ground import DT, LOG, SETTINGS, TRAVEL, WHERE, G, level_model
 
-from deadwood_engine import Scene, Trees
 from deadwood_engine.contacts import Ahead, Found, add_contact, set_frames
 from deadwood_engine.cores import TREE
 from deadwood_engine.ledger import HIT_WIDTH
 from deadwood_engine.limits import BURIED, CLOUD_TURN, POLL_STEPS, SHORTEST_STEP, WILD_SPEED
-from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, cone_bodies
-from deadwood_engine.model import Log, Model, Settings
+from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH
 from deadwood_engine.rasters import raster_arrays
 from deadwood_engine.rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT
 from deadwood_engine.rotation import drift, set_axis
@@ -23,17 +22,10 @@ from deadwood_engine.surroundings import know_nothing
 from deadwood_engine.trace import POSE_WIDTH, Marks, Output
 from deadwood_engine.way import SUMMARY
 
-G, DT, TRAVEL = 9.81, 0.01, 0.2
-SETTINGS = Settings(DT, TRAVEL, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
-LOG = cone_bodies(np.array([0.5]), np.array([8.0]), np.array([400.0]))[0]
-WHERE = Log(np.zeros(2, np.int64), LOG, 9)
-
 
 @pytest.fixture(scope="module")
 def model():
-    trees = Trees(np.array([5.0, 9.0]), np.array([5.0, 9.0]), np.full(2, 0.4), np.full(2, 20.0))
-    arrays = Scene.prepare(np.zeros((40, 40)), 1.0, 0.0, 0.0, friction=0.3, trees=trees, reference=0.0).arrays
-    return Model(*arrays, SETTINGS)
+    return level_model()
 
 
 def flying(seed):

@@ -5,28 +5,19 @@ The kernels run as Python here; the results of slides are tested in tests/physic
 
 import numpy as np
 import pytest
+from level_ground import DT, LOG, WHERE, G, level_model
 
-from deadwood_engine import Scene, Trees
 from deadwood_engine.asymmetric_top import energy_of
 from deadwood_engine.limits import LEAST_SPENT
-from deadwood_engine.log_body import cone_bodies
-from deadwood_engine.model import Log, Model, Settings
 from deadwood_engine.rotation import set_axis
 from deadwood_engine.scratch import Scratch
 from deadwood_engine.surroundings import know_nothing
 from deadwood_engine.way import SUMMARY, WAY
 
-G, DT = 9.81, 0.01
-SETTINGS = Settings(DT, 0.2, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
-LOG = cone_bodies(np.array([0.5]), np.array([8.0]), np.array([400.0]))[0]
-WHERE = Log(np.zeros(2, np.int64), LOG, 9)
-
 
 @pytest.fixture(scope="module")
 def model():
-    trees = Trees(np.array([5.0, 9.0]), np.array([5.0, 9.0]), np.full(2, 0.4), np.full(2, 20.0))
-    arrays = Scene.prepare(np.zeros((40, 40)), 1.0, 0.0, 0.0, friction=0.3, trees=trees, reference=0.0).arrays
-    return Model(*arrays, SETTINGS)
+    return level_model()
 
 
 def flying(seed):

@@ -39,7 +39,7 @@ def part_to_explore(simulation: Simulation, feedback: Feedback) -> Part | None:
             left_out.append(name)
     feedback.note(
         f"of this large terrain model only {AROUND_M:g} m around the layers are used: a log that leaves this part "
-        f"counts as having left the terrain model"
+        "counts as having left the terrain model"
         + (
             f"; {' and '.join(left_out)} extend farther, and are used only as far as they lie within"
             if left_out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +26,19 @@ WRONG_UNITS = {
 def where_of(frame: pandas.DataFrame) -> str:
     """How messages name the file and layer of a frame that `vectors` read."""
     return str(frame.attrs.get("where", "layer"))
+
+
+def note_unnamed(frame: pandas.DataFrame, fields: Sequence[str], things: str, fix: str, feedback: Feedback) -> None:
+    """Report that results name things by their rows, for lack of these fields, where another may hold their names.
+
+    fix : what to do with that field, whose name follows
+    """
+    words = [str(each) for each in frame.select_dtypes(include=["object", "string"]).columns]
+    if words and not any(each in frame for each in fields):
+        feedback.note(
+            f"{where_of(frame)}: without a field {' or '.join(fields)} the {things} are named by their rows, 1 to "
+            f"{len(frame)}; {fix} '{words[0]}' if it holds their names"
+        )
 
 
 def number_column(

@@ -320,7 +320,7 @@ def warn_of_heights(samples: list[NDArray[Any]], path: str, cell: float, feedbac
             why = f"it repeats cells of {size:g} m as {k} x {k} of its own, in steps of {steps.height_m:.2g} m"
         feedback.warn(
             f"{path}: {why}. Such steps, which real ground does not have, slow and hold logs, so that too few go "
-            f"far; use heights with decimals, resampled by a bilinear or cubic method"
+            "far; use heights with decimals, resampled by a bilinear or cubic method"
         )
     slopes = np.concatenate([slopes_of(each, cell) for each in samples] or [np.empty(0)])
     steep = float(np.degrees(np.arctan(np.median(slopes)))) if slopes.size >= JUDGED_BY else 0.0

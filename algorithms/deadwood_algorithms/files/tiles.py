@@ -177,7 +177,7 @@ class Mosaic:
         except RasterioError as error:
             raise UserError(
                 f"{tile.path}: the tile is damaged ({str(error.__cause__ or error).splitlines()[0].rstrip('.')}); "
-                f"get a new copy"
+                "get a new copy"
             ) from error
 
     def _compare(self, have: NDArray[Any], found: NDArray[Any], both: NDArray[np.bool_], tile: Tile) -> None:

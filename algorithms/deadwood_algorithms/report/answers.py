@@ -78,7 +78,7 @@ def _take_tree_effects(place: Path, sources: Sequence[ReportedRun]) -> None:
     if source is None:
         raise UserError(
             f"--results: {place} belongs to none of the runs {', '.join(each.name for each in sources)}: the number "
-            f"of logs that reach the lines is different in each of them; add its own run"
+            "of logs that reach the lines is different in each of them; add its own run"
         )
     _refuse_twice(bool(set(layers) & set(source.answers.tree_effect)), "value-trees", source)
     source.answers.tree_effect |= layers
@@ -140,7 +140,7 @@ def _run_of(place: Path, manifest: dict[str, Any], sources: Sequence[ReportedRun
     suffix = f" (run {run_id})" if run_id else ""
     raise UserError(
         f"--results: {place} belongs to the run {asked}{suffix}, which is not on the page; add that run, or leave "
-        f"this out"
+        "this out"
     )
 
 

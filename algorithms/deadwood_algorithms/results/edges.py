@@ -172,7 +172,7 @@ def edge_words(n_left: int, n_near: int, n: int, distance: float, edges: str, wh
     if n_left:
         said.append(
             f"{n_left} of {n} logs left the terrain model, and their further movement is not known: reach and spread "
-            f"count only up to where they left"
+            "count only up to where they left"
         )
     if n_near:
         who = f"{n_near} more" if n_left else f"{n_near} of {n} logs"

@@ -35,7 +35,7 @@ def bodies_of(source: Run) -> Array:
             return Shape.of(read_points(str(path))).bodies(density)
     raise UserError(
         f"{source.path}: the shape that slid, {named}, no longer exists; restore it, because the masses are computed "
-        f"from it"
+        "from it"
     )
 
 

@@ -61,7 +61,7 @@ def _found(source: Run, parameter: str, named: str) -> str:
     if there is None:
         raise UserError(
             f"{source.path}: {file}, the run's {parameter.replace('_', ' ')}, no longer exists; restore it, because "
-            f"the logs slide again"
+            "the logs slide again"
         )
     return f"{there}{bar}{layer}"
 
@@ -85,7 +85,7 @@ def logs_of(source: Run, releases: Releases, rows: NDArray[np.int64]) -> Release
     if lost.any():
         raise UserError(
             f"{source.path}: the releases have no log {int(wanted[lost][0])} any more, which the run slid; run "
-            f"slide-logs again"
+            "slide-logs again"
         )
     return releases.take(found)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import account
-from deadwood_algorithms.files.columns import field_names, schema_column, warn_implausible, where_of
+from deadwood_algorithms.files.columns import field_names, note_unnamed, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
@@ -304,19 +304,9 @@ def read_barriers(
     height = schema_column(frame, BARRIERS.column("height_m"))
     warn_implausible(height, BARRIERS.column("height_m"), where_of(frame), feedback)
     paths = paths_of(frame, grid, "barrier", feedback)
-    note_unnamed(frame, "barrier", feedback)
+    note_unnamed(frame, ("barrier_id", "name"), "barriers", "rename", feedback)
     items = items_of(frame, ("barrier_id", "name"), paths, feedback)
     return Barriers(paths.vertices, paths.starts, height[paths.item]), items
-
-
-def note_unnamed(frame: geopandas.GeoDataFrame, what: str, feedback: Feedback) -> None:
-    """Report that results identify lines or barriers by row, where another field may hold their names."""
-    words = [str(each) for each in frame.select_dtypes(include=["object", "string"]).columns]
-    if words and f"{what}_id" not in frame and "name" not in frame:
-        feedback.note(
-            f"{where_of(frame)}: without a field {what}_id or name the {what}s are named by their rows, 1 to "
-            f"{len(frame)}; rename '{words[0]}' if it holds their names"
-        )
 
 
 def read_lines(path: str | None, grid: Grid, feedback: Feedback, *, parameter: str = "lines") -> tuple[Lines, Items]:
@@ -340,5 +330,5 @@ def lines_of(frame: geopandas.GeoDataFrame | None, grid: Grid, feedback: Feedbac
     if frame is None:
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
     paths = paths_of(frame, grid, "line", feedback)
-    note_unnamed(frame, "line", feedback)
+    note_unnamed(frame, ("line_id", "name"), "lines", "rename", feedback)
     return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths, feedback)

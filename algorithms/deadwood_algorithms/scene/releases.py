@@ -133,7 +133,7 @@ def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
         rows = np.flatnonzero(log_id == twice)
         raise UserError(
             f"{where_of(frame)}, field 'log_id': {twice} occurs in {rows_named(rows)}; every log needs its own "
-            f"(without the column the row numbers are used)"
+            "(without the column the row numbers are used)"
         )
     return log_id
 
@@ -149,7 +149,7 @@ def _say_overridden(frame: geopandas.GeoDataFrame, defaults: Mapping[str, Any], 
     if idle:
         feedback.warn(
             f"{where_of(frame)}: {', '.join(idle)}: without effect, because the layer has a column of that name, "
-            f"which overrides it; change or drop the column"
+            "which overrides it; change or drop the column"
         )
 
 

@@ -80,7 +80,7 @@ def read_shape(name: str, cell: float, feedback: Feedback) -> Shape | None:
     if gap > 2.0 * cell:
         feedback.note(
             f"{name}: points lie up to {gap:.3g} m apart along an edge, the DEM's cells are {cell:g} m: terrain that "
-            f"rises between points is not detected; put the points closer together than a cell (make-log --rings)"
+            "rises between points is not detected; put the points closer together than a cell (make-log --rings)"
         )
     return shape
 

@@ -99,9 +99,4 @@ def _finish(axes: Axes, followed: Followed, low: float) -> None:
             f"{record['duration_s']:.2f} s, {record['distance_m']:.1f} m away, {record['fall_m']:.1f} m down, "
             f"landing {record['landing_speed_ms']:.1f} m/s at {record['landing_deg']:.1f}°"
         )
-    axes.set_title(
-        with_minus(title),
-        loc="left",
-        fontsize=10.5,
-        linespacing=1.4,
-    )
+    axes.set_title(with_minus(title), loc="left", fontsize=10.5, linespacing=1.4)

@@ -44,7 +44,7 @@ def release_areas(
             raise UserError(
                 f"{where_of(frame)}, field '{field or FIELD}', row {row + 1}: {rate:g} for release area '{each}', but "
                 f"{of_id[each]:g} in an earlier row; it is the number of events of the whole area, so all rows of an "
-                f"area must have the same"
+                "area must have the same"
             )
     missing = [str(each) for each in names if str(each) not in of_id]
     if missing:
@@ -56,7 +56,7 @@ def release_areas(
     if not mine.all():
         feedback.note(
             f"{where_of(frame)}: {counted(int((~mine).sum()), 'row belongs', 'rows belong')} to no release area of "
-            f"the run: left out"
+            "the run: left out"
         )
     account("releases", count_of(len(frame), mine.sum(), {"not_in_run": (~mine).sum()}))
     if not any(of_id[str(each)] > 0.0 for each in names):

@@ -261,7 +261,7 @@ def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], l
             if off > SAME_LINE_M:
                 raise UserError(
                     f"{run.path}: line '{line_id}' lies {off:.2f} m from where it lies in {runs[0].path}; give one "
-                    f"layer for all runs with --lines"
+                    "layer for all runs with --lines"
                 )
     left_out = {each for frame in frames for each in frame.index} - set(shared)
     if left_out:

@@ -66,7 +66,7 @@ def refuse_pointless(factors: list[Factor], friction: str | float, layers: Scene
             if size.min() * each.low < least or size.max() * each.high > most:
                 raise UserError(
                     f"--vary {each.name}: {words} of some logs would be outside {least:g} to {most:g} (SI units); "
-                    f"narrow "
+                    "narrow "
                     "the range"
                 )
 

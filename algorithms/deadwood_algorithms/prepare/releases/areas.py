@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
-from deadwood_algorithms.files.columns import id_column, where_of
+from deadwood_algorithms.files.columns import id_column, note_unnamed, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.counts import rows_named, significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
@@ -51,12 +51,8 @@ class ReleaseAreas:
             where = where_of(self.frame)
             raise UserError(f"{where}: there is no field '{field}' (--release-id-field); the fields are {known}")
         field = field or ("release_id" if "release_id" in self.frame else None)
-        words = [str(each) for each in self.frame.select_dtypes(include=["object", "string"]).columns]
-        if words and not field and self.named:
-            feedback.note(
-                f"{where_of(self.frame)}: without a field release_id the areas are named by their rows, 1 to "
-                f"{len(self.frame)}; --release-id-field '{words[0]}' if it holds their names"
-            )
+        if not field and self.named:
+            note_unnamed(self.frame, ("release_id",), "areas", "--release-id-field", feedback)
         return id_column(self.frame, field) if field else np.arange(1, len(self.frame) + 1)
 
     def logs_by_area(self, count: int, logs_per_ha: float | None) -> np.ndarray:
@@ -80,8 +76,8 @@ class ReleaseAreas:
         if counts.min() == counts.max() and area.max() > UNEQUAL * area.min():
             feedback.note(
                 f"the areas have {significant(area.min(), 3)} to {significant(area.max(), 3)} m2 and get the same "
-                f"number of logs each: in a share of all logs every area counts the same, whatever its size; with "
-                f"--logs-per-ha every hectare does"
+                "number of logs each: in a share of all logs every area counts the same, whatever its size; with "
+                "--logs-per-ha every hectare does"
             )
 
     def place_logs(
@@ -132,7 +128,7 @@ def read_release_areas(
     if slivers.size:
         feedback.warn(
             f"{where_of(frame)}, {rows_named(slivers)}: an area of {shapely.area(shapes[slivers[0]]):.2g} m2 is too "
-            f"small for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it"
+            "small for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it"
         )
     drawn_by = read_weights(weights, ground, feedback, everywhere=False) if weights else None
     return ReleaseAreas(frame, list(shapes), radius_m, drawn_by, named=True)

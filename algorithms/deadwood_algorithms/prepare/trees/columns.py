@@ -201,8 +201,8 @@ def height_column(
         if asked is None and known.size and float(np.median(known)) > TALLEST_M:
             feedback.warn(
                 f"{where}: the field '{name}' (median {np.median(known):.0f} m) is not the height of trees, but "
-                f"perhaps the elevation of the ground; it is not used. Use --height-field to name another field, "
-                f"--height-unit for its unit"
+                "perhaps the elevation of the ground; it is not used. Use --height-field to name another field, "
+                "--height-unit for its unit"
             )
             continue
         return heights
