@@ -80,7 +80,7 @@ def warn_of_logs(
         )
         few = min(int(each.counts[k]) for each in outcomes for k in many)
         if few < FEW_LOGS <= fewest:
-            feedback.warn(f"only {few} logs are compared with an observed deposit; release more")
+            feedback.warn(f"only {counted(few, 'log is', 'logs are')} compared with an observed deposit; release more")
 
 
 def records_of(
