@@ -389,11 +389,28 @@ def check_killed(
     what = f"{name} at moment {moment} of {moments}: {ran.returncode}, {ran.stderr}"
     assert ran.returncode in ((-signal.SIGKILL, 0) if name == "SIGKILL" else (130, 0)), what
     assert "Traceback" not in ran.stderr, what
-    if not (tmp_path / "run").exists():
-        again = start(tmp_path, 0, 0, 0.0, "--resume", *after)
-        assert again.returncode == 0, what + again.stderr
+    # the result may be there, with the work that it was made from not yet removed
+    if ran.returncode != 0 and [each.name for each in tmp_path.iterdir()] != ["run"]:
+        resume(start, tmp_path, what, *after)
     assert_same_sites(undisturbed, tmp_path / "run")
     assert [each.name for each in tmp_path.iterdir()] == ["run"], what
+
+
+def resume(start: Callable[..., subprocess.CompletedProcess[str]], folder: Path, what: str, *more: str) -> None:
+    again = start(folder, 0, 0, 0.0, "--resume", *more)
+    assert again.returncode == 0, what + again.stderr
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals of POSIX")
+def test_a_run_killed_while_its_work_is_removed_is_resumed_to_the_same_bytes(start, whole, tmp_path):
+    undisturbed, moments = whole
+    ran = start(tmp_path, signal.SIGKILL, moments - 1)
+    assert ran.returncode == -signal.SIGKILL, ran.stderr
+    assert {each.name for each in tmp_path.iterdir()} == {"run", ".run.part"}
+    assert_same_sites(undisturbed, tmp_path / "run")
+    resume(start, tmp_path, ran.stderr)
+    assert_same_sites(undisturbed, tmp_path / "run")
+    assert [each.name for each in tmp_path.iterdir()] == ["run"]
 
 
 # --- refusals -------------------------------------------------------------------------------------------------------
