@@ -110,7 +110,7 @@ def restarts(name: str, blocks: int, *, threads: int) -> dict[str, Any]:
     start = _on_the_way(scene, REFERENCE, RESTART_AT, (1.0, np.inf), blocks, threads)
 
     def run(step: float) -> tuple[NDArray, Result]:
-        row = STANDARD._replace(time_step=step, travel_cells=UNBOUND, tolerance=1e-5, sweeps=5000)
+        row = STANDARD._replace(time_step=step, travel_cells=UNBOUND, roll_angle=UNBOUND, tolerance=1e-5, sweeps=5000)
         result = slide(scene, start, row, time_limit=_node_time(step), threads=threads)
         return np.hstack([result.base_end, result.tip_end]), result
 

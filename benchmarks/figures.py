@@ -21,7 +21,7 @@ COLOURS = {
     "fidelity": "black", "coarse": "#be185d", "time step": "#1b6ca8", "travel": "#d1495b", "spacing": "#3a7d44",
     "tolerance": "#8e6bbf", "sweeps": "#e08e0b", "trace": "#6b7280", "friction": "#b8860b", "cell": "#0f766e",
     "smooth": "#7c2d12", "halved": "black", "obstacles": "#15803d", "order": "#4338ca", "refined": "#0369a1",
-    "flanks": "#8c6d31", "longer": "#9a3412",
+    "flanks": "#8c6d31", "longer": "#9a3412", "roll angle": "#0891b2",
 }  # fmt: skip
 SCENE_COLOURS = ("#6b7280", "#e08e0b", "#3a7d44", "#8e6bbf", "#d1495b", "#1b6ca8", "#0f766e")
 # for these figures only: a process that imports this file may draw others
@@ -166,7 +166,7 @@ def penetration(results: dict[str, Any]) -> None:
     panels[0].set_xticks(range(4), FIDELITIES)
     panels[1].set_xscale("log")
     panels[1].set_xlabel("travel in a step [cells], otherwise standard")
-    panels[1].xaxis.set_major_locator(FixedLocator([0.125, 0.25, 0.5, 1.0, 2.0]))
+    panels[1].xaxis.set_major_locator(FixedLocator([0.2, 0.4, 0.6, 1.0, 2.0]))
     panels[1].xaxis.set_major_formatter("{x:g}")
     panels[1].xaxis.set_minor_formatter(NullFormatter())
     for axis in panels:

@@ -205,6 +205,21 @@ def plane_table(results: Row) -> str:
     return table(["fidelity", "rings every", "contacts per step", "reach of the lowest line [%]"], rows)
 
 
+def roll_table(results: Row) -> str:
+    """The plane, by the angle that a log rolls in a step."""
+    entries, rows = results["entries"].get("plane", {}), []
+    for name in (*tables.FIDELITIES, *(name for name, each in SETTINGS.items() if each.group == "roll angle")):
+        found = entries.get(name, {})
+        if "error" not in found:
+            continue
+        error, cost = found["error"], found["cpu_ms_per_log"] / entries["standard"]["cpu_ms_per_log"]
+        worst = f"{tables.points(error['worst_line']['delta'])} at y {error['worst_line']['y']:g} m"
+        numbers = [f"{found['fidelity']['roll_angle']:g}", f"{1e3 * found['fidelity']['time_step']:g}", f"{cost:.2g}"]
+        rows.append([f"`{name}`", *numbers, str(found["logs"]), tables.with_interval(error["reach"]), worst])
+    head = ["setting", "roll angle [rad]", "time step [ms]", "cost", "logs", "reach minus `reference` [points]"]
+    return table([*head, "largest of all lines"], rows)
+
+
 def switch_table(results: Row) -> str:
     """The engine's savings if less is required."""
     rows = [
@@ -349,6 +364,7 @@ def page(results: Row) -> str:
         restarts=verdicts.restarts(results),
         crawls=verdicts.crawls(results),
         plane_table=plane_table(results),
+        roll_table=roll_table(results),
         ring_table=ring_table(results),
         rolling=f"{ROLLING:g}",
         impacts=verdicts.impacts(results),

@@ -37,7 +37,8 @@ def _of(*groups: str) -> tuple[str, ...]:
 PLAN = (
     Part("the fidelities", (*MAIN, "fine"), USUAL, 2000, 2.8),
     Part("the sensitive case", (*MAIN, "fine"), ("sensitive",), 2000, 2.9),
-    Part("the plane", (*MAIN, "fine"), ("plane",), 200, 5.5),
+    Part("the plane", (*MAIN, *_of("roll angle")), ("plane",), 1000, 5.5),
+    Part("the plane, fine", ("fine",), ("plane",), 200, 7.0),
     Part("friction, the yardstick", _of("friction"), EVERYWHERE, 2000, 1.0),
     Part("friction of rolling", _of("rolling"), EVERYWHERE, 2000, 1.3),
     Part("stems", _of("tree restitution", "tree friction"), FOREST, 2000, 1.0),
@@ -54,10 +55,10 @@ PLAN = (
     Part("refined together", _of("refined"), USUAL, 1000, 6.2),
     Part("reference halved", _of("halved"), ("forest",), 3000, 18.0),
     Part(
-        "single factors", _of("coarse", "obstacles", "flanks", "order", "time step", "travel", "spacing", "tolerance",
-        "sweeps", "trace"), USUAL, 400, 1.0,
+        "single factors", _of("coarse", "obstacles", "flanks", "order", "time step", "travel", "roll angle", "spacing",
+        "tolerance", "sweeps", "trace"), USUAL, 400, 1.0,
     ),
-    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 9600, 3.3),
+    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 16_000, 3.3),
 )  # fmt: skip
 # CPU milliseconds per log at ``standard`` before anything has been slid: from pilots, accurate to a factor of two
 PILOT_MS = {"plane": 16, "rough": 6, "forest": 4, "barriers": 3.5, "cliff": 7, "gully": 7.5, "sensitive": 8}

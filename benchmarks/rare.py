@@ -148,12 +148,16 @@ class Sliding:
 
 
 def _last_step(scene: Scene, body: Array, state: Array) -> Array:
-    """Length of the previous step [s], from the speed of the ends; beside a tree it was shorter."""
+    """Length of the previous step [s], from the speed of the ends and the spin: that of a log in contact, as most
+    are in a forest, without a tree beside it.
+    """
     turn = np.cross(state[:, 10:13], state[:, 13:16])
     ends = (-body[:, CENTRE], body[:, LENGTH] - body[:, CENTRE])
     fastest = np.max([np.linalg.norm(state[:, 7:10] + arm[:, None] * turn, axis=1) for arm in ends], axis=0)
     travel = DRAFT.travel_cells * scene.arrays.terrain.cell
-    return np.minimum(DRAFT.time_step, travel / (0.5 * (fastest + np.sqrt(fastest**2 + 2.0 * GRAVITY * travel))))
+    step = np.minimum(DRAFT.time_step, travel / (0.5 * (fastest + np.sqrt(fastest**2 + 2.0 * GRAVITY * travel))))
+    spin = np.abs((state[:, 10:13] * state[:, 13:16]).sum(axis=1))
+    return np.minimum(step, DRAFT.roll_angle / np.maximum(spin, DRAFT.roll_angle / DRAFT.time_step))
 
 
 def forest() -> Scene:

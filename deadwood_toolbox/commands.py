@@ -16,6 +16,7 @@ from typing import Any
 
 import click
 
+from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.tool import VERSION, Parameter, Tool, UserError
 from deadwood_toolbox import json_schema, parameters
 from deadwood_toolbox.feedback import PROGRESS, plain
@@ -87,8 +88,21 @@ class _ToolCommand(click.Command):
             params=[*options, *_common_options()],
             short_help=tool.summary,
             callback=self._job,
-            context_settings=WIDE,
+            context_settings={**WIDE, "allow_extra_args": True},
         )
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Words without an option are named together with the first input that is missing."""
+        super().parse_args(ctx, args)
+        if ctx.args:
+            words = " ".join(quoted(each) for each in ctx.args)
+            missing = (
+                each for each in self.tool.parameters() if not each.is_output and ctx.params.get(each.name) is None
+            )
+            first = next((each for each in missing if not each.optional and each.default is None), None)
+            meant = f"; did you mean {first.flag} {words}?" if first and len(ctx.args) == 1 else ""
+            raise UserError(f"{words} has no option before it{meant}")
+        return ctx.args
 
     def _job(self, **given: Any) -> Job:
         common = {name: given.pop(name) for name in ("config", "changed_inputs", "progress", "quiet", "verbose")}

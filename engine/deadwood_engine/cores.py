@@ -138,7 +138,7 @@ def _beside(p, a, b):
 
 
 @kernel
-def _apart_in_plan(a, b, c, d):
+def apart_in_plan(a, b, c, d):
     """Distance [m] in plan of two segments, a to b and c to d: 0 where they cross, else that of one of their ends."""
     (ax, ay), (bx, by), (cx, cy), (dx, dy) = a, b, c, d
     ex, ey, fx, fy = bx - ax, by - ay, dx - cx, dy - cy
@@ -177,7 +177,7 @@ def near(cores, frame, cell, listed, table, axis, reach):
         if core.ux == 0.0 and core.uy == 0.0:
             apart = math.sqrt(_beside((x, y), base, tip))
         else:
-            apart = _apart_in_plan(base, tip, (x, y), (x + core.long * core.ux, y + core.long * core.uy))
+            apart = apart_in_plan(base, tip, (x, y), (x + core.long * core.ux, y + core.long * core.uy))
         if apart - max(core.wide, core.wide + core.long * core.slope) > reach:
             continue
         listed[count] = item

@@ -12,8 +12,10 @@ class Fidelity(NamedTuple):
     """The numbers that trade speed for accuracy.
 
     time_step : [s] longest step; controls the first-order error of impacts and friction
-    travel_cells : [DEM cells, of at most 1 m] greatest distance that the log moves in a step (``travel``); controls
-        penetration and how much of the terrain's roughness is resolved
+    travel_cells : [DEM cells, of at most 1 m] greatest distance that the log's axis moves in a step (``travel``);
+        controls penetration and how much of the terrain's roughness is resolved
+    roll_angle : [rad] greatest angle by which a log in contact turns about its axis in a step; controls the error of
+        rolling on smooth ground, which grows with this angle, not with the distance
     station_spacing : [m] greatest distance between the log's contact rings; each finds the highest crest of its stretch
     spacing_cells : [DEM cells] the same, in cells; controls how deep a second crest of the same stretch may penetrate
     tolerance : [-] of g dt, of the contact velocities in the solver; controls creep
@@ -33,12 +35,13 @@ class Fidelity(NamedTuple):
     cell
         except for its twist, so more rings resolve no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times
         the time for the same reach and the same depth)
-    rebound_share : [-] of time_step and travel_cells where anything rebounds: a bouncing log meets ground and stems
-        in new places in every step, and the error grows with the distance between them
+    rebound_share : [-] of time_step, travel_cells and roll_angle where anything rebounds: a bouncing log meets ground
+        and stems in new places in every step, and the error grows with the distance between them
     """
 
     time_step: float
     travel_cells: float
+    roll_angle: float
     station_spacing: float
     spacing_cells: float
     tolerance: float
@@ -53,12 +56,12 @@ class Fidelity(NamedTuple):
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.070, 1.0, 2.0, 4.0, 1e-3, 300, 4.0, ring_points=1, coarse_cells=0.5, rebound_share=0.25),
+    "draft": Fidelity(0.070, 0.8, 0.5, 2.0, 4.0, 1e-3, 300, 4.0, ring_points=1, coarse_cells=0.5, rebound_share=0.25),
     "standard": Fidelity(
-        0.022, 0.3, 0.75, 1.5, 1e-3, 400, 4.0, obstacle_travel=0.1, coarse_cells=0.5, rebound_share=0.5
+        0.033, 0.4, 0.4, 0.75, 1.5, 1e-3, 400, 4.0, obstacle_travel=0.1, coarse_cells=0.5, rebound_share=1.0 / 3.0
     ),
-    "fine": Fidelity(0.004, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.25),
-    "reference": Fidelity(0.001, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),
+    "fine": Fidelity(0.004, 0.2, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.25),
+    "reference": Fidelity(0.001, 0.04, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),
 }
 
 
@@ -94,7 +97,11 @@ def fidelity_with(name: str, time_step: float | None, station_spacing: float | N
 def where_things_rebound(fidelity: Fidelity, *restitutions: float) -> Fidelity:
     """The row for a scene: with its share of step and travel if any restitution [-] in the scene is above 0."""
     share = fidelity.rebound_share if any(each > 0.0 for each in restitutions) else 1.0
-    return fidelity._replace(time_step=share * fidelity.time_step, travel_cells=share * fidelity.travel_cells)
+    return fidelity._replace(
+        time_step=share * fidelity.time_step,
+        travel_cells=share * fidelity.travel_cells,
+        roll_angle=share * fidelity.roll_angle,
+    )
 
 
 def trace_step(fidelity: Fidelity, cell: float) -> float:

@@ -35,8 +35,9 @@ FIRST_TOUCH = 0.1  # [-] of both radii: distance between two poses at which the 
 TOUCH_DEPTH = 0.05  # [-] of both radii: greatest depth of the pose of a first touch
 MOST_LOOKS = 40  # greatest number of poses within a step at which the first touch of one stem is sought
 # [m] gap at the end of a step below which an obstacle is a contact although the predicted path does not touch it: a
-# base that strikes the ground whips its tip against what it would have passed (6 cm into a boulder at 8 m/s)
-UNFORESEEN = 0.05
+# base that strikes the ground whips its tip against what it would have passed (at 8 m/s and steps of 33 ms, with 5 cm:
+# 8 cm into a lying log)
+UNFORESEEN = 0.10
 OBSTACLE_ALONG = 0.3  # [-] of both radii: travel of a thin log along its own axis in a step beside a thicker stem
 THICK = 0.35  # [m] radius of log and stem together above which the sideways speed limits a step, not the fastest point
 SAFE = 1.0 - 1e-6  # [-] of a distance: more than the rounding error of a path summed over many steps

@@ -27,7 +27,8 @@ class Settings(NamedTuple):
     """The settings of a run: those of the fidelity, in metres and seconds, and the user's."""
 
     time_step: float
-    travel: float  # [m] of the fastest point in a step
+    travel: float  # [m] of the axis in a step
+    roll_angle: float  # [rad] of a log in contact about its axis in a step
     tolerance: float  # [-] of g dt
     sweeps: int
     trace_step: float  # [m] of the ends between outlines

@@ -12,7 +12,7 @@ import math
 from .barriers import is_its_own, plate_contacts, sides_of
 from .compiled import inlined, kernel
 from .contacts import Ahead, Query, predict
-from .cores import BARRIER, TREE, skin_of, swept_sphere
+from .cores import BARRIER, TREE, apart_in_plan, skin_of, swept_sphere
 from .limits import (
     FIRST_TOUCH,
     LYING_TRAVEL,
@@ -34,6 +34,11 @@ def _nearest(cone, pose, core):
     """(least clearance [m] of the log from a core, position along its axis, radius of the log there, of the core)."""
     if core.kind == BARRIER:
         clear, _, _, _ = sides_of(cone, pose, core)
+        # past the plate's end an oblique log may be on both of its sides
+        base = pose.x + cone.back * pose.dx, pose.y + cone.back * pose.dy
+        tip = pose.x + cone.front * pose.dx, pose.y + cone.front * pose.dy
+        end = core.x + core.long * core.ux, core.y + core.long * core.uy
+        clear = max(clear, apart_in_plan(base, tip, (core.x, core.y), end) - cone.thick)
         # its faster end; its thinnest place
         return clear, cone.back if -cone.back > cone.front else cone.front, cone.thin, 0.0
     c, d = axis_of(pose)

@@ -122,6 +122,7 @@ def slide(
     settings = Settings(
         time_step=float(fidelity.time_step),
         travel=float(longest_travel(fidelity, cell)),
+        roll_angle=float(fidelity.roll_angle),
         tolerance=float(fidelity.tolerance),
         sweeps=int(fidelity.sweeps),
         trace_step=float(trace_step(fidelity, cell)),

@@ -65,17 +65,20 @@ from .turning import turn_contacts
 def choose_step(model, log, state, scratch):
     """1. Gravity's second half for the previous step, v_z -= g dt / 2, and the length dt [s] of this one.
 
-    No point moves farther than the travel s in it: with the speed V now and the growth B of it [m/s2],
+    The axis moves no farther than the travel s in it: with the speed V now and the growth B of it [m/s2],
     dt <= s / u,  u = (V + sqrt(V^2 + 2 B s)) / 2.
+    A log in contact turns about its axis by at most the roll angle phi: dt <= phi / |w . d|.
     """
     settings, body, way = model.settings, log.body, scratch.way[0]
     gravity = settings.gravity
     state[VZ] -= 0.5 * gravity * way.before
-    fastest, bend, roll = travel_bound(model.cloud, state, body)
+    fastest, bend = travel_bound(model.cloud, state, body)
     bend += gravity
-    pace = fastest + roll
-    pace = 0.5 * (pace + math.sqrt(pace * pace + 2.0 * bend * settings.travel))  # the mean over that distance
+    pace = 0.5 * (fastest + math.sqrt(fastest * fastest + 2.0 * bend * settings.travel))  # the mean over that distance
     dt = min(settings.time_step, settings.travel / pace) if pace > 0.0 else settings.time_step
+    if way.touches and model.cloud is None:
+        spin = abs(spin_of(state))
+        dt = min(dt, settings.roll_angle / spin) if spin > 0.0 else dt
     limited = False
     if way.travel < settings.travel:
         # beside a thin or lying obstacle: by the surface of the log, which may strike it
@@ -182,10 +185,11 @@ def keep_books(model, log, state, scratch, out):
     """
     settings, way, rolling, summary = model.settings, scratch.way[0], scratch.rolling[0], out.summary
     contacts, keys = scratch.contacts, scratch.keys
-    pressed, deepest = False, 0.0
+    pressed, touches, deepest = False, False, 0.0
     if way.count > 0:
         gained, standing = balance_energy(model, log, state, scratch, out)
-        pressed, pushed, deepest = measure_depths(model, log, scratch, out)
+        pressed, touches, pushed, deepest = measure_depths(model, log, scratch, out)
+        touches = touches or pushed  # not an obstacle that was merely close: it changes nothing (``influence``)
         if pushed:
             struck = energy_of(state, log.body) + way.fall * (state[VZ] + 0.5 * way.fall) - gained
             summary.hits = note_pushes(model, log, state, scratch, out.hits, summary, struck)
@@ -201,7 +205,7 @@ def keep_books(model, log, state, scratch, out):
         way.scar = way.scar_ahead
     if model.cloud is not None and settings.friction_kappa > 0.0:
         way.slip = slip_after(contacts, keys, way.count, state, way.slip, settings.friction_beta, way.dt)
-    way.pressed = pressed
+    way.pressed, way.touches = pressed, touches
     way.sunk = min(way.sunk, way.time) if deepest > log.body[BASE_RADIUS] else math.inf
     turning = model.cloud is None
     way.old_count = remember(contacts, keys, way.count, state, scratch.old_keys, scratch.old_contacts, turning)
@@ -247,13 +251,15 @@ def balance_energy(model, log, state, scratch, out):
 def measure_depths(model, log, scratch, out):
     """How deep [m] the log is in the ground and in obstacles, and which of these act on it.
 
-    Returns (whether the ground carries load, whether an obstacle pushes, the greatest depth [m] that counts).
+    Returns (whether the ground carries load, whether the log reaches it, whether an obstacle pushes, the greatest depth
+    [m] that counts).
     """
     settings, way, marks, summary = model.settings, scratch.way[0], out.marks, out.summary
     radius, contacts, keys = log.body[BASE_RADIUS], scratch.contacts, scratch.keys
-    pressed, pushed, deepest = False, False, 0.0
+    pressed, reached, pushed, deepest = False, False, False, 0.0
     for k in range(way.count):
         ground = keys[k, 0] == TERRAIN
+        reached = reached or ground
         pressed = pressed or (ground and contacts[k].pn > 0.0)
         depth = -contacts[k].gap  # NaN if the ground begins within the step
         if ground and not way.whole and depth > BURIED * radius:
@@ -277,7 +283,7 @@ def measure_depths(model, log, scratch, out):
                 summary.barrier_hits = insert_sorted(scratch.hit_barriers, summary.barrier_hits, item)
             else:
                 summary.tree_hits = insert_sorted(scratch.hit_trees, summary.tree_hits, item)
-    return pressed, pushed, deepest
+    return pressed, reached, pushed, deepest
 
 
 @inlined
@@ -291,7 +297,7 @@ def move_on(model, log, state, scratch, summary, stop):
         return FAILED
     if way.lost:
         return FAILED
-    fastest, bend, _ = travel_bound(model.cloud, state, log.body)
+    fastest, bend = travel_bound(model.cloud, state, log.body)
     way.path += dt * (fastest + 0.5 * bend * dt)
     move_freely(state, log.body, dt)
     way.time += dt

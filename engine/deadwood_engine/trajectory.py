@@ -96,8 +96,9 @@ def begin(model, log, state, scratch, summary):
     way.next_look, way.next_rocking = REST_WINDOW, ROCKING_WINDOW
     way.old_count, way.kept, way.pressed, way.undermined, way.sunk, way.lost = 0, 0, False, False, math.inf, False
     count, way.travel, way.whole = contacts_at(model, log, state, scratch, Span(AT_ONCE, 0.0, 0.0), True)
-    way.buried = False
+    way.buried = way.touches = False
     for k in range(count):
+        way.touches = way.touches or keys[k, 0] == TERRAIN
         if keys[k, 0] != TERRAIN and contacts[k].gap < 0.0:
             summary.started_in_contact = True
         way.buried = way.buried or (keys[k, 0] == TERRAIN and contacts[k].gap < -body[BASE_RADIUS])

@@ -24,13 +24,14 @@ def fastest_point(state, body):
 
 @kernel
 def travel_bound(cloud, state, body):
-    """(speed, bend, roll): without gravity a body moves at most speed t + bend t^2 / 2 in a time t [m/s, m/s2].
+    """(speed, bend): without gravity a body moves at most speed t + bend t^2 / 2 in a time t [m/s, m/s2].
 
     A log is round: its axis defines where it is, and the ends of the axis move fastest. The velocity of the ends turns
-    with the axis about the angular momentum. Its spin [m/s] moves only its surface. For a cloud every point counts.
+    with the axis about the angular momentum, and the rim of a face moves with the axis' turn, too, which is most of the
+    motion of a disc. Its spin moves only its surface. For a cloud every point counts.
     """
     if cloud is not None:
-        return fastest_point(state, body), 0.0, 0.0
+        return fastest_point(state, body), 0.0
     ux, uy, uz = swing_of(state)
     along = spin_of(state)
     vx, vy, vz = state[VX], state[VY], state[VZ]
@@ -39,4 +40,4 @@ def travel_bound(cloud, state, body):
     tip = (vx + front * ux) ** 2 + (vy + front * uy) ** 2 + (vz + front * uz) ** 2
     turn, spin = ux * ux + uy * uy + uz * uz, body[AXIAL] / body[TRANSVERSE] * along
     bend = max(-back, front) * math.sqrt(turn * (turn + spin * spin))
-    return math.sqrt(max(base, tip)), bend, abs(along) * body[BASE_RADIUS]
+    return math.sqrt(max(base, tip)) + math.sqrt(turn) * body[BASE_RADIUS], bend

@@ -47,6 +47,7 @@ WAY = np.dtype(
         ("kept", "i8"),  # poses
         ("whole", "b1"),  # whether there was terrain below all of the log so far
         ("pressed", "b1"),  # whether the ground carries load
+        ("touches", "b1"),  # whether it reached the ground, or pushed an obstacle, in the last step
         ("buried", "b1"),  # whether it was released deeper in the ground than its radius
         ("sunk", "f8"),  # s, since when the log has been deeper in something than its radius; infinite: it is not
         ("lost", "b1"),  # whether it is deeper in an obstacle than a step can take it, or remains so in the ground

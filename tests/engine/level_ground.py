@@ -6,8 +6,8 @@ from deadwood_engine import Scene, Trees
 from deadwood_engine.log_body import cone_bodies
 from deadwood_engine.model import Log, Model, Settings
 
-G, DT, TRAVEL = 9.81, 0.01, 0.2
-SETTINGS = Settings(DT, TRAVEL, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
+G, DT, TRAVEL, ROLL_ANGLE = 9.81, 0.01, 0.2, 0.5
+SETTINGS = Settings(DT, TRAVEL, ROLL_ANGLE, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
 LOG = cone_bodies(np.array([0.5]), np.array([8.0]), np.array([400.0]))[0]
 WHERE = Log(np.zeros(2, np.int64), LOG, 9)
 

@@ -45,7 +45,7 @@ def found(plain, scene, cloud, state, slip=0.0):
     """The contacts with the ground of a step: (records, keys, whether there is terrain below all of it)."""
     scratch = Scratch.allocate(8, 1, 1, cloud.cloud)
     step = plain("contacts").Ahead(DT, G, DT, 0.0, -1.0, 0.1)
-    law = Settings(DT, 0.2, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
+    law = Settings(DT, 0.2, 1.0, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
     law = law._replace(friction_max=2.0, friction_kappa=1.0 if slip else 0.0)
     scratch.way[0].slip = slip
     body = cloud.bodies(np.array([2000.0]))[0]

@@ -227,7 +227,7 @@ def test_each_kind_that_is_near_has_its_own_friction(plain, scene):
     cores[0].z, cores[0].ux, cores[0].uz = 0.0, 0.0, 1.0
     cores[2].first_post, cores[2].z = 1.0, 6.5  # the edge above the box, the post right through
     box.scratch.listed[:3], box.scratch.near[0].cores = (7, 8, 9), 3
-    settings = Settings(0.01, 0.4, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, 0.0, 0.5, 3, False, 0.1, 0.61, 0.11, 0.62, 0.12)
+    settings = Settings(0.01, 0.4, 1.0, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, 0.0, 0.5, 3, False, 0.1, 0.61, 0.11, 0.62, 0.12)
     model = Model._make((*scene._replace(cloud=box.cloud), settings))
     log = Log(box.frame, box.body, 0)
     count, travel = box.file.cloud_obstacle_contacts(model, log, box.state, box.scratch, 0, 1e-3)

@@ -17,7 +17,7 @@ from deadwood_engine.surroundings import know_nothing
 
 DT = 0.01
 STATIONS = 13
-SETTINGS = Settings(DT, 0.05, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, 9.81, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
+SETTINGS = Settings(DT, 0.05, 1.0, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, 9.81, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
 LOG = cone_bodies(np.array([0.5]), np.array([6.0]), np.array([400.0]))[0]
 WHERE = Log(np.zeros(2, np.int64), LOG, STATIONS)
 SIZE = 60.0

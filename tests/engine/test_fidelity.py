@@ -14,6 +14,7 @@ def test_each_is_at_least_as_fine_as_the_one_before():
         names = (
             "time_step",
             "travel_cells",
+            "roll_angle",
             "station_spacing",
             "spacing_cells",
             "tolerance",
@@ -50,6 +51,7 @@ def test_steps_are_shorter_where_something_rebounds_unless_a_user_chose_them(nam
     found = where_things_rebound(row, 0.0, 0.05)
     assert found.time_step == row.rebound_share * row.time_step
     assert found.travel_cells == row.rebound_share * row.travel_cells
+    assert found.roll_angle == row.rebound_share * row.roll_angle
     asked = fidelity_with(name, 0.05, None)
     assert where_things_rebound(asked, 0.5) == asked
 

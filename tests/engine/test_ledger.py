@@ -33,7 +33,7 @@ from deadwood_engine.scratch import Scratch
 
 DT, G = 0.01, 9.81
 FALL = 0.5 * G * DT
-SETTINGS = Settings(DT, 0.2, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
+SETTINGS = Settings(DT, 0.2, 1.0, 1e-3, 400, 1.0, 0.0, 9.0, 0.1, G, 0.3, 3, False, 0.1, -1.0, 0.0, -1.0, 0.0)
 
 
 @pytest.fixture(scope="module")

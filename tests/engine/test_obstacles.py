@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine.contacts import predict
-from deadwood_engine.cores import CORE, TREE, swept_sphere
+from deadwood_engine.cores import BARRIER, CORE, TREE, swept_sphere
 from deadwood_engine.limits import SKEW_LINES
 from deadwood_engine.log_body import CENTRE, LENGTH, cone_bodies
 from deadwood_engine.narrow_phase import cone_of, deepest
@@ -75,3 +75,27 @@ def test_a_log_is_as_clear_of_a_core_as_is_reported(taper):
             # the axes' distance, less sqrt(1 - steep / apart) of it: steep is 2e-3 at most, apart 0.04 at least
             assert gap - clear < 0.03 * (gap + mine + theirs)
     assert passing > 100
+
+
+def test_a_log_past_the_end_of_a_barrier_is_as_clear_of_it_as_it_is_in_plan():
+    """An oblique log may lie on both sides of the plate's plane metres past its end: that is no reason for short steps,
+    and one that were taken only if the barrier happens to be listed.
+    """
+    rng, past = np.random.default_rng(5), 0
+    cone = cone_of(cone_bodies(np.array([0.6]), np.array([12.0]), np.array([300.0]))[0])
+    pose, core = np.zeros(1, POSE).view(np.recarray)[0], np.zeros(1, CORE).view(np.recarray)[0]
+    core.kind, core.long, core.ux, core.first_post, core.last_post = BARRIER, 4.0, 1.0, 1.0, 1.0
+    along = np.linspace(cone[0], cone[1], 400)
+    radius = cone[2] + cone[4] * (along - cone[0])
+    for _ in range(2000):
+        d = rng.standard_normal(3)
+        pose.dx, pose.dy, pose.dz = d / np.linalg.norm(d)
+        pose.x, pose.y, pose.z = rng.uniform((-12.0, -9.0, -6.0), (16.0, 9.0, 6.0))
+        clear, _, _, _ = _nearest(cone, pose, core)
+        x, y, z = np.array([[pose.x], [pose.y], [pose.z]]) + np.array([[pose.dx], [pose.dy], [pose.dz]]) * along
+        beyond = np.maximum(0.0, np.maximum(-x, x - 4.0))
+        assert clear <= (np.sqrt(beyond**2 + y**2 + np.maximum(0.0, z) ** 2) - radius).min() + 1e-9
+        apart = np.hypot(beyond, y).min() - radius.max()
+        assert clear > apart - 0.02  # of the points 3 cm apart
+        past += apart > 1.0 and y.min() < 0.0 < y.max()
+    assert past > 100

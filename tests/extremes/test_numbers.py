@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine import FIDELITIES, Lines, Logs, Scene, Trees, place_logs, slide
+from deadwood_engine.fidelity import longest_travel
 
 G = 9.81
 
@@ -59,8 +60,11 @@ def test_slope(at, degrees):
         assert result.speed_max[0] < 1.0
         assert np.linalg.norm(result.last_state[0, 7:10]) < 1e-3
         return
+    # the speed is that of the middle of the last step, which the axis' travel of 0.4 m may have shortened
+    row = FIDELITIES["standard"]
+    last = min(row.time_step, row.travel_cells / result.speed_max[0])
     # float32 heights above the slope's foot (up to 1e5 m) and the settling of the taper on the ground
-    assert result.speed_max[0] == pytest.approx(a * result.duration[0], rel=0.01, abs=0.02)
+    assert result.speed_max[0] == pytest.approx(a * (result.duration[0] - 0.5 * last), rel=0.003, abs=0.02)
 
 
 @pytest.mark.parametrize("cell", [0.1, 0.25, 1.0, 5.0, 25.0])
@@ -75,8 +79,10 @@ def test_cell_and_log(at, cell, log):
     x = middle(scene)
     logs = Logs.alike(x + cell * np.array([0.0, 0.3, 2.2]), [x] * 3, length=log[0], diameter=log[1])
     result = slid(at, scene, logs, time_limit=3.0)
-    # a step's travel is half a cell, at 10 m/s and 10 ms a tenth of a metre; deeper than it moves nothing can sink
-    assert result.penetration_max.max() < min(0.5 * cell, 0.1) + 0.02
+    # deeper than it moves in a step nothing can sink; nor anything by more than a twentieth of its diameter
+    row = FIDELITIES["standard"]
+    moves = np.minimum(longest_travel(row, cell), result.speed_max * row.time_step)
+    assert (result.penetration_max < np.minimum(moves, 0.05 * log[1]) + 0.02).all()
 
 
 @pytest.mark.parametrize("density", [1.0, 300.0, 20_000.0])

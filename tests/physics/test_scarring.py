@@ -139,7 +139,8 @@ def test_rocks_thrown_anyhow_on_a_rough_slope_stay_above_the_plane_and_gain_noth
         )  # fmt: skip
         assert {STOP_REASONS[k] for k in found.stop_reason} <= {"rest", "time_limit", "left_dem"}
         assert np.isfinite(found.last_state).all()
-        assert found.energy_error.max() < 1e-3
+        # gravity's half step may be given back once (docs/tests.md, T62), of a fall of at least a metre
+        assert found.energy_error.max() < 9.81 * FIDELITIES["standard"].time_step ** 2 / 8 + 1e-4
         stays = found.stop_reason != STOP_REASONS.index("left_dem")  # its border admits what comes from beyond it
         assert stays.mean() > 0.7
         sunk[strength] = found.penetration_max[stays].max()

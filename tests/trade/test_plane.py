@@ -12,8 +12,8 @@ def test_reach_on_a_plane_depends_on_no_number_of_rings():
     """The page's plane of 20 degrees, mu 0.5, 400 logs, with their fidelity's rings and with rings 4 m apart.
 
     Three points: of 1000 pairs 1.6 in a hundred ended on another side of the line at standard, so 400 scatter by two.
-    When lines of contacts were solved contact by contact, 6 to 30 % passed it, and 10 % rolled to the foot. Draft's
-    steps of 70 ms let 5 points more pass, in proportion to the step.
+    When lines of contacts were solved contact by contact, 6 to 30 % passed it, and 10 % rolled to the foot. When
+    draft's steps were not bounded by the angle that a log rolls in one, 7 points more passed.
     """
     built = scenes.build("plane")
     passed = []
@@ -26,6 +26,5 @@ def test_reach_on_a_plane_depends_on_no_number_of_rings():
         ]
         passed.append(np.concatenate([each.reach[:, built.case.line_row] for each in blocks]).mean())
         assert np.mean([each.unconverged.sum() / each.steps.sum() for each in blocks]) < 0.004
-    assert abs(passed[0] - passed[1]) < 0.03
-    assert abs(passed[2] - passed[3]) < 0.03
+    assert max(passed) - min(passed) < 0.03
     assert 0.12 < min(passed) < max(passed) < 0.25
