@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import platform
-import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from deadwood_algorithms.files.versions import lines as versions
-from deadwood_algorithms.params.commands import command_line
-from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, remarked, scrolled, table
 from deadwood_algorithms.report.plan import MOST_DOTS, QUANTITIES, SHOWN_AT_FIRST, layers_drawn
+from deadwood_algorithms.report.provenance import input_words, provenance
 from deadwood_algorithms.report.rounded import (
     NBSP,
     decimal,
@@ -33,7 +28,6 @@ from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.passages import UNITS, design_rows
-from deadwood_algorithms.results.scenario import overridden_options
 from deadwood_algorithms.schemas.looks import LOOKS
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
 from deadwood_algorithms.stats.statistics import to_decimals
@@ -400,70 +394,6 @@ def accuracy(source: ReportedRun, words: Words) -> Parts:
         (words.say("not_run"), logs.get("not_run", 0)),
     ]
     return [left_table(rows, words.say("accuracy")), element("p", words.say("accuracy_note"), class_="quiet")]
-
-
-def command_of(manifest: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
-    """The command line that repeats a run; defaults are included, so that none can change unnoticed. Options that
-    columns of the releases override are omitted, because they had no effect.
-    """
-    overridden = overridden_options(manifest, summary)
-    given = {name: value for name, value in manifest.get("parameters", {}).items() if name not in overridden}
-    return command_line(str(manifest.get("tool", "slide-logs")), given)
-
-
-def unbroken(command: str) -> list[Any]:
-    """A command line whose flags are not torn at a hyphen at the end of a line."""
-    parts = re.split(r"(?<= )(--[\w-]+)", command)
-    return [element("span", each, class_="whole") if k % 2 else each for k, each in enumerate(parts)]
-
-
-def input_words(parameter: str, words: Words) -> str:
-    """What an input is called: of some the name of its layer."""
-    return words.say_or(f"input_{parameter}", words.say_or(f"model_{parameter}", parameter.replace("_", " ")))
-
-
-def provenance(source: ReportedRun, words: Words) -> Parts:
-    manifest, cost = source.run.manifest, source.summary["cost"]
-    digests = manifest.get("digests", {})
-    rows = [(input_words(name, words), file, element("code", digest)) for name, file, digest in source.inputs]
-    rows += [
-        (words.say(f"hash_{name}"), "", element("code", digests[name]))
-        for name in ("scene", "releases")
-        if digests.get(name)
-    ]
-    if engine := manifest.get("engine") or digests.get("engine"):
-        rows.append((words.say("engine_digest"), "", element("code", engine)))
-    head = [words.say("input"), words.say("file"), "SHA-256 / BLAKE2b"]
-    cost_text = words.say(
-        "cost_words",
-        cpu=shown_number(cost["cpu_s"], words),
-        wall=shown_number(cost["wall_s"], words),
-        steps=shown_number(cost["steps"], words),
-        rate=shown_number(cost["logs_per_s"], words),
-        machine=f"{platform.system()} {platform.machine()}",
-        cores=os.cpu_count(),
-    )
-    body = [element("tr", *(element("td", cell) for cell in row)) for row in rows]
-    table_of = element(
-        "table",
-        element("thead", element("tr", *(element("th", each) for each in head))),
-        element("tbody", *body),
-        class_="words",
-    )
-    return [
-        element("h4", words.say("command")),
-        element("pre", *unbroken(command_of(manifest, source.summary))),
-        element("h4", words.say("hashes")),
-        scrolled(table_of, words.say("hashes"), short=False),
-        element("h4", words.say("versions")),
-        element("p", words.say("versions_run", version=manifest.get("version", VERSION), versions=versions_text())),
-        element("h4", words.say("cost")),
-        element("p", cost_text),
-    ]
-
-
-def versions_text() -> str:
-    return "; ".join(each.split(" (/")[0] for each in versions())
 
 
 def sections_of(
