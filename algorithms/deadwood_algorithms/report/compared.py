@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.report.figures import Drawing, runout_figure
 from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
 from deadwood_algorithms.report.plan import draw_differences
-from deadwood_algorithms.report.rounded import decimal, with_interval
+from deadwood_algorithms.report.rounded import DIGITS, decimal, shown_alike, with_interval
 from deadwood_algorithms.report.sections import left_table
 from deadwood_algorithms.report.sources import Extent, ReportedRun
 from deadwood_algorithms.report.words import Words
@@ -102,18 +103,31 @@ def comparison_table(rows: Sequence[Any], names: Sequence[str], words: Words) ->
         shown = words.stop(item) if quantity == "ended" else words.say_or(f"item_{item}", item)
         scale, shown_unit = (100.0, "%") if unit == "1" else (1.0, "°" if unit == "deg" else unit)
         cells: list[Any] = [f"{words.say_or(f'quantity_{quantity}', quantity, item=shown)} [{shown_unit}]"]
-        for k, name in enumerate(names):
-            row = of.get((name, quantity, item))
-            if row is None:
-                cells += ["–"] * (2 if k else 1)
-                continue
-            cells.append(with_interval(scale * row.value, scale * row.ci_low, scale * row.ci_high, words))
-            if k:
-                cells.append(
-                    with_interval(
-                        scale * row.difference, scale * row.diff_ci_low, scale * row.diff_ci_high, words, signed=True
-                    )
-                )
+        cells += _cells([of.get((name, quantity, item)) for name in names], scale, words)
         if any(each != "–" for each in cells[1:]):
             body.append(cells)
     return table(head, body)
+
+
+def _cells(rows: Sequence[Any], scale: float, words: Words) -> list[str]:
+    """The cells of one quantity. Numbers without intervals have as many decimals as their differences, so that these
+    can be checked by eye.
+    """
+    known = [row for row in rows if row is not None]
+    plain: dict[float, str] = {}
+    if not any(math.isfinite(each) for row in known for each in (row.ci_low, row.diff_ci_low)):
+        numbers = [scale * each for row in known for each in (row.value, row.difference)]
+        plain = dict(zip(numbers, shown_alike(numbers, words, DIGITS + 1), strict=True))
+    cells = []
+    for k, row in enumerate(rows):
+        if row is None:
+            cells += ["–"] * (2 if k else 1)
+            continue
+        value, difference = scale * row.value, scale * row.difference
+        cells.append(plain.get(value) or with_interval(value, scale * row.ci_low, scale * row.ci_high, words))
+        if k:
+            sign = "+" if difference > 0.0 else ""
+            low, high = scale * row.diff_ci_low, scale * row.diff_ci_high
+            shown = plain.get(difference)
+            cells.append(sign + shown if shown else with_interval(difference, low, high, words, signed=True))
+    return cells

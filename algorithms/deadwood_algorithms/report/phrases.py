@@ -58,6 +58,7 @@ PHRASES = {
     "sign_name": "Name",
     "sign_signature": "Signature",
     "scenario_file_of": "file of {day}",
+    "quoted": "“{name}”",
     "question_lines": "{n} logs are released in {where}. How many of them reach {lines}, and how do they arrive?",
     "question_none": (
         "{n} logs are released in {where}. Where do they come to rest? No roads, railways or houses were given."

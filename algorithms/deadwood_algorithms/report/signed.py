@@ -63,7 +63,7 @@ def question(sources: Sequence[ReportedRun], words: Words) -> str:
         if len(releases) == 1
         else words.say("release_areas", n=len(releases))
     )
-    names = [str(each["line_id"]) for each in one.summary["reach"]]
+    names = [words.say("quoted", name=str(each["line_id"])) for each in one.summary["reach"]]
     shown = names[:4] + (["…"] if len(names) > 4 else [])
     lines = f" {words.say('and')} ".join([", ".join(shown[:-1]), shown[-1]]) if len(shown) > 1 else "".join(shown)
     released = shown_number(one.summary["logs"]["released"], words)
