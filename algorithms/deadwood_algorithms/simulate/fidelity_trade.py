@@ -31,15 +31,15 @@ class ReachError(NamedTuple):
 # From the cheapest to the finest, the cost of a log relative to standard: it determines which one `auto` tries first,
 # but no promise
 COSTS: dict[str, float] = {
-    "draft": 0.34,
+    "draft": 0.47,
     "standard": 1.0,
-    "fine": 2.8,
-    "reference": 10.0,
+    "fine": 3.8,
+    "reference": 13.0,
 }
 REACH_ERRORS: dict[str, ReachError] = {
-    "draft": ReachError(mean=Points(-0.1, -0.6, 0.3), worst=Points(-2.7, -3.8, -1.6)),
-    "standard": ReachError(mean=Points(0.0, -0.5, 0.4), worst=Points(-0.5, -1.6, 0.6)),
-    "fine": ReachError(mean=Points(-0.5, -1.5, 0.5), worst=Points(-1.6, -4.2, 1.1)),
+    "draft": ReachError(mean=Points(0.1, -0.2, 0.5), worst=Points(-2.4, -3.3, -1.5)),
+    "standard": ReachError(mean=Points(0.0, -0.4, 0.3), worst=Points(-1.4, -2.3, -0.5)),
+    "fine": ReachError(mean=Points(-0.1, -1.1, 0.9), worst=Points(-0.8, -3.0, 1.5)),
 }
 
 
