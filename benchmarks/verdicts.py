@@ -102,7 +102,8 @@ def _of_factor(results: Row, group: str) -> str:
     rows = tables.of_group(results, group)
     each = ", ".join(f"{tables.points(row['delta'])} at {SETTINGS[name].value:g}" for name, row in rows)
     most = max((row for _, row in rows), key=lambda row: abs(row["delta"]), default=None)
-    return f"{each} points (the largest corresponds to mu {tables.in_friction(results, most)})" if rows else ""
+    in_mu = tables.in_friction(results, most)  # "-" where friction moves reach too little to tell
+    return f"{each} points" + (f" (the largest corresponds to mu {in_mu})" if in_mu != "-" else "") if rows else ""
 
 
 def choice(results: Row) -> str:

@@ -21,19 +21,16 @@ class Fidelity(NamedTuple):
     tolerance : [-] of g dt, of the contact velocities in the solver; controls creep
     sweeps : greatest number of Gauss-Seidel sweeps in a step; a step that needs more is counted as not converged
     trace_cells : [DEM cells] greatest distance that the log's ends move between two outlines in rasters and
-    trajectories;
-        less if they deviate from a straight path or the log turns (``trace.outline_is_due``)
+        trajectories; less if they deviate from a straight path or the log turns (``trace.outline_is_due``)
     trace_spacing : [m] the same, in metres, if that is more than a cell
     obstacle_travel : [-] share of the two thicknesses (radius of the log + radius of a stem) that the log moves
-    sideways in
-        a step beside it; beyond 1 the axes could change sides, and the log would pass through. Beside thin obstacles it
-        is at most 0.3, of the fastest point (``limits.OBSTACLE_TRAVEL``)
+        sideways in a step beside it; beyond 1 the axes could change sides, and the log would pass through. Beside thin
+        obstacles it is at most 0.3, of the fastest point (``limits.OBSTACLE_TRAVEL``)
     ring_points : 1, the deepest point of a contact ring, or 3, with the two at 45 degrees beside it, which find the
         walls of a channel; the end faces always have nine
     backward : sweep the contacts from last to first (to study the effect of the order)
     coarse_cells : [DEM cells] least distance between rings, whatever it is in metres. The ground is straight within a
-    cell
-        except for its twist, so more rings resolve no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times
+        cell except for its twist, so more rings resolve no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times
         the time for the same reach and the same depth)
     rebound_share : [-] of time_step, travel_cells and roll_angle where anything rebounds: a bouncing log meets ground
         and stems in new places in every step, and the error grows with the distance between them
