@@ -293,8 +293,10 @@ def test_classes_are_named_from_their_bounds_as_the_tool_names_them(results):
 def test_figures_are_written_too(case, run, results):
     page_of(run, list(results.values()), case.folder / "f.html", figures=str(case.folder / "figures"))
     names = {each.name for each in (case.folder / "figures").glob("*.png")}
-    wanted = ("tree_effect", "siting", "intensity", "passage", "return_class", "from_where", "varied_0")
+    wanted = ("tree_effect", "siting", "intensity", "passage", "return_class", "from_where")
     assert {f"r0_{name}.png" for name in wanted} <= names
+    # of an outcome that no varied input changes there is no chart; which ones these few logs change is chance
+    assert any(name.startswith("r0_varied_") for name in names)
 
 
 def test_results_are_given_to_their_own_run(case, run, results, tmp_path):
