@@ -132,6 +132,11 @@ def _share(record: Row) -> str:
     return f"{100 * record['p']:.1f} ({100 * record['low']:.1f} to {100 * record['high']:.1f})"
 
 
+def _worst_line(error: Row) -> str:
+    worst = error["worst_line"]
+    return f"{tables.points(worst['delta'])} at y {worst['y']:g} m"
+
+
 def scene_table(results: Row) -> str:
     """Every scene at every fidelity: cost and reach."""
     rows = []
@@ -139,8 +144,7 @@ def scene_table(results: Row) -> str:
         f = e.get("error")
         row = [scene, f"`{name}`", str(e["logs"]), number(e["cpu_ms_per_log"]), number(e["us_per_step"])]
         row += [f"{e['steps_per_log']:.0f}", _share(e["reach"])]
-        worst = f"{tables.points(f['worst_line']['delta'])} at y {f['worst_line']['y']:g} m" if f else ""
-        rows.append([*row, tables.with_interval(f["reach"]) if f else "", worst])
+        rows.append([*row, tables.with_interval(f["reach"]) if f else "", _worst_line(f) if f else ""])
     head = ["scene", "fidelity", "logs", "CPU ms per log", "µs per step", "steps per log", "reach [%]"]
     return table([*head, "minus reference [points]", "largest of all lines"], rows)
 
@@ -213,9 +217,10 @@ def roll_table(results: Row) -> str:
         if "error" not in found:
             continue
         error, cost = found["error"], found["cpu_ms_per_log"] / entries["standard"]["cpu_ms_per_log"]
-        worst = f"{tables.points(error['worst_line']['delta'])} at y {error['worst_line']['y']:g} m"
         numbers = [f"{found['fidelity']['roll_angle']:g}", f"{1e3 * found['fidelity']['time_step']:g}", f"{cost:.2g}"]
-        rows.append([f"`{name}`", *numbers, str(found["logs"]), tables.with_interval(error["reach"]), worst])
+        rows.append(
+            [f"`{name}`", *numbers, str(found["logs"]), tables.with_interval(error["reach"]), _worst_line(error)]
+        )
     head = ["setting", "roll angle [rad]", "time step [ms]", "cost", "logs", "reach minus `reference` [points]"]
     return table([*head, "largest of all lines"], rows)
 

@@ -131,16 +131,21 @@ def friction_slope(results: Row, scenes: tuple[str, ...] = POOLED) -> tuple[floa
     return float(np.mean([s for s, _ in slopes])), math.sqrt(sum(e * e for _, e in slopes)) / len(slopes)
 
 
-def in_friction(results: Row, record: Row | None) -> str:
-    """A difference in reach as the change of mu that would have the same effect in the same scenes: estimate and
-    interval.
+def change_of_friction(results: Row, record: Row) -> tuple[float, float] | None:
+    """The change of mu that would have the effect of a difference in reach in the same scenes, and half of its 95 %
+    interval; None if friction moves reach too little there to tell.
     """
-    yard = friction_slope(results, record["scenes"]) if record else None
-    if record is None or yard is None or abs(yard[0]) < 2.0 * yard[1]:
-        return "-"
-    value = record["delta"] / yard[0]
+    yard = friction_slope(results, record["scenes"])
+    if yard is None or abs(yard[0]) < 2.0 * yard[1]:
+        return None
     relative = math.hypot(record["se"] / yard[0], record["delta"] * yard[1] / yard[0] ** 2)
-    return f"{value:+.3f} ± {Z_95 * relative:.3f}"
+    return record["delta"] / yard[0], Z_95 * relative
+
+
+def in_friction(results: Row, record: Row | None) -> str:
+    """The same in words: estimate and interval."""
+    change = change_of_friction(results, record) if record else None
+    return f"{change[0]:+.3f} ± {change[1]:.3f}" if change else "-"
 
 
 def of_group(results: Row, group: str) -> list[tuple[str, Row]]:

@@ -101,9 +101,12 @@ def _of_factor(results: Row, group: str) -> str:
     """``0.05: +0.4, 0.2: +1.9 points (the same as changing mu by -0.01 ± 0.00)``; empty if nothing is measured."""
     rows = tables.of_group(results, group)
     each = ", ".join(f"{tables.points(row['delta'])} at {SETTINGS[name].value:g}" for name, row in rows)
-    most = max((row for _, row in rows), key=lambda row: abs(row["delta"]), default=None)
-    in_mu = tables.in_friction(results, most)  # "-" where friction moves reach too little to tell
-    return f"{each} points" + (f" (the largest corresponds to mu {in_mu})" if in_mu != "-" else "") if rows else ""
+    if not rows:
+        return ""
+    most = max((row for _, row in rows), key=lambda row: abs(row["delta"]))
+    known = tables.change_of_friction(results, most)
+    as_mu = f" (the largest corresponds to mu {tables.in_friction(results, most)})" if known else ""
+    return f"{each} points{as_mu}"
 
 
 def choice(results: Row) -> str:

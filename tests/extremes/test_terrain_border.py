@@ -57,6 +57,8 @@ def test_no_log_rests_buried_at_the_border(at, fidelity):
     "fidelity",
     [
         "draft",
+        # a defect: the last row of nodes is a crest, but rings look for crests only where the ground is known on both
+        # sides, so a log that hangs over the border sinks in between two rings; at draft none of these 400 does
         *(
             pytest.param(
                 name, marks=pytest.mark.xfail(reason=f"one log of 400 hangs over the border {depth} cm in the ground")

@@ -113,21 +113,21 @@ def _cells(rows: Sequence[Any], scale: float, words: Words) -> list[str]:
     """The cells of one quantity. Numbers without intervals have as many decimals as their differences, so that these
     can be checked by eye.
     """
-    known = [row for row in rows if row is not None]
-    plain: dict[float, str] = {}
-    if not any(math.isfinite(each) for row in known for each in (row.ci_low, row.diff_ci_low)):
-        numbers = [scale * each for row in known for each in (row.value, row.difference)]
-        plain = dict(zip(numbers, shown_alike(numbers, words, DIGITS + 1), strict=True))
-    cells = []
+    numbers: list[tuple[float, float, float, bool]] = []  # value, ends of its interval, whether it is a difference
     for k, row in enumerate(rows):
-        if row is None:
-            cells += ["–"] * (2 if k else 1)
-            continue
-        value, difference = scale * row.value, scale * row.difference
-        cells.append(plain.get(value) or with_interval(value, scale * row.ci_low, scale * row.ci_high, words))
-        if k:
-            sign = "+" if difference > 0.0 else ""
-            low, high = scale * row.diff_ci_low, scale * row.diff_ci_high
-            shown = plain.get(difference)
-            cells.append(sign + shown if shown else with_interval(difference, low, high, words, signed=True))
-    return cells
+        if row is not None:
+            numbers.append((row.value, row.ci_low, row.ci_high, False))
+        if row is not None and k:
+            numbers.append((row.difference, row.diff_ci_low, row.diff_ci_high, True))
+    if any(math.isfinite(low) for _, low, _, _ in numbers):
+        texts = [
+            with_interval(scale * value, scale * low, scale * high, words, signed=signed)
+            for value, low, high, signed in numbers
+        ]
+    else:
+        alike = shown_alike([scale * value for value, *_ in numbers], words, DIGITS + 1)
+        texts = [
+            "+" * (signed and value > 0.0) + text for (value, _, _, signed), text in zip(numbers, alike, strict=True)
+        ]
+    found = iter(texts)
+    return [next(found) if row is not None else "–" for k, row in enumerate(rows) for _ in range(2 if k else 1)]
