@@ -91,7 +91,8 @@ def _crossing(nodes, line, inverse, way, number):
     node = np.floor(place)
     i, j = (i0 + number, j0 + int(node)) if way == 0 else (i0 + int(node), j0 + number)
     rows, columns = heights.shape
-    if i < 0 or j < 0 or i >= columns - 1 or j >= rows - 1:
+    last_i, last_j = (columns - 1, rows - 2) if way == 0 else (columns - 2, rows - 1)
+    if i < 0 or j < 0 or i > last_i or j > last_j:
         return math.inf, t, 0.0
     # between its nodes a grid line is straight
     height = np.float64(heights[j, i])

@@ -68,6 +68,22 @@ def _sleep(terrain, log, state, first):
     return least
 
 
+@kernel
+def _look_over_border(rings, stations):
+    """Have those rings worked too that are beyond the terrain and next to one above it, with the slope there.
+
+    The border is a crest, and the stretch of the side that touches it may belong to either of the two rings.
+    """
+    before = rings[ABOVE, 0] == rings[ABOVE, 0]
+    for k in range(1, stations - 1):
+        here, after = rings[ABOVE, k] == rings[ABOVE, k], rings[ABOVE, k + 1] == rings[ABOVE, k + 1]
+        if not here and (before or after):
+            beside = k - 1 if before else k + 1
+            rings[SLOPE_X, k], rings[SLOPE_Y, k] = rings[SLOPE_X, beside], rings[SLOPE_Y, beside]
+            rings[ABOVE, k] = -math.inf
+        before = here
+
+
 @inlined
 def terrain_contacts(model, log, state, scratch, step, path):
     """Find the terrain contacts of this step.
@@ -93,6 +109,9 @@ def terrain_contacts(model, log, state, scratch, step, path):
         if above < least:
             least, at = above, k
         whole = whole and above == above
+    if not whole:
+        _look_over_border(rings, stations)
+        least = -math.inf
     if least > 0.0:
         return 0, path + _sleep(terrain, log, state, at), whole
     count = 0
@@ -177,6 +196,7 @@ def terrain_contacts(model, log, state, scratch, step, path):
             gap, t = cz + rz - height, 0.0
             found = False
             if m == 0 and side:
+                gap = gap if gap == gap else math.inf  # this point is beyond the border, but not all of the stretch
                 # halfway to the next ring, and up to the ends
                 low = -between if k == 1 else -0.5 * between
                 high = between if k == stations - 2 else 0.5 * between
