@@ -195,9 +195,6 @@ def switches(*, threads: int) -> dict[str, Any]:
     open_run = _cost(rough, open_start, threads)
     pair("trees where no log comes", open_run, _cost(_with_far_trees(), open_start, threads))
     pair("trees among the logs", open_run, plain)
-    asleep = "the log's rings sleep until it could have reached the ground (with), or never (without)"
-    pair(f"{asleep}; forest", _cost(_awake(forest), start, threads), plain)
-    pair(f"{asleep}; rough", _cost(_awake(rough), open_start, threads), open_run)
     far = "a bound on the terrain's kinks spares rings a search for contacts (with), or does not (without); forest"
     many = place_logs(forest, _blocks(SWITCH_LOGS))
     pair(far, _cost(_unculled(forest), many, threads), _cost(forest, many, threads))
@@ -232,14 +229,6 @@ def speed(*, threads: int) -> dict[str, Any]:
         row |= {"wall_s": float(np.median(walls)), "cpu_s": float(np.median(cpus))}
         found.append(row | {"deepest_m": float(depth.max()), "deeper_than_25_cm": int((depth > 0.25).sum())})
     return {"rows": found}
-
-
-def _awake(scene: Scene) -> Scene:
-    """The scene without bounds above its terrain: every ring is checked in every step."""
-    terrain = scene.arrays.terrain
-    lids = np.zeros_like(terrain.lids)
-    lids[..., 3] = np.inf
-    return replace(scene, arrays=scene.arrays._replace(terrain=terrain._replace(lids=lids)))
 
 
 def _unculled(scene: Scene) -> Scene:

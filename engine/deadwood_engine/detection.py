@@ -19,19 +19,15 @@ from .rings import terrain_contacts
 
 
 @inlined
-def _ground(cloud, model, log, state, scratch, step, span):
+def _ground(cloud, model, log, state, scratch, step):
     """Terrain contacts of a log, or of a cloud: (count, whether there is terrain below all of it).
 
     Numba drops the branch that the type of ``cloud`` excludes, so nobody waits for the compilation of kernels for
     shapes that are not used.
     """
     if cloud is None:
-        near = scratch.near[0]
         predict(state, step.dt, step.gravity, scratch.trial[0])
-        count, whole = 0, True
-        if span.path + span.advance >= near.rings_wake:
-            count, near.rings_wake, whole = terrain_contacts(model, log, state, scratch, step, span.path)
-        return count, whole
+        return terrain_contacts(model, log, state, scratch, step)
     return cloud_terrain_contacts(model, log, state, scratch, step)
 
 
@@ -62,14 +58,13 @@ def _lowest_gap(cloud, model, log, state, scratch):
 def find_contacts(model, log, state, scratch, span, obstacles):
     """Contacts of the pose predicted for a step: terrain, then (if obstacles is true) obstacles.
 
-    span : a ``Span``: its time, and how far the log can move. Surfaces farther away than that are not queried: the
-        rings are inactive (``terrain_contacts``), and so are the obstacles as a whole
+    span : a ``Span``: its time, and how far the log can move. Obstacles farther away than that are not queried
 
     Returns (count, travel allowed in the next step by the obstacles [m], whether there is terrain below the whole log).
     """
     settings, body, trial, near = model.settings, log.body, scratch.trial[0], scratch.near[0]
     step = Ahead(span.dt, settings.gravity, span.dt, settings.restitution, -1.0, settings.rolling_friction)
-    count, whole = _ground(model.cloud, model, log, state, scratch, step, span)
+    count, whole = _ground(model.cloud, model, log, state, scratch, step)
     travel, ahead = math.inf, span.path + span.advance
     if obstacles and model.cores.solid.shape[0] > 0:
         near.beside = 0

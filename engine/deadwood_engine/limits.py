@@ -82,10 +82,6 @@ LEAST_UPWARD = 0.1  # [-] least upward component of a normal of the cone's side 
 KINK_REACH = 0.5  # [m] around it at least: a ring's radius and half the distance to the next ring
 KINK_CELLS = 5  # around it at most; on finer cells than KINK_REACH / KINK_CELLS thick logs are always queried in full
 
-# Far from contact: planes above the terrain, over blocks of cells, bound how far a ring may move before it can touch
-LID_REACH = 2.0  # [m] least side of a block; rings are inactive until the log could have moved this far, at most
-LID_SLACK = 1e-3  # [m] more than the rounding of the planes' float32 (0.1 mm at 1000 m above the reference)
-
 # Geometry
 WHOLE = 1e-9  # [-] by which a quotient may exceed a whole number and still count as whole
 VERTICAL = 1e-12  # [-] horizontal part of a unit vector: a more upright one has no direction in plan

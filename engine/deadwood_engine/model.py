@@ -74,7 +74,7 @@ class Log(NamedTuple):
 
 
 class Span(NamedTuple):
-    """How far a log can move: surfaces farther away need no query."""
+    """How far a log can move: obstacles farther away need no query."""
 
     dt: float  # [s] of the step
     path: float  # [m] since its release

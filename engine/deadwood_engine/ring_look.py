@@ -17,9 +17,10 @@ from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import HALF_WORD, KINK
 
-# Results, a row each: height [m] of a ring above all that can touch it, and the slope below its centre
-ABOVE, SLOPE_X, SLOPE_Y = range(3)
-RING_ROWS = 3
+# Results, a row each: height [m] of a ring above all that can touch it, and the slope below its centre; and, one after
+# the other, the rings that can be touched
+ABOVE, SLOPE_X, SLOPE_Y, NEAR = range(4)
+RING_ROWS = 4
 
 TOGETHER = 64  # positions along the axis
 # The compiled loops process this many at a time, and a remainder one by one, which for a log of a dozen
@@ -105,6 +106,8 @@ def look(terrain, log, trial, rings, room):
     ----------
     log : a ``Log``; trial : the pose; rings : (RING_ROWS, stations or more), the result
     room : (LOOK_ROOM,), buffer
+
+    Returns (number of rings that can be touched, whether there is terrain below every ring).
     """
     frame, body, stations = log
     radius, oz, inverse_cell = body[BASE_RADIUS], trial.z, terrain.inverse_cell
@@ -118,6 +121,7 @@ def look(terrain, log, trial, rings, room):
     covered = math.sqrt(max(0.0, terrain.kink_reach**2 - radius**2))
     inner, outer = min(0.5 * between, covered), min(between, covered)
     thick = math.inf if radius > terrain.kink_reach else 0.0
+    near, beyond = 0, 0.0
     for first in range(0, stations, TOGETHER):
         number = min(TOGETHER, stations - first)
         full = (number + AT_A_TIME - 1) // AT_A_TIME * AT_A_TIME
@@ -136,8 +140,13 @@ def look(terrain, log, trial, rings, room):
             room[_H00 + k] = above if room[_OUTSIDE + k] == 0.0 else math.nan
             room[_H10 + k], room[_H01 + k] = gx, gy
         for k in range(number):
-            rings[ABOVE, first + k] = room[_H00 + k]
+            above = room[_H00 + k]
+            rings[ABOVE, first + k] = above
             rings[SLOPE_X, first + k], rings[SLOPE_Y, first + k] = room[_H10 + k], room[_H01 + k]
+            rings[NEAR, near] = first + k
+            near += 1 if above <= 0.0 else 0
+            beyond += room[_OUTSIDE + k]
+    return near, beyond == 0.0
 
 
 @inlined

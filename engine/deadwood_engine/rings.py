@@ -16,9 +16,9 @@ from .contacts import Facet, Ground, ground_contact
 from .crests import Nodes, along_side, crest, height_at
 from .limits import ANY_POINT, CHANNEL, FLAT_TOLERANCE, MERGED, REFINED, STEEP_LOG
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
-from .ring_look import ABOVE, SLOPE_X, SLOPE_Y, look
-from .rotation import DX, DY, DZ, X, Y, Z
-from .terrain import friction_at, lid_distance
+from .ring_look import ABOVE, NEAR, SLOPE_X, SLOPE_Y, look
+from .rotation import DX, DY, DZ
+from .terrain import friction_at
 from .vectors import cross
 
 CANDIDATES = 9  # eight points on the rim of an end face and its centre; the rings between use one or three, and MIRROR
@@ -44,52 +44,32 @@ def _deepest_on(nodes, c, d, a, slope):
 
 
 @kernel
-def _sleep(terrain, log, state, first):
-    """How far [m] the log can move before it can touch the terrain; 0 if a ring is below its bounding plane (lid).
-
-    A ring includes half the stretch to either side. first : the ring to query first
-    """
-    frame, body, stations = log
-    d = dx, dy, dz = state[DX], state[DY], state[DZ]
-    taper = (body[TIP_RADIUS] - body[BASE_RADIUS]) / body[LENGTH]
-    between = body[LENGTH] / (stations - 1)
-    block = terrain.lid_cells * terrain.cell
-    least = math.inf
-    for number in range(stations):
-        k = first + number if first + number < stations else first + number - stations
-        along = k * between
-        s = along - body[CENTRE]
-        a = body[BASE_RADIUS] + taper * along
-        place = (state[X] + s * dx, state[Y] + s * dy, state[Z] + s * dz)
-        free, tilt = lid_distance(terrain, frame, place, d)
-        least = min(least, free - a - 0.5 * between * (abs(tilt) + abs(taper)), block - a - 0.5 * between)
-        if least <= 0.0:
-            return 0.0
-    return least
-
-
-@kernel
 def _look_over_border(rings, stations):
-    """Have those rings worked too that are beyond the terrain and next to one above it, with the slope there.
+    """List as near those rings, too, that are beyond the terrain and next to one above it, with the slope there.
 
     The border is a crest, and the stretch of the side that touches it may belong to either of the two rings.
+    Returns the number of rings listed.
     """
-    before = rings[ABOVE, 0] == rings[ABOVE, 0]
-    for k in range(1, stations - 1):
-        here, after = rings[ABOVE, k] == rings[ABOVE, k], rings[ABOVE, k + 1] == rings[ABOVE, k + 1]
-        if not here and (before or after):
+    near, before = 0, False
+    for k in range(stations):
+        here = rings[ABOVE, k] == rings[ABOVE, k]
+        after = k + 1 < stations and rings[ABOVE, k + 1] == rings[ABOVE, k + 1]
+        over = not here and 0 < k < stations - 1 and (before or after)
+        if over:
             beside = k - 1 if before else k + 1
             rings[SLOPE_X, k], rings[SLOPE_Y, k] = rings[SLOPE_X, beside], rings[SLOPE_Y, beside]
-            rings[ABOVE, k] = -math.inf
+        if over or rings[ABOVE, k] <= 0.0:
+            rings[NEAR, near] = k
+            near += 1
         before = here
+    return near
 
 
 @inlined
-def terrain_contacts(model, log, state, scratch, step, path):
+def terrain_contacts(model, log, state, scratch, step):
     """Find the terrain contacts of this step.
 
-    step is an ``Ahead``, of the pose ``scratch.trial``; path [m]: how far the log can have moved so far.
-    Returns (count, path [m] before which no ring needs to be queried again, whether there is terrain below every ring).
+    step is an ``Ahead``, of the pose ``scratch.trial``. Returns (count, whether there is terrain below every ring).
     """
     terrain, points, rings, trial = model.terrain, model.settings.ring_points, scratch.rings, scratch.trial[0]
     frame, body, stations = log
@@ -102,22 +82,12 @@ def terrain_contacts(model, log, state, scratch, step, path):
     i0, j0 = frame[0], frame[1]
     nodes = Nodes(terrain.heights, terrain.cell, terrain.inverse_cell, i0, j0)
     ground = Ground(terrain, frame, scratch.contacts, scratch.keys, state)
-    look(terrain, log, trial, rings, scratch.look)
-    least, at, whole = math.inf, 0, True
-    for k in range(stations):
-        above = rings[ABOVE, k]
-        if above < least:
-            least, at = above, k
-        whole = whole and above == above
+    near, whole = look(terrain, log, trial, rings, scratch.look)
     if not whole:
-        _look_over_border(rings, stations)
-        least = -math.inf
-    if least > 0.0:
-        return 0, path + _sleep(terrain, log, state, at), whole
+        near = _look_over_border(rings, stations)
     count = 0
-    for k in range(stations):
-        if not rings[ABOVE, k] <= 0.0:
-            continue
+    for each in range(near):
+        k = int(rings[NEAR, each])
         along = k * between
         s = along - centre
         a = body[BASE_RADIUS] + taper * along
@@ -212,4 +182,4 @@ def terrain_contacts(model, log, state, scratch, step, path):
                 r = ((s + t) * dx + rx, (s + t) * dy + ry, (s + t) * dz + rz)
                 mu = friction_at(terrain, i0, j0, px, py)
                 count = ground_contact(ground, count, step, Facet(k * CANDIDATES + m, r, gap, (gx, gy), mu), True)
-    return count, path, whole
+    return count, whole

@@ -19,7 +19,7 @@ NEAR = np.dtype(
     [
         ("base_x", "f8"), ("base_y", "f8"), ("tip_x", "f8"), ("tip_y", "f8"),  # m, ends in plan for which it was made
         ("cores", "i8"), ("beside", "i8"),  # cores in the list, and of these, how many may limit the next step
-        ("rings_wake", "f8"), ("obstacles_wake", "f8"),  # m, path before which no ring, no obstacle needs a query
+        ("obstacles_wake", "f8"),  # m, path before which no obstacle needs a query
         ("clear", "f8"),  # m, least clearance of the log from all that was not queried
         ("thin", "i8"),  # row of the core that bounds the next step, or -1
         ("listed", "b1"),  # whether there is a list of the near cores
@@ -31,5 +31,5 @@ NEAR = np.dtype(
 @kernel
 def know_nothing(near):
     """As for a log that has not been queried."""
-    near.listed, near.cores, near.beside, near.rings_wake, near.obstacles_wake = False, 0, 0, 0.0, 0.0
+    near.listed, near.cores, near.beside, near.obstacles_wake = False, 0, 0, 0.0
     near.clear, near.thin, near.gone = 0.0, -1, 0

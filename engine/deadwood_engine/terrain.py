@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiled import kernel
-from .limits import KINK_CELLS, KINK_REACH, LID_REACH, LID_SLACK, WHOLE
+from .limits import KINK_CELLS, KINK_REACH, WHOLE
 
 # [-] unit of a kink; number of units that no longer fits half a word (a wall of half a kilometre beside a cell of 0.5
 # m)
@@ -34,9 +34,6 @@ class Terrain(NamedTuple):
     heights : [m] above ``reference``, shape (rows, columns) float32, row 0 southernmost, NaN outside
     kinks : uint32, same shape; by how much the slope may increase around a cell (``kinks_of``), x and y packed
     kink_reach : [m] radius for which it is valid
-    lids : float32, shape (blocks north, blocks east, 4); over each block of ``lid_cells`` cells a plane (normal x, y,
-        z; distance from the block's south-west node) that no terrain in the 3 x 3 blocks around it exceeds
-    lid_cells : cells along a block's side; inverse_block : [1/m] one over that side
     friction : Coulomb's coefficient [-], shape (1, 1) if it is the same everywhere, else the shape of heights
     cell, inverse_cell : cell size [m] and one over it
     x0, y0 : world position of the centre of cell (0, 0) of the whole DEM [m]
@@ -47,9 +44,6 @@ class Terrain(NamedTuple):
     heights: np.ndarray
     kinks: np.ndarray
     kink_reach: float
-    lids: np.ndarray
-    lid_cells: int
-    inverse_block: float
     friction: np.ndarray
     cell: float
     inverse_cell: float
@@ -105,12 +99,9 @@ def prepare(
     around = min(max(1, math.ceil(KINK_REACH / cell - WHOLE)), KINK_CELLS)
     kinks = np.zeros(relative.shape, np.uint32)
     kinks_of(relative, float(cell), around, kinks)
-    lid_cells = max(1, math.ceil(LID_REACH / cell - WHOLE))
-    lids = np.zeros((-(-relative.shape[0] // lid_cells), -(-relative.shape[1] // lid_cells), 4), np.float32)
-    lids_of(relative, float(cell), lid_cells, lids)
     return Terrain(
-        relative, kinks, around * float(cell), lids, lid_cells, 1.0 / (lid_cells * float(cell)), mu,
-        float(cell), 1.0 / float(cell), float(x0), float(y0), *first, reference,
+        relative, kinks, around * float(cell), mu, float(cell), 1.0 / float(cell),
+        float(x0), float(y0), *first, reference,
     )  # fmt: skip
 
 
@@ -171,66 +162,6 @@ def friction_at(terrain, i0, j0, x, y):
     i = min(max(i0 + int(np.floor(x * terrain.inverse_cell + 0.5)), 0), friction.shape[1] - 1)
     j = min(max(j0 + int(np.floor(y * terrain.inverse_cell + 0.5)), 0), friction.shape[0] - 1)
     return friction[j, i]
-
-
-@kernel
-def lid_distance(terrain, frame, place, d):
-    """Height [m] of a place in the frame of a node (column, row) above its block's bounding plane (lid), and the cosine
-    between the plane's normal and a direction d; -inf where there is no plane.
-    """
-    (x, y, z), (dx, dy, dz) = place, d
-    lids, block = terrain.lids, terrain.lid_cells * terrain.cell
-    x += frame[0] * terrain.cell
-    y += frame[1] * terrain.cell
-    i, j = np.floor(x * terrain.inverse_block), np.floor(y * terrain.inverse_block)
-    bi, bj = int(i), int(j)
-    if bi < 0 or bj < 0 or bi >= lids.shape[1] or bj >= lids.shape[0]:
-        return -math.inf, 0.0
-    lid = lids[bj, bi]
-    above = lid[0] * (x - i * block) + lid[1] * (y - j * block) + lid[2] * z - lid[3]
-    return above, lid[0] * dx + lid[1] * dy + lid[2] * dz
-
-
-@kernel
-def lids_of(heights, cell, blocks, lids):
-    """Bounding planes above the terrain, one per block: fitted to the nodes of the 3 x 3 blocks around, and raised
-    above them all.
-
-    A bilinear patch minus a plane has its maximum at a node, so the nodes give a bound for every point. If a window
-    lacks terrain somewhere, or extends beyond the grid, there is no plane.
-    """
-    rows, columns = heights.shape
-    for bj in range(lids.shape[0]):
-        for bi in range(lids.shape[1]):
-            i0, j0 = (bi - 1) * blocks, (bj - 1) * blocks
-            span = 3 * blocks
-            lids[bj, bi, 0], lids[bj, bi, 1], lids[bj, bi, 2], lids[bj, bi, 3] = 0.0, 0.0, 0.0, math.inf
-            if i0 < 0 or j0 < 0 or i0 + span >= columns or j0 + span >= rows:
-                continue
-            mean = sx = sy = 0.0
-            for j in range(j0, j0 + span + 1):
-                for i in range(i0, i0 + span + 1):
-                    h = np.float64(heights[j, i])
-                    mean += h
-                    sx += h * (i - i0 - 0.5 * span)
-                    sy += h * (j - j0 - 0.5 * span)
-            if mean != mean:
-                continue
-            number = span + 1.0
-            spread = number * number * (number * number - 1.0) / 12.0  # sum of squares of the offsets
-            mean /= number * number
-            gx, gy = sx / spread, sy / spread
-            rise = 0.0
-            for j in range(j0, j0 + span + 1):
-                for i in range(i0, i0 + span + 1):
-                    over = np.float64(heights[j, i]) - mean - gx * (i - i0 - 0.5 * span) - gy * (j - j0 - 0.5 * span)
-                    rise = max(rise, over)
-            # height of the plane above the block's own first node, half a block short of the window's middle
-            height = mean - 0.5 * blocks * (gx + gy) + rise
-            gx, gy = gx / cell, gy / cell
-            nz = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy)
-            lids[bj, bi, 0], lids[bj, bi, 1], lids[bj, bi, 2] = -gx * nz, -gy * nz, nz
-            lids[bj, bi, 3] = height * nz + LID_SLACK
 
 
 @kernel

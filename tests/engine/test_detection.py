@@ -74,14 +74,13 @@ def test_what_is_known_to_be_far_is_not_missed(plain, seed, kind):
     model, rows = Model(*scene_of(kind).arrays, SETTINGS), 130
     knowing, fresh = (Scratch.allocate(STATIONS, rows, 1, None) for _ in range(2))
     know_nothing(knowing.near[0])
-    path, contacts, slept, blind = 0.0, 0, 0, 0
+    path, contacts, blind = 0.0, 0, 0
     for state, moved in way(seed):
         path += moved
         know_nothing(fresh.near[0])
         found = []
         for scratch in (knowing, fresh):
             near = scratch.near[0]
-            slept += scratch is knowing and path < near.rings_wake
             blind += scratch is knowing and path + SETTINGS.travel < near.obstacles_wake
             # no step is taken: the log stands at the pose, but for the gravity of DT
             count, travel, whole = find(model, WHERE, state, scratch, Span(DT, path, 5e-4), True)
@@ -91,7 +90,6 @@ def test_what_is_known_to_be_far_is_not_missed(plain, seed, kind):
         assert found[0] == found[1]
         contacts += len(found[0][0])
     assert contacts > 20
-    assert slept > 10
     assert blind > 5 or kind == "open"
 
 

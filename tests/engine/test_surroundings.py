@@ -19,4 +19,4 @@ def test_all_is_forgotten_but_where_the_list_was_made_for():
     assert {name for name, value in told.items() if value == 1} == {"base_x", "base_y", "tip_x", "tip_y"}
     assert told["thin"] == -1
     assert not told["listed"]
-    assert {told[name] for name in ("cores", "beside", "rings_wake", "obstacles_wake", "clear")} == {0}
+    assert {told[name] for name in ("cores", "beside", "obstacles_wake", "clear")} == {0}

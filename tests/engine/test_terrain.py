@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from deadwood_engine import Scene
-from deadwood_engine.terrain import KINK, lid_distance, prepare, surface
+from deadwood_engine.terrain import KINK, prepare, surface
 
 NODE = np.zeros(2, np.int64)  # the DEM's first node (column, row)
 
@@ -68,49 +68,6 @@ def test_kinks_bound_every_rise_over_the_tangent_plane(cell):
         worst = max(worst, rise / bound if bound > 0.1 * cell else 0.0)
     # a bound so loose that it never comes close would cull nothing; over eleven cells of noise few ways come as close
     assert worst > (0.8 if cell >= 0.5 else 0.6)
-
-
-@pytest.mark.parametrize("cell", [0.25, 0.5, 2.0])
-def test_no_terrain_stands_above_a_lid(cell):
-    """Rings sleep on a lid's word, so nothing within a block of a place may be nearer than the lid says."""
-    rng = np.random.default_rng(3)
-    side = 60
-    slope = rng.random(2)[:, None, None] * cell * np.mgrid[0:side, 0:side]
-    heights = slope.sum(0) + rng.random((side, side)) * np.repeat([0.05, 1.0, 9.0], side // 3)[:, None]
-    heights[45, 10] = np.nan
-    terrain = prepare(heights, cell, 0.0, 0.0, 0.2)
-    block = terrain.lid_cells * cell
-    assert block >= 1.0
-    tightest = np.inf
-    for _ in range(20_000):
-        x, y = rng.random(2) * (side - 1) * cell
-        above, east = lid_distance(terrain, NODE, (x, y, 0.0), (1.0, 0.0, 0.0))
-        away, turn = block * np.sqrt(rng.random()), 2 * np.pi * rng.random()
-        dx, dy = away * np.cos(turn), away * np.sin(turn)
-        there = surface(terrain, 0, 0, x + dx, y + dy)[0]
-        if above == -np.inf:
-            continue
-        # the sphere around a place at this height that just reaches the lid; the terrain stays out of it
-        lid = terrain.lids[int(y / cell) // terrain.lid_cells, int(x / cell) // terrain.lid_cells]
-        z = (0.5 - above) / lid[2]  # half a metre above the lid
-        distance = lid[0] * dx + lid[1] * dy + lid[2] * (there - z)
-        assert distance <= -0.5 + 1e-5 * np.abs(z)  # a NaN, no terrain, would fail
-        assert east == lid[0]
-        tightest = min(tightest, -0.5 - distance)
-    assert tightest < 0.1  # a lid so high that it never comes close would wake every ring
-
-
-def test_lids_hold_only_where_there_is_terrain_all_around():
-    heights = np.zeros((20, 20))
-    heights[10, 10] = np.nan
-    terrain = prepare(heights, 1.0, 0.0, 0.0, 0.2)
-    up = 0.0, 0.0, 1.0
-    for x, y in ((0.5, 5.0), (5.0, 18.5), (9.5, 9.5), (11.5, 10.5), (-3.0, 5.0), (5.0, 400.0)):
-        assert lid_distance(terrain, NODE, (x, y, 100.0), up)[0] == -np.inf
-    assert lid_distance(terrain, NODE, (5.0, 5.0, 100.0), up)[0] == pytest.approx(100.0, abs=2e-3)
-    # seen from another log's frame it is the same place
-    other = lid_distance(terrain, np.array([3, 4]), (2.0, 1.0, 100.0), up)
-    assert other == lid_distance(terrain, NODE, (5.0, 5.0, 100.0), up)
 
 
 @pytest.mark.parametrize(
