@@ -277,6 +277,13 @@ def add_contact(contacts, keys, count, state, found, step, smooth):
 
 
 @kernel
+def touch_time(c, gravity):
+    """Time [s] in which the point of a contact reaches the plane that it would hit; 0 if it is there."""
+    root = math.sqrt(max(0.0, c.before_n * c.before_n + 2.0 * gravity * c.nz * c.room))
+    return 2.0 * max(0.0, c.room) / (root - c.before_n)
+
+
+@kernel
 def first_rebound(contacts, count, gravity):
     """Time [s] within the step at which the first rebounding contact touches (eq. 8); infinity if none does.
 
@@ -286,10 +293,25 @@ def first_rebound(contacts, count, gravity):
     """
     first = math.inf
     for k in range(count):
-        c = contacts[k]
-        if c.target > 0.0:
-            root = math.sqrt(max(0.0, c.before_n * c.before_n + 2.0 * gravity * c.nz * c.room))
-            first = min(first, 2.0 * max(0.0, c.room) / (root - c.before_n))
+        if contacts[k].target > 0.0:
+            first = min(first, touch_time(contacts[k], gravity))
+    return first
+
+
+@kernel
+def first_strike(contacts, count, gravity, least):
+    """Time [s] within the step at which the log first strikes something; infinity if it does not.
+
+    least : [m/s] slowest approach that is a strike
+
+    The contacts are those of the pose at the end of the step. Where the log has struck before, it was on another facet
+    of the ground, on average a steeper one, since it is the steep ones that it meets first. With the normals of the end
+    logs jumped less high, by an eighth with 0.4 cells a step, and stopped too early in a gully (1.7 % at a line).
+    """
+    first = math.inf
+    for k in range(count):
+        if contacts[k].before_n < -least:
+            first = min(first, touch_time(contacts[k], gravity))
     return first
 
 

@@ -45,6 +45,10 @@ NEAR_MARGIN = 2.0  # [m] obstacles this close to the log are listed; listed agai
 MADE_ANEW = 0.7  # [-] of a step: if a contact's impulse leaves less than that beside a stem, the step is repeated
 # [-] of a step: an earlier rebound takes place at the start of the step; otherwise the step ends there
 MET_AT_ONCE = 0.01
+# A step in which a log strikes something ends soon after (``contacts.first_strike``)
+STRIKE = 0.1  # [-] of the log's speed, beyond what gravity adds in a step: a slower approach is no strike (6 degrees)
+PAST_STRIKE = 0.1  # [-] of the step: how long after the strike it ends
+LATE_STRIKE = 0.5  # [-] of the step: if it would not be shortened to less than that, it is not worth a second query
 SHORTEST_STEP = 1e-6  # [s] floor of the adaptive step; 100 m/s then travels 0.1 mm
 
 # Scarring drag (``scarring``)

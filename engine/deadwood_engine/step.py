@@ -21,7 +21,7 @@ from .asymmetric_top import energy_of, move_freely
 from .breaking import break_trees, note_broken
 from .compiled import inlined
 from .contact_solver import find_old, remember, solve, turn_around, warm_start
-from .contacts import TERRAIN, first_rebound, set_frames
+from .contacts import TERRAIN, first_rebound, first_strike, set_frames
 from .detection import find_contacts, owner_of
 from .energy import impulse_work
 from .grid_index import insert_sorted
@@ -32,17 +32,20 @@ from .limits import (
     BELOW_GROUND,
     BURIED,
     CLOUD_TURN,
+    LATE_STRIKE,
     LEAST_TOLERANCE,
     LEAST_TURN,
     MADE_ANEW,
     MET_AT_ONCE,
     OBSTACLE_TRAVEL,
+    PAST_STRIKE,
     POLL_STEPS,
     REST_TRAVEL,
     REST_WINDOW,
     ROCKING_WINDOW,
     SAFE,
     SHORTEST_STEP,
+    STRIKE,
     WILD_SPEED,
 )
 from .log_body import BASE_RADIUS
@@ -104,7 +107,7 @@ def push(model, log, state, scratch, summary):
     v+ = v - g dt e_z + sum P, w+ = w + sum I^-1 (r x P).
 
     Repeated with a shorter step if these velocities would pass a stem well within it, or if a contact rebounds late in
-    it, or if a body enters ground that it scars.
+    it or strikes early in it, or if a body enters ground that it scars.
     """
     settings, way, rolling = model.settings, scratch.way[0], scratch.rolling[0]
     gravity, contacts = settings.gravity, scratch.contacts
@@ -126,6 +129,11 @@ def push(model, log, state, scratch, summary):
             rebounds = touch < math.inf
             if rebounds and not met and not anew and MET_AT_ONCE * dt < touch < dt:
                 dt, met = max(touch, SHORTEST_STEP), True
+                continue
+        if model.cloud is None and not met and not anew:
+            struck = first_strike(contacts, count, gravity, STRIKE * way.speed + gravity * dt) + PAST_STRIKE * dt
+            if struck < LATE_STRIKE * dt:
+                dt, met = max(struck, SHORTEST_STEP), True
                 continue
         lines = prepare_contacts(model, log, state, scratch, count, dt)
         state[VZ] -= 0.5 * gravity * dt
