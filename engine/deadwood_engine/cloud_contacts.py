@@ -80,7 +80,7 @@ def cloud_terrain_contacts(model, log, state, scratch, step):
             before = count
             r = blend(0.5, p, 0.5, to_world(scratch.turns, NOW, cloud.points[k]))
             mu = scarred(friction_at(terrain, frame[0], frame[1], px, py), most, kappa, slip)
-            count = ground_contact(ground, count, step, Facet(k, r, gap + depth, (gx, gy), mu), False)
+            count = ground_contact(ground, count, step, Facet(k, r, gap + depth, (gx, gy), mu, False), False)
             if depth > 0.0 and count > before:  # in the hard ground
                 c = scratch.contacts[before]
                 height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + c.rx, state[Y] + c.ry)

@@ -89,6 +89,7 @@ class Facet(NamedTuple):
     gap: float  # [m] vertical, predicted
     slope: tuple[float, float]  # [-] gradient of the ground
     mu: float  # coefficient of friction
+    crest: bool  # whether its plane is that of a crest and of the body's side, which may hang over the terrain's border
 
 
 class Ground(NamedTuple):
@@ -331,7 +332,8 @@ def ground_contact(ground, count, step, facet, smooth):
         # The reported penetration is measured at the surface below the point itself, not at the plane of the predicted
         # facet
         height, gx, gy = surface(terrain, frame[0], frame[1], state[X] + r[0], state[Y] + r[1])
-        contacts[before].gap = (state[Z] + r[2] - height) / math.sqrt(1.0 + gx * gx + gy * gy)
+        if height == height or not facet.crest:
+            contacts[before].gap = (state[Z] + r[2] - height) / math.sqrt(1.0 + gx * gx + gy * gy)
     return count
 
 

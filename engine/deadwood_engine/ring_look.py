@@ -121,7 +121,7 @@ def look(terrain, log, trial, rings, room):
     covered = math.sqrt(max(0.0, terrain.kink_reach**2 - radius**2))
     inner, outer = min(0.5 * between, covered), min(between, covered)
     thick = math.inf if radius > terrain.kink_reach else 0.0
-    near, beyond = 0, 0.0
+    near, whole = 0, True
     for first in range(0, stations, TOGETHER):
         number = min(TOGETHER, stations - first)
         full = (number + AT_A_TIME - 1) // AT_A_TIME * AT_A_TIME
@@ -145,8 +145,8 @@ def look(terrain, log, trial, rings, room):
             rings[SLOPE_X, first + k], rings[SLOPE_Y, first + k] = room[_H10 + k], room[_H01 + k]
             rings[NEAR, near] = first + k
             near += 1 if above <= 0.0 else 0
-            beyond += room[_OUTSIDE + k]
-    return near, beyond == 0.0
+            whole = whole and above == above
+    return near, whole
 
 
 @inlined

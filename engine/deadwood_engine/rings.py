@@ -181,5 +181,6 @@ def terrain_contacts(model, log, state, scratch, step):
                     gx, gy = along_side(nodes, (px, py, height), (gx, gy), d, (a, taper), far)
                 r = ((s + t) * dx + rx, (s + t) * dy + ry, (s + t) * dz + rz)
                 mu = friction_at(terrain, i0, j0, px, py)
-                count = ground_contact(ground, count, step, Facet(k * CANDIDATES + m, r, gap, (gx, gy), mu), True)
+                facet = Facet(k * CANDIDATES + m, r, gap, (gx, gy), mu, found)
+                count = ground_contact(ground, count, step, facet, True)
     return count, whole
