@@ -52,7 +52,7 @@ FACTORS: dict[str, tuple[str, str]] = {
     "coarse": ("several at once, between draft and standard", ""),
     "halved": ("reference with half its step, travel and spacing", ""),
     "refined": ("step, travel and station spacing of standard, together", "of standard"),
-    "longer": ("half a cell instead of standard's travel", "m between rings"),
+    "longer": ("0.8 cells instead of standard's travel", "m between rings"),
     "time step": ("time step alone (travel and roll unbounded)", "ms"),
     "travel": ("travel in a step", "cells"),
     "roll angle": ("angle that a log in contact rolls in a step", "rad"),
@@ -98,14 +98,14 @@ def _all() -> list[Setting]:
         )
         for share in (0.5, 0.25)
     ]  # fmt: skip
-    # standard does not use these, although they cost less: logs sink deeper at the extremes (tests/extremes: spikes
-    # between rings a metre apart, discs), and the gully's error grows in proportion to the travel
-    longer = STANDARD._replace(travel_cells=0.5)
+    # standard does not use these, although they cost less: jumps are lower with longer steps, and with rings farther
+    # apart logs sink deeper at the extremes (tests/extremes: spikes between rings 1.25 m apart)
+    longer = STANDARD._replace(travel_cells=0.8)
     found += [
         Setting(
             name, "longer", spacing, longer._replace(station_spacing=spacing, spacing_cells=2.0 * spacing), "standard"
         )
-        for name, spacing in (("longer steps", STANDARD.station_spacing), ("longer steps, rings 1 m", 1.0))
+        for name, spacing in (("longer steps", STANDARD.station_spacing), ("longer steps, rings 1.5 m", 1.5))
     ]
     found += [
         Setting(f"obstacles {n:g}", "obstacles", n, STANDARD._replace(obstacle_travel=n)) for n in (0.05, 0.2, 0.3)
@@ -119,11 +119,11 @@ def _all() -> list[Setting]:
         )
         for s in (40.0, 20.0, 10.0, 5.0, 2.5)
     ]  # fmt: skip
-    found += [Setting(f"travel {n:g}", "travel", n, STANDARD._replace(travel_cells=n)) for n in (2.0, 1.0, 0.6, 0.2)]
+    found += [Setting(f"travel {n:g}", "travel", n, STANDARD._replace(travel_cells=n)) for n in (2.0, 1.0, 0.4, 0.2)]
     found += [Setting(f"roll {a:g}", "roll angle", a, STANDARD._replace(roll_angle=a)) for a in (0.1, 0.2, 0.8, 1.6)]
     found += [
         Setting(f"spacing {s:g} m", "spacing", s, STANDARD._replace(station_spacing=s, spacing_cells=1e6))
-        for s in (2.0, 1.0, 0.5, 0.25)
+        for s in (2.0, 1.5, 0.5, 0.25)
     ]
     found += [Setting(f"tolerance {t:g}", "tolerance", t, STANDARD._replace(tolerance=t)) for t in (0.1, 0.01, 0.0001)]
     found += [Setting(f"sweeps {n}", "sweeps", n, STANDARD._replace(sweeps=n)) for n in (4, 20, 1000)]

@@ -305,9 +305,9 @@ def first_strike(contacts, count, gravity, least):
 
     least : [m/s] slowest approach that is a strike
 
-    The contacts are those of the pose at the end of the step. Where the log has struck before, it was on another facet
-    of the ground, on average a steeper one, since it is the steep ones that it meets first. With the normals of the end
-    logs jumped less high, by an eighth with 0.4 cells a step, and stopped too early in a gully (1.7 % at a line).
+    The contacts are those of the pose at the end of the step. Where the log has struck by then, it was another facet
+    of the ground, on average a steeper one, since it is the steep ones that a log meets first. With the normals of the
+    end, logs jumped less high, by an eighth with 0.4 cells a step, and stopped too early in a gully.
     """
     first = math.inf
     for k in range(count):

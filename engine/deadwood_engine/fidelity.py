@@ -13,7 +13,7 @@ class Fidelity(NamedTuple):
 
     time_step : [s] longest step; controls the first-order error of impacts and friction
     travel_cells : [DEM cells, of at most 1 m] greatest distance that the log's axis moves in a step (``travel``);
-        controls penetration and how much of the terrain's roughness is resolved
+        controls penetration, how high logs jump, and how much of the terrain's roughness is resolved
     roll_angle : [rad] greatest angle by which a log in contact turns about its axis in a step; controls the error of
         rolling on smooth ground, which grows with this angle, not with the distance
     station_spacing : [m] greatest distance between the log's contact rings; each finds the highest crest of its stretch

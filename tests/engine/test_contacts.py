@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from deadwood_engine.contacts import CONTACT, OLD_CONTACT, Ahead, Found
+from deadwood_engine.contacts import CONTACT, OLD_CONTACT, Ahead, Found, first_strike, touch_time
 from deadwood_engine.cores import CORE
 from deadwood_engine.rolling import ROLLING
 from deadwood_engine.scratch import Scratch
@@ -51,3 +51,24 @@ def test_a_gap_counts_as_closed_that_gravity_closes_in_the_step_but_half_a_milli
     assert contact.gap == pytest.approx(gap, abs=1e-15)
     left = gap - min(0.5 * gravity * dt**2, 0.0005)
     assert contact.target == pytest.approx(-max(left, 0.0) / dt, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("room", "speed", "nz", "gravity"), [(0.3, -2.0, 1.0, 9.81), (0.3, -2.0, 0.6, 9.81), (0.1, -5.0, 0.9, 0.0)]
+)
+def test_a_point_touches_its_plane_when_it_has_fallen_through_the_room(room, speed, nz, gravity):
+    c = np.zeros(1, CONTACT).view(np.recarray)
+    c.room, c.before_n, c.nz = room, speed, nz
+    t = touch_time(c[0], gravity)
+    assert speed * t - 0.5 * gravity * nz * t * t == pytest.approx(-room, rel=1e-12)
+    c.room = -0.01
+    assert touch_time(c[0], gravity) == 0.0
+
+
+def test_the_first_strike_is_of_the_contacts_that_close_fast():
+    c = np.zeros(3, CONTACT).view(np.recarray)
+    c.nz, c.room, c.before_n = 1.0, (0.01, 0.2, 0.1), (-0.4, -4.0, -1.0)
+    assert first_strike(c, 3, 0.0, 0.5) == pytest.approx(0.05)
+    assert first_strike(c, 3, 0.0, 0.3) == pytest.approx(0.025)
+    assert first_strike(c, 3, 0.0, 5.0) == np.inf
+    assert first_strike(c, 0, 0.0, 0.0) == np.inf
