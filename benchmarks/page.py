@@ -81,7 +81,7 @@ def _sourced(found: Any) -> bool:
 
 
 def fidelity_table(results: Row) -> str:
-    """One row for each fidelity: cost, difference, hit raster, penetration over the pooled scenes."""
+    """One row for each fidelity: cost, difference, jump height, hit raster, penetration over the pooled scenes."""
     rows = []
     for name in figures.FIDELITIES:
         entries = [mine[name] for scene, mine in tables.in_order(results) if scene in tables.POOLED and name in mine]
@@ -90,6 +90,7 @@ def fidelity_table(results: Row) -> str:
         found = tables.pooled(results, name)
         hits = list(tables.raster_ratios(results, name).values())
         deep = [e["penetration_m"] for e in entries]
+        jumps = [_in_percent(e["error"]["jump_95_m"]) for e in entries if "error" in e]
         compared = [tables.with_interval(found), tables.worst_of(found), tables.in_friction(results, found)]
         rows.append(
             [
@@ -97,13 +98,20 @@ def fidelity_table(results: Row) -> str:
                 span([e["cpu_ms_per_log"] for e in entries]),
                 f"{tables.relative_cost(results, name):.2g}",
                 *(compared if found else ["0, by definition", "", ""]),
+                f"{to_decimals(min(jumps), 0, sign=True)} to {to_decimals(max(jumps), 0, sign=True)}" if jumps else "",
                 span(hits) if hits else "",
                 f"{100 * max(d['median'] for d in deep):.1f} / {100 * max(d['max'] for d in deep):.0f}",
             ]
         )
     head = ["fidelity", "CPU ms per log", "cost", "reach minus `reference`, mean of scenes [points]", "worst scene"]
-    head += ["equivalent change of mu", "hit raster, distance / noise", "penetration, median / deepest [cm]"]
+    head += ["equivalent change of mu", "jump height that 95 % of logs stay below, minus `reference`'s [%], by scene"]
+    head += ["hit raster, distance / noise", "penetration, median / deepest [cm]"]
     return table(head, rows)
+
+
+def _in_percent(record: Row) -> float:
+    """A difference relative to what it is a difference from."""
+    return 100.0 * record["difference"] / (record["value"] - record["difference"])
 
 
 def factor_table(results: Row) -> str:
