@@ -20,7 +20,7 @@ from slope_case import Case, layer
 
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import read_vector, write_vector
-from deadwood_algorithms.results import writing
+from deadwood_algorithms.results import trajectories, writing
 from deadwood_algorithms.results.run_folder import layers_in
 
 
@@ -93,7 +93,7 @@ def test_a_run_has_its_layers_as_geoparquet(tmp_path, monkeypatch, changes):
     whole = case.run(**case.everything(), **changes, output=str(tmp_path / "whole"))
     assert not list(whole.glob("deposits.parquet"))
     monkeypatch.setattr(writing, "PIECE", 7)
-    monkeypatch.setattr(writing, "PATHS_PIECE", 3)
+    monkeypatch.setattr(trajectories, "PATHS_PIECE", 3)
     run = case.run(**case.everything(), **changes, geoparquet=True)
     for name in layers_in(whole) - {"layer_styles"}:
         one, two = layer(whole, name), layer(run, name)
