@@ -58,6 +58,12 @@ def raster_ratios(results: Row, setting: str) -> dict[str, float]:
     return {s: e["hits_jaccard"] / e["hits_jaccard_floor"] for s, e in found.items() if "hits_jaccard_floor" in e}
 
 
+def jump_errors(results: Row, setting: str) -> dict[str, float]:
+    """Difference [%] of the jump height that 95 % of the logs stay below, by scene."""
+    found = {scene: entry["error"]["jump_95_m"] for scene, entry in errors_of(results, setting)}
+    return {s: 100.0 * e["difference"] / (e["value"] - e["difference"]) for s, e in found.items()}
+
+
 def relative_costs(results: Row, setting: str, base: str = "standard") -> dict[str, float]:
     """Cost of a setting over that of another, by scene, in the scenes that count in means."""
     return {
