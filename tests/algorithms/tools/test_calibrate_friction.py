@@ -382,8 +382,8 @@ def slid_with(case: Case, name: str, number: int, seed: int, **changes: Any) -> 
 def test_the_range_holds_the_true_coefficient_of_synthetic_events(tmp_path, monkeypatch, lossy):
     """40 events of 12 deposits that other logs of the same area left in a forest, found with an error of 3 m: on a
     terrain model that holds them all, and on one that ends on the flat below the slope, which the fastest leave. The
-    range holds the true coefficient in 95 % of them: 34 of 40 are 3 standard errors less. Some are held by trees; on
-    the smaller one of 0.3 nearly all. Before, the coefficients with which logs leave were excluded there."""
+    range holds the true coefficient in 95 % of them: 34 of 40 are 3 standard errors less. Trees hold some logs of every
+    coefficient (9 are 3 standard errors above none); on the smaller one of 0.3 nearly all. Before, the coefficients with which logs leave were excluded there."""
     monkeypatch.setattr(score, "EVENTS", 150)
     monkeypatch.setattr(score, "sampling_interval", lambda *_: (np.zeros(len(SWEEP)), np.zeros(len(SWEEP))))
     case = Case(tmp_path / "case")
@@ -396,7 +396,7 @@ def test_the_range_holds_the_true_coefficient_of_synthetic_events(tmp_path, monk
     known, fresh = slid_with(case, "known", 250, 1), slid_with(case, "fresh", 250, 2)
     rests = np.array([each.resting.mean() for each in known])
     held_by_trees = [each.stop_reason[each.resting] == STOP_REASONS.index("tree") for each in fresh]
-    assert min(each.mean() for each in held_by_trees) > 0.05
+    assert min(each.sum() for each in held_by_trees) >= 9
     assert max(each.mean() for each in held_by_trees) > (0.8 if lossy else 0.1)
     assert rests[1] < 0.2 if lossy else rests.min() > 0.98
     assert rests[-1] > 0.9
