@@ -159,6 +159,17 @@ def test_a_jump_is_given_by_both_measures():
     assert "at most 15.5 m, 25.0 % of the logs 3 m higher than the 12.0 m at which they stand upright" in said
 
 
+@pytest.mark.parametrize(
+    ("high", "verdict"), [(0, "not decided"), (40, "holds"), (150, "not decided"), (290, "does not hold")]
+)
+def test_jumps_of_several_metres_are_judged_by_the_interval_of_their_share(high, verdict):
+    """None of 300 logs is no evidence that none of many more jumps that high."""
+    of = evidence("klosters")
+    jumps = np.where(np.arange(300) < high, 4.0, 1.0)
+    of.logs = {**of.logs, "als": {**of.logs["als"], "jump_max_m": jumps, "height_max_m": jumps}}
+    assert judged(of)["some_jump_metres"].verdict == verdict
+
+
 def spread_of(n_left_out: int, p05_p95: float) -> dict[str, float]:
     return {
         "n": 1000, "n_left_out": n_left_out, "p05_p95_deg": p05_p95, "p05_p95_ci_low_deg": p05_p95 - 1.0,
