@@ -383,7 +383,8 @@ def test_the_range_holds_the_true_coefficient_of_synthetic_events(tmp_path, monk
     """40 events of 12 deposits that other logs of the same area left in a forest, found with an error of 3 m: on a
     terrain model that holds them all, and on one that ends on the flat below the slope, which the fastest leave. The
     range holds the true coefficient in 95 % of them: 34 of 40 are 3 standard errors less. Trees hold some logs of every
-    coefficient (9 are 3 standard errors above none); on the smaller one of 0.3 nearly all. Before, the coefficients with which logs leave were excluded there."""
+    coefficient (9 are 3 standard errors above none); on the smaller one of 0.3 nearly all. Before, the coefficients
+    with which logs leave were excluded there."""
     monkeypatch.setattr(score, "EVENTS", 150)
     monkeypatch.setattr(score, "sampling_interval", lambda *_: (np.zeros(len(SWEEP)), np.zeros(len(SWEEP))))
     case = Case(tmp_path / "case")
