@@ -8,6 +8,10 @@ from . import tables
 from .settings import FACTORS, ROLLING, SETTINGS, Setting
 from .tables import FIDELITIES, Row, number, span, table
 
+# Columns of the two tables of depths
+DEPTHS = ["fidelity", "logs", "CPU ms per log", "penetration: median [cm]", "99 %", "deepest", "deepest by sampling"]
+DEPTHS += ["energy error, largest", "failed logs"]
+
 
 def fidelity_table(results: Row) -> str:
     """One row for each fidelity: cost, difference, jump height, hit raster, penetration over the pooled scenes."""
@@ -226,10 +230,6 @@ def rebound_table(results: Row) -> str:
 def noise_table(results: Row) -> str:
     """Depth on ground of white noise, by fidelity."""
     return table(DEPTHS, [_depths(r) for r in results.get("noise", {}).get("rows", [])])
-
-
-DEPTHS = ["fidelity", "logs", "CPU ms per log", "penetration: median [cm]", "99 %", "deepest", "deepest by sampling"]
-DEPTHS += ["energy error, largest", "failed logs"]
 
 
 def _depths(row: Row) -> list[str]:

@@ -266,7 +266,7 @@ def motion_findings(of: Evidence) -> list[Finding]:
         Finding(
             f"{at}.some_jump_metres", "Some logs, but only a few, jump several metres (share above 3 m; holds if some "
             "do, and fewer than half)", "B", "9.9 m at the terrace", float(high.mean()), *ends,
-            True if high.any() and ends[1] < 0.5 else False if ends[0] > 0.5 else None,
+            within(*ends, 0.0, 0.5) if high.any() else None,
             f"run als, clearance between the log and the terrain, at most {logs['jump_max_m'].max():.1f} m; in the "
             "paper's measure, centre of mass above the terrain: at most "
             f"{logs['height_max_m'].max():.1f} m, {100 * (logs['height_max_m'] > standing + 3.0).mean():.1f} % of the "

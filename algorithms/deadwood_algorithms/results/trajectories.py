@@ -1,4 +1,4 @@
-"""The way of each log that keeps its poses: the file of poses, and the layer of trajectories."""
+"""The paths of the logs whose poses are kept: the file of poses, and the layer of trajectories."""
 
 from __future__ import annotations
 
