@@ -139,6 +139,7 @@ def test_a_log_is_picked_and_followed(browser):
     )
     browser.click(x, y)
     browser.wait("deadwoodView.state.followed >= 0")
+    browser.ask("deadwoodView.paint()")  # the words are written with the next frame, which may not have come yet
     told = browser.ask("document.querySelector('[data-part=\"followed\"]').textContent")
     assert re.fullmatch(r"log \d+: \d+\.\d m/s", told)
     browser.ask("deadwoodView.paint()")
