@@ -99,7 +99,7 @@ def _all() -> list[Setting]:
         for share in (0.5, 0.25)
     ]  # fmt: skip
     # standard does not use these, although they cost less: jumps are lower with longer steps, and with rings farther
-    # apart logs sink deeper at the extremes (tests/extremes: spikes between rings 1.25 m apart)
+    # apart the ground between two of them is missed more often
     longer = STANDARD._replace(travel_cells=0.8)
     found += [
         Setting(

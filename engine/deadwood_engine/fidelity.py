@@ -55,7 +55,7 @@ class Fidelity(NamedTuple):
 FIDELITIES: dict[str, Fidelity] = {
     "draft": Fidelity(0.070, 1.0, 0.5, 2.0, 4.0, 1e-3, 300, 4.0, ring_points=1, coarse_cells=0.5, rebound_share=0.2),
     "standard": Fidelity(
-        0.030, 0.6, 0.4, 1.0, 2.0, 1e-3, 400, 4.0, obstacle_travel=0.1, coarse_cells=0.5, rebound_share=0.25
+        0.030, 0.6, 0.4, 1.25, 2.5, 1e-3, 400, 4.0, obstacle_travel=0.15, coarse_cells=0.5, rebound_share=0.25
     ),
     "fine": Fidelity(0.004, 0.2, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.25),
     "reference": Fidelity(0.001, 0.04, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),

@@ -83,6 +83,8 @@ WALL = 0.5  # [-] sine of the ground's tilt along the axis above which it is a w
 LEAST_UPWARD = 0.1  # [-] least upward component of a normal of the cone's side that replaces the ground's
 
 # Near contact: how much steeper the ground may become around a cell (``terrain.kinks_of``)
+RUGGED = 1.0  # [-] kinks along the log from which contacts are also sought halfway to the next ring: a spike may be
+# narrower than the distance between rings
 KINK_REACH = 0.5  # [m] around it at least: a ring's radius and half the distance to the next ring
 KINK_CELLS = 5  # around it at most; on finer cells than KINK_REACH / KINK_CELLS thick logs are always queried in full
 

@@ -17,10 +17,9 @@ from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .rotation import DX, DY, DZ, X, Y, Z
 from .terrain import HALF_WORD, KINK
 
-# Results, a row each: height [m] of a ring above all that can touch it, and the slope below its centre; and, one after
-# the other, the rings that can be touched
-ABOVE, SLOPE_X, SLOPE_Y, NEAR = range(4)
-RING_ROWS = 4
+# Results, a row each: height [m] of a ring above all that can touch it, and the slope and the kinks below its centre;
+# and, one after the other, the rings that can be touched, and the places where contacts are sought (``rings``)
+ABOVE, SLOPE_X, SLOPE_Y, KINKS, NEAR, PLACE = range(6)
 
 TOGETHER = 64  # positions along the axis
 # The compiled loops process this many at a time, and a remainder one by one, which for a log of a dozen
@@ -33,6 +32,11 @@ LOOK_ROOM = 9 * TOGETHER
 # sqrt(1 + x) <= _STEEP + _STEEPER x: its tangent at x = 0.7, a slope of 40 degrees, and 3 % too large on level ground
 _STEEPER = 0.5 / math.sqrt(1.7)
 _STEEP = math.sqrt(1.7) - 0.7 * _STEEPER
+
+
+def ring_table(stations: int) -> np.ndarray:
+    """Room for the results for a log of this number of rings, and for a place between any two."""
+    return np.zeros((PLACE + 1, 2 * stations))
 
 
 @inlined
@@ -81,14 +85,19 @@ def _height(inverse_cell, k, room):
 
 
 @inlined
+def unpacked(packed):
+    """Kinks [-] along x and y, from a word of ``terrain.kinks_of``."""
+    ky = np.floor(packed / HALF_WORD)
+    return (packed - ky * HALF_WORD) * KINK, ky * KINK
+
+
+@inlined
 def _rise(axis, narrowing, gx, gy, packed):
     """(steep, lean): per metre of radius, and of distance along the axis, how much lower [-] than the axis a point of
     the side can be over ground of the slope (gx, gy), plus or minus its kinks.
     """
     qx, qy, qz = axis
-    ky = np.floor(packed / HALF_WORD)
-    kx = packed - ky * HALF_WORD
-    kx, ky = kx * KINK, ky * KINK
+    kx, ky = unpacked(packed)
     steepest_x, steepest_y = abs(gx) + kx, abs(gy) + ky
     steep = _STEEP + _STEEPER * (steepest_x * steepest_x + steepest_y * steepest_y)
     return steep, abs(qz - gx * qx - gy * qy) + narrowing + kx * abs(qx) + ky * abs(qy)
@@ -104,7 +113,7 @@ def look(terrain, log, trial, rings, room):
 
     Parameters
     ----------
-    log : a ``Log``; trial : the pose; rings : (RING_ROWS, stations or more), the result
+    log : a ``Log``; trial : the pose; rings : as of ``ring_table``, the result
     room : (LOOK_ROOM,), buffer
 
     Returns (number of rings that can be touched, whether there is terrain below every ring).
@@ -143,6 +152,7 @@ def look(terrain, log, trial, rings, room):
             above = room[_H00 + k]
             rings[ABOVE, first + k] = above
             rings[SLOPE_X, first + k], rings[SLOPE_Y, first + k] = room[_H10 + k], room[_H01 + k]
+            rings[KINKS, first + k] = room[_KINKS + k]
             rings[NEAR, near] = first + k
             near += 1 if above <= 0.0 else 0
             whole = whole and above == above

@@ -3,8 +3,9 @@
 On each ring, the deepest point along the local normal of the terrain, or the highest crest under the ring's stretch
 of the side (``crests``), and two points at 45 degrees beside it, which find the walls of a channel. Where the ground
 below is steep, also the mirror image of the first point in the vertical: in a steep channel the two beside the first
-are over the same wall. On the end faces, eight points of the rim and the centre. They are points of the smooth cone,
-not vertices fixed to the body, so a log rolls without the rolling resistance of a polygon.
+are over the same wall. Where the ground is rugged, the same halfway to the neighbours of a ring. On the end faces,
+eight points of the rim and the centre. They are points of the smooth cone, not vertices fixed to the body, so a log
+rolls without the rolling resistance of a polygon.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ import math
 from .compiled import inlined, kernel
 from .contacts import Facet, Ground, ground_contact
 from .crests import Nodes, along_side, crest, height_at
-from .limits import ANY_POINT, CHANNEL, FLAT_TOLERANCE, MERGED, REFINED, STEEP_LOG
+from .limits import ANY_POINT, CHANNEL, FLAT_TOLERANCE, MERGED, REFINED, RUGGED, STEEP_LOG
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
-from .ring_look import ABOVE, NEAR, SLOPE_X, SLOPE_Y, look
+from .ring_look import ABOVE, KINKS, NEAR, PLACE, SLOPE_X, SLOPE_Y, look, unpacked
 from .rotation import DX, DY, DZ
 from .terrain import friction_at
 from .vectors import cross
@@ -66,6 +67,36 @@ def _look_over_border(rings, stations):
 
 
 @inlined
+def _list_places(rings, near, stations, q):
+    """List the places where contacts are sought, in halves of the distance between rings: the near rings, and where the
+    ground is rugged along the axis q, also halfway to their neighbours. Returns their number.
+    """
+    number, last = 0, -1
+    for each in range(near):
+        k = int(rings[NEAR, each])
+        kx, ky = unpacked(rings[KINKS, k])
+        rugged = kx * abs(q[0]) + ky * abs(q[1]) >= RUGGED
+        for place in range(2 * k - 1, 2 * k + 2):
+            if place == 2 * k or (rugged and last < place < 2 * stations - 2):
+                rings[PLACE, number] = last = place
+                number += 1
+    return number
+
+
+@inlined
+def _stretch(rings, each, places, stations):
+    """The part of the log's side that belongs to a place between the ends, relative to it, in distances between rings:
+    halfway to the next place on either side if that is listed or a ring, and up to the ends.
+    """
+    place, last = rings[PLACE, each], 2 * stations - 2
+    if place % 2 == 1:
+        return -0.5 if place == 1 else -0.25, 0.5 if place == last - 1 else 0.25
+    low = -0.25 if each > 0 and rings[PLACE, each - 1] == place - 1 else -1.0 if place == 2 else -0.5
+    high = 0.25 if each + 1 < places and rings[PLACE, each + 1] == place + 1 else 1.0 if place == last - 2 else 0.5
+    return low, high
+
+
+@inlined
 def terrain_contacts(model, log, state, scratch, step):
     """Find the terrain contacts of this step.
 
@@ -85,14 +116,19 @@ def terrain_contacts(model, log, state, scratch, step):
     near, whole = look(terrain, log, trial, rings, scratch.look)
     if not whole:
         near = _look_over_border(rings, stations)
-    count = 0
-    for each in range(near):
-        k = int(rings[NEAR, each])
-        along = k * between
+    count, places = 0, _list_places(rings, near, stations, q)
+    for each in range(places):
+        place = int(rings[PLACE, each])
+        along = 0.5 * place * between
         s = along - centre
         a = body[BASE_RADIUS] + taper * along
         c = cx, cy, cz = ox + s * qx, oy + s * qy, oz + s * qz
+        k, side = place // 2, 0 < place < 2 * stations - 2
         gx, gy = rings[SLOPE_X, k], rings[SLOPE_Y, k]
+        if place % 2 == 1:
+            height, gx, gy = height_at(nodes, cx, cy)
+            if height != height:
+                continue  # the rings on both sides of the border look for its crest
         square = gx * gx + gy * gy
         nz = 1.0 / math.sqrt(1.0 + square)
         nx, ny = -gx * nz, -gy * nz
@@ -110,7 +146,6 @@ def terrain_contacts(model, log, state, scratch, step):
         scale = a / math.sqrt(ex * ex + ey * ey + ez * ez)
         ex, ey, ez = scale * ex, scale * ey, scale * ez
         fx, fy, fz = cross((dx, dy, dz), (ex, ey, ez))
-        side = 0 < k < stations - 1
         # squared depth of the ring's lowest point below its centre; ez * ez is its first candidate's
         lowest = a * a * (1.0 - dz * dz)
         channel = side and 1.0 - dz * dz > STEEP_LOG and ez * ez < CHANNEL * CHANNEL * lowest
@@ -167,9 +202,8 @@ def terrain_contacts(model, log, state, scratch, step):
             found = False
             if m == 0 and side:
                 gap = gap if gap == gap else math.inf  # this point is beyond the border, but not all of the stretch
-                # halfway to the next ring, and up to the ends
-                low = -between if k == 1 else -0.5 * between
-                high = between if k == stations - 2 else 0.5 * between
+                low, high = _stretch(rings, each, places, stations)
+                low, high = low * between, high * between
                 found, ct, hx, hy, hz, lower, kx, ky = crest(nodes, c, q, (rx, ry, rz), (a, taper), (low, high), gap)
                 if found:
                     t, rx, ry, rz, gap, gx, gy = ct, hx, hy, hz, lower, kx, ky
@@ -181,6 +215,6 @@ def terrain_contacts(model, log, state, scratch, step):
                     gx, gy = along_side(nodes, (px, py, height), (gx, gy), d, (a, taper), far)
                 r = ((s + t) * dx + rx, (s + t) * dy + ry, (s + t) * dz + rz)
                 mu = friction_at(terrain, i0, j0, px, py)
-                facet = Facet(k * CANDIDATES + m, r, gap, (gx, gy), mu, found)
+                facet = Facet(place * CANDIDATES + m, r, gap, (gx, gy), mu, found)
                 count = ground_contact(ground, count, step, facet, True)
     return count, whole

@@ -11,7 +11,7 @@ from .cloud import Cloud
 from .cores import CORE, CORE_CONTACTS
 from .influence import Notes
 from .outline import OUTLINE_POINTS
-from .ring_look import LOOK_ROOM, RING_ROWS
+from .ring_look import LOOK_ROOM, ring_table
 from .rocking import ROCKING_WIDTH, WINDOWS
 from .rolling import ROLLING
 from .rotation import STATE_WIDTH
@@ -68,7 +68,7 @@ class Scratch(NamedTuple):
     ) -> Scratch:
         # every candidate of the log, and the maximum of each obstacle (``CORE_CONTACTS``), for as many as can touch a
         # log at once. ``add_contact``, the only function that writes to the table, ignores any excess
-        table = 3 * stations + 16 + CORE_CONTACTS * min(core_count, 1024)
+        table = 6 * stations + 16 + CORE_CONTACTS * min(core_count, 1024)
         cloud = cloud or Cloud.none()
         table += len(cloud.points) + 64 * min(len(cloud.corners), 64)
         outline = max(OUTLINE_POINTS, len(cloud.corners))
@@ -90,7 +90,7 @@ class Scratch(NamedTuple):
             np.zeros(1, POSE).view(np.recarray),
             np.zeros(1, POSE).view(np.recarray),
             np.zeros(1, NEAR).view(np.recarray),
-            np.zeros((RING_ROWS, stations)),
+            ring_table(stations),
             np.zeros(LOOK_ROOM),
             np.zeros(MEMORY_WIDTH),
             np.zeros(MEMORY_WIDTH),

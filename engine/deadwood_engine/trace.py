@@ -81,9 +81,7 @@ PEAK_HEIGHT = 20
 # and of each end's path since, in plan: its course (x, y), the least and the greatest slope against that of a chord
 # that passes all positions since, and the distance covered
 COURSE, COURSE_WIDTH = 21, 5
-# and how far the farther end had moved when the log's height above the ground was last computed
-SEEN = COURSE + 2 * COURSE_WIDTH
-MEMORY_WIDTH = SEEN + 1
+MEMORY_WIDTH = COURSE + 2 * COURSE_WIDTH
 
 
 @kernel

@@ -31,7 +31,6 @@ from .surroundings import know_nothing
 from .terrain import surface
 from .trace import (
     PEAK_JUMP,
-    SEEN,
     Marks,
     Output,
     RasterArrays,
@@ -123,7 +122,7 @@ def begin(model, log, state, scratch, summary):
 
 @inlined
 def trace(model, log, state, scratch, out, reason, first):
-    """Draw the outline if it is due, and store the pose; and the clearance where it is needed.
+    """Draw the outline if it is due, and store the pose; and the clearance of every pose.
 
     reason : why the log stops here, -1 if it does not; first : whether this is its release
     """
@@ -132,10 +131,8 @@ def trace(model, log, state, scratch, out, reason, first):
     grain = max(cell, 2.0 * settings.travel)
     most = settings.trace_step if model.cloud is None else min(settings.trace_step, cell)  # a cloud's outline turns
     drawn = first or over or outline_is_due(memory, state, log.body, moved, most, grain)
-    flies = way.count == 0 and moved >= memory[SEEN] + grain
-    if reason != FAILED and not first and ((drawn and (out.keep or not over)) or flies):
+    if reason != FAILED and not first:
         way.gap = 0.0 if way.pressed else lowest_gap(model, log, state, scratch)
-        memory[SEEN] = moved
         if not over:
             memory[PEAK_JUMP] = max(memory[PEAK_JUMP], way.gap)
             summary.jump_max = max(summary.jump_max, way.gap)

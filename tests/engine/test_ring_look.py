@@ -7,7 +7,7 @@ import pytest
 
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.model import Log
-from deadwood_engine.ring_look import ABOVE, LOOK_ROOM, RING_ROWS, SLOPE_X, SLOPE_Y, TOGETHER, look, lowest_ring
+from deadwood_engine.ring_look import ABOVE, LOOK_ROOM, SLOPE_X, SLOPE_Y, TOGETHER, look, lowest_ring, ring_table
 from deadwood_engine.surroundings import POSE
 from deadwood_engine.terrain import prepare, surfaces_at
 
@@ -19,9 +19,9 @@ def terrain_of(heights, cell):
 
 
 def seen(terrain, body, axis, centre, stations, node=(0, 0)):
-    """What a look finds, (RING_ROWS, stations); centre : in the frame of a node."""
+    """What a look finds, as of ``ring_table``; centre : in the frame of a node."""
     pose = np.array([(*axis, *centre)], POSE).view(np.recarray)[0]
-    rings = np.full((RING_ROWS, stations), 99.0)
+    rings = np.full_like(ring_table(stations), 99.0)[:, :stations]
     look(terrain, Log(np.array(node), body, stations), pose, rings, np.full(LOOK_ROOM, np.nan))
     return rings
 

@@ -13,7 +13,7 @@ from deadwood_engine.fidelity import station_spacing
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.logs import stations_for
 from deadwood_engine.model import Log
-from deadwood_engine.ring_look import LOOK_ROOM, RING_ROWS
+from deadwood_engine.ring_look import LOOK_ROOM, ring_table
 from deadwood_engine.rings import CANDIDATES, terrain_contacts
 from deadwood_engine.surroundings import POSE
 from deadwood_engine.terrain import prepare
@@ -102,11 +102,11 @@ def poses(number):
 def found_in(terrain, frame, state, body, fidelity):
     """Contacts that rings and crests find where the log is, and the depth of the deepest [m]."""
     stations = int(stations_for(body[LENGTH : LENGTH + 1], station_spacing(fidelity, terrain.cell))[0])
-    table = np.zeros(CANDIDATES * stations, CONTACT).view(np.recarray)
-    keys = np.zeros((CANDIDATES * stations, KEY_WIDTH), np.int64)
+    table = np.zeros(2 * CANDIDATES * stations, CONTACT).view(np.recarray)
+    keys = np.zeros((2 * CANDIDATES * stations, KEY_WIDTH), np.int64)
     step = Ahead(1e-9, 9.81, 1e-9, 0.0, -1.0, 0.0)
     pose = np.array([(*state[13:16], *state[:3])], POSE).view(np.recarray)
-    scratch = Scratch(pose, np.zeros((RING_ROWS, stations)), np.zeros(LOOK_ROOM), table, keys)
+    scratch = Scratch(pose, ring_table(stations), np.zeros(LOOK_ROOM), table, keys)
     model = Model(terrain, Settings(fidelity.ring_points))
     count, _ = terrain_contacts(model, Log(frame, body, stations), state, scratch, step)
     return count, -table[:count]["gap"].min() if count else 0.0
@@ -114,7 +114,7 @@ def found_in(terrain, frame, state, body, fidelity):
 
 @pytest.fixture(scope="module")
 def rough():
-    return poses(500)
+    return poses(1000)
 
 
 @pytest.mark.parametrize(("name", "missed_most", "shallow_most"), [("standard", 0.02, 0.04), ("draft", 0.08, 0.1)])
@@ -122,9 +122,9 @@ def test_what_is_in_the_ground_is_found(rough, name, missed_most, shallow_most):
     """Every place of the log, 2 cm by 4 degrees apart, against what the rings and crests find.
 
     A side between two rings may still be missed: a second crest of the same stretch, a twisted cell without a grid
-    line that shows it. Measured: not found at all at standard 0.5 %, found less than half as deep 3 %; at draft 4 and
-    7 %. Before rings that are passed over took into account how far their stretch of a tilted side comes down, and
-    crests were sought between grid lines, it was 8 and 13 %, and 38 and 42 %.
+    line that shows it. Measured with three times the poses: not found at all at standard 1.5 %, found less than half as
+    deep 3 %; at draft 7 and 9 %. Before rings that are passed over took into account how far their stretch of a tilted
+    side comes down, and crests were sought between grid lines, it was 8 and 13 %, and 38 and 42 %.
     """
     fidelity = FIDELITIES[name]
     terrain, found = rough
@@ -136,7 +136,7 @@ def test_what_is_in_the_ground_is_found(rough, name, missed_most, shallow_most):
         missed += side and count == 0
         shallow += side and depth < 0.5 * DEPTH
         ends += not side and count == 0
-    assert 150 < sides < 350
+    assert 350 < sides < 550
     assert ends <= 2  # between the points of a rim
     assert missed / sides <= missed_most
     assert shallow / sides <= shallow_most

@@ -9,6 +9,7 @@ from deadwood_engine import Shape
 from deadwood_engine.contacts import CONTACT
 from deadwood_engine.cores import CORE_CONTACTS
 from deadwood_engine.outline import OUTLINE_POINTS
+from deadwood_engine.ring_look import ring_table
 from deadwood_engine.rings import CANDIDATES
 from deadwood_engine.scratch import Scratch
 from deadwood_engine.surroundings import NEAR, POSE
@@ -18,12 +19,12 @@ from deadwood_engine.way import WAY
 @pytest.mark.parametrize("stations", [8, 100])
 @pytest.mark.parametrize("cores", [0, 1, 40])
 def test_every_candidate_and_every_obstacle_has_its_contact(stations, cores):
-    """Two ends with nine points, rings with three, and what each core may have."""
+    """Two ends with nine points, rings and the places halfway with three, and what each core may have."""
     made = Scratch.allocate(stations, cores, 30, None)
-    most = 2 * CANDIDATES + 3 * (stations - 2) + CORE_CONTACTS * cores
+    most = 2 * CANDIDATES + 3 * (2 * stations - 3) + CORE_CONTACTS * cores
     assert min(map(len, (made.contacts, made.keys, made.old_keys, made.old_contacts))) >= most
     assert len(made.contacts) == len(made.keys) == len(made.old_keys) == len(made.old_contacts)
-    assert made.rings.shape[1] == stations
+    assert made.rings.shape == ring_table(stations).shape
     # one more than there are, for a list that is read one place beyond its last
     assert min(map(len, (made.listed, made.near_cores, made.hit_trees, made.hit_barriers))) >= cores
     assert min(len(made.left), len(made.right)) >= 30

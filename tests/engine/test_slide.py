@@ -155,3 +155,22 @@ def test_a_cell_counts_each_log_once_in_every_call(scene):
     first, then = _stamps(5), _stamps(3)
     assert then[0] == first[-1] + 1
     assert (np.diff(first) == 1).all()
+
+
+@pytest.mark.parametrize("fidelity", ["draft", "standard", "fine"])
+def test_the_largest_clearance_does_not_depend_on_how_often_outlines_are_drawn(fidelity):
+    """Logs that bounce over white noise: an outline every 2 m, and one in every step.
+
+    When it was computed once per 0.6 m, the largest clearance was 15 % too low in the mean at standard.
+    """
+    rng = np.random.default_rng(3)
+    heights = 0.35 * np.arange(300)[:, None] + 0.15 * rng.standard_normal((300, 200))
+    scene = Scene.prepare(heights, 0.5, 0.0, 0.0, friction=0.25)
+    logs = Logs.alike(
+        rng.uniform(30, 70, 20), rng.uniform(110, 140, 20), length=12.0, diameter=0.5, orientation=1,
+        azimuth=rng.uniform(0, 2 * np.pi, 20),
+    )  # fmt: skip
+    begin, row = place_logs(scene, logs), FIDELITIES[fidelity]
+    seldom, often = (slide(scene, begin, row._replace(trace_cells=each), time_limit=5.0) for each in (4.0, 0.01))
+    assert seldom.jump_max.max() > 0.2
+    assert np.array_equal(seldom.jump_max, often.jump_max)

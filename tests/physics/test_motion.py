@@ -47,12 +47,16 @@ def test_standing_log(physics, tilt, stands):
     assert STOP_REASONS[result.stop_reason[0]] == ("time_limit" if tilt == 1.5 else "rest")
 
 
-@pytest.mark.parametrize(("fidelity", "tolerance"), [("standard", 0.008), ("fine", 0.004), ("reference", 0.001)])
+@pytest.mark.parametrize(
+    ("fidelity", "tolerance"), [("draft", 0.008), ("standard", 0.005), ("fine", 0.001), ("reference", 0.0003)]
+)
 def test_toppling_about_the_rim(physics, fidelity, tolerance):
-    """T37: a log tilted 5 degrees on the flat, held by friction, pivots about its rim: theta'' = m g b sin / I.
+    """T37: a log tilted 5 degrees on the flat, held by friction, pivots about its rim: theta'' = m g b sin(theta) / I.
 
-    The independent answer integrates that pendulum to 1e-12. The scheme is of order one in its step (10, 4 and 1 ms):
-    measured errors of the spin are 0.40, 0.21 and 0.07 %, and those allowed fall with it.
+    At any tilt the spin follows from energy, theta'^2 = 2 m g b (cos(theta_0) - cos(theta)) / I; the time of landing is
+    that of the pendulum integrated to 1e-12. The spin of a pose is the mean of a step, so at a node it lies between
+    those of the steps before and after. The scheme is of order one: measured errors of the spin, from a third of its
+    largest value on, are 0.60, 0.41, 0.08 and 0.02 %, and those allowed fall with them.
     """
     scene = Scene.prepare(np.zeros((401, 401)), 0.5, -100.0, -100.0, friction=1000.0)
     log = physics.body()
@@ -77,10 +81,16 @@ def test_toppling_about_the_rim(physics, fidelity, tolerance):
     result = slide(
         scene, logs, FIDELITIES[fidelity]._replace(trace_cells=1e-3), keep_poses=np.ones(1, bool), time_limit=7.0
     )
-    spin = result.poses.spin.max()
-    assert spin == pytest.approx(solution.y[1, -1], rel=tolerance)
-    landed = result.poses.time[np.argmax(result.poses.spin)]
-    assert landed == pytest.approx(solution.t[-1], rel=0.001, abs=FIDELITIES[fidelity].time_step)
+    poses = result.poses
+    lands = int(np.argmax(poses.spin))
+    axis = (poses.tip - poses.base)[:lands]
+    angle = np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2]) - lean
+    spin = 0.5 * (poses.spin[:lands] + poses.spin[1 : lands + 1])
+    exact = np.sqrt(np.maximum(0.0, 2.0 * G * arm * (np.cos(begin_angle) - np.cos(angle)) / inertia))
+    fast = exact > solution.y[1, -1] / 3.0
+    assert fast.sum() > 20
+    assert spin[fast] == pytest.approx(exact[fast], rel=tolerance)
+    assert poses.time[lands] == pytest.approx(solution.t[-1], rel=0.001, abs=FIDELITIES[fidelity].time_step)
 
 
 def rough(seed=0, rows=160, columns=120, cell=0.5, tangent=0.7):
