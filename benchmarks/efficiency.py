@@ -27,7 +27,8 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
-from deadwood_algorithms.params.tool import Quiet, engine_digest
+from deadwood_algorithms.params.manifest import engine_digest
+from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.simulate import workers as spread_workers
 from deadwood_algorithms.simulate.batch import Batch, Sliding
 from deadwood_algorithms.simulate.crew import Carried

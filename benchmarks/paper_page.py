@@ -13,7 +13,7 @@ from typing import Any
 
 from PIL import Image
 
-from deadwood_algorithms.params.tool import engine_digest
+from deadwood_algorithms.params.manifest import engine_digest
 
 from . import engines, study
 

@@ -59,6 +59,7 @@ PLAN = (
         "tolerance", "sweeps", "trace"), USUAL, 400, 1.0,
     ),
     Part("the fidelities on open slopes, more logs", MAIN, OPEN, 16_000, 3.3),
+    Part("fine, more logs", ("fine",), USUAL, 8000, 4.4),
 )  # fmt: skip
 # CPU milliseconds per log at ``standard`` before anything has been slid: from pilots, accurate to a factor of two
 PILOT_MS = {"plane": 16, "rough": 6, "forest": 4, "barriers": 3.5, "cliff": 7, "gully": 7.5, "sensitive": 8}

@@ -26,7 +26,8 @@ from typing import Any
 import click
 
 from deadwood_algorithms.params.commands import quoted
-from deadwood_algorithms.params.tool import VERSION, Cancelled, Outcome, Tool, UserError, manifest
+from deadwood_algorithms.params.manifest import manifest
+from deadwood_algorithms.params.tool import VERSION, Cancelled, Outcome, Tool, UserError
 from deadwood_toolbox import collector, parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
 from deadwood_toolbox.environment import (

@@ -13,7 +13,8 @@ from pathlib import Path
 import click
 import pytest
 
-from deadwood_algorithms.params.tool import VERSION, Outcome, engine_digest, manifest
+from deadwood_algorithms.params.manifest import engine_digest, manifest
+from deadwood_algorithms.params.tool import VERSION, Outcome
 from deadwood_algorithms.tools import make_log
 from deadwood_toolbox import cli, shelf
 from deadwood_toolbox.commands import build, laid_out
@@ -273,7 +274,7 @@ def test_every_manifest_names_version_and_engine(toy, out):
 
 def test_the_engines_digest_is_that_of_its_cache_and_costs_no_import(checkout):
     look = (
-        "import sys; from deadwood_algorithms.params.tool import engine_digest; print(engine_digest());"
+        "import sys; from deadwood_algorithms.params.manifest import engine_digest; print(engine_digest());"
         "print('numba' in sys.modules);"
         "from deadwood_engine import compiled; print((getattr(compiled, 'engine_digest', None) or compiled._digest)())"
     )

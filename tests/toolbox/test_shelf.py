@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from deadwood_algorithms.params.kinds import KINDS
-from deadwood_algorithms.params.tool import Parameter, Tool, check_value, manifest
+from deadwood_algorithms.params.manifest import manifest
+from deadwood_algorithms.params.tool import Parameter, Tool, check_value
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_toolbox import cli, parameters
 from deadwood_toolbox.catalogue import PLACE, page

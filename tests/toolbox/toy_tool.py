@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from deadwood_algorithms.params import tool as declare
-from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError, manifest
+from deadwood_algorithms.params.manifest import manifest
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 
 FAILURES = ("none", "user", "fault", "full", "denied", "many", "memory", "cancelled", "pipe")
 

@@ -14,8 +14,9 @@ from typing import Any
 
 from deadwood_algorithms.files import identity
 from deadwood_algorithms.files.embedded import BESIDE, CARRIERS, record_in
+from deadwood_algorithms.params.manifest import is_path, moved_paths
 from deadwood_algorithms.params.renamed import with_new_names
-from deadwood_algorithms.params.tool import Parameter, Quiet, Tool, UserError, is_path, moved_paths
+from deadwood_algorithms.params.tool import Parameter, Quiet, Tool, UserError
 
 LARGEST_CONFIG = 64 * 2**20  # bytes
 UNHEARD = Quiet().note

@@ -22,7 +22,7 @@ from urllib.parse import quote
 
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.sqlite_files import settled, unmerged
-from deadwood_algorithms.params.tool import moved_paths
+from deadwood_algorithms.params.manifest import moved_paths
 
 BLOCK_BYTES = 2**20
 SETTLED_NS = 2 * 10**9  # a file that was written this recently may change again within one tick of its clock

@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.manifest import engine_digest
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 
 def open_work(work: Path, decided_by: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> Path:
     """The folder of finished scenarios; deleted unless resumed, rejected if begun with other inputs or options."""
-    identity = {"version": tool.VERSION, "engine": tool.engine_digest(), **decided_by}
+    identity = {"version": tool.VERSION, "engine": engine_digest(), **decided_by}
     note = work / ".identity.json"
     if work.is_dir() and resume:
         before = read_note(note)

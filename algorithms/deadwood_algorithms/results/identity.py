@@ -26,8 +26,8 @@ from typing import Any
 from deadwood_algorithms.files import accounts, embedded, identity
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.outputs import output_folder, output_path
-from deadwood_algorithms.params import tool as declared
-from deadwood_algorithms.params.tool import Feedback, Tool, UserError
+from deadwood_algorithms.params import manifest as declared
+from deadwood_algorithms.params.tool import VERSION, Feedback, Tool, UserError
 
 # Parameters that may change without changing any value of a result.
 FREE = (
@@ -90,7 +90,7 @@ class Making:
                 values[each.name] = digest.get("run_id") or digest.get("content") or digest["sha256"]
             else:
                 values[each.name] = _as_number(value) if each.kind == "number_or_layer" else str(value)
-        said = [self.tool.name, declared.VERSION, declared.engine_digest(), values, self.facts.get("chosen")]
+        said = [self.tool.name, VERSION, declared.engine_digest(), values, self.facts.get("chosen")]
         return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()[:16]
 
     def changed(self) -> list[str]:

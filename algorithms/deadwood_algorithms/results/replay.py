@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.configs import value_from_json
 from deadwood_algorithms.files.identity import where_now
 from deadwood_algorithms.files.input_files import MANIFEST
-from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.tool import Parameter, UserError, check_value, moved_paths
+from deadwood_algorithms.params.manifest import engine_digest, is_path, moved_paths
+from deadwood_algorithms.params.tool import Parameter, UserError, check_value
 from deadwood_algorithms.results.run_folder import Run, input_record
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.scene.releases import Releases
@@ -31,7 +31,7 @@ def question_of(source: Run, **changes: Any) -> ReleasedScene:
         declared = dataclasses.replace(each.metadata["parameter"], name=each.name)
         if each.name in values:
             _refuse_unfit(source, declared, values[each.name])
-        if each.name in values and tool.is_path(declared, values[each.name]):
+        if each.name in values and is_path(declared, values[each.name]):
             values[each.name] = _found(source, each.name, str(values[each.name]))
     try:
         return ReleasedScene(**{**values, **changes})
@@ -97,7 +97,7 @@ def refuse_other_ends(source: Run, rows: NDArray[np.int64], ends: NDArray[np.flo
     same = (before == ends).all(axis=1) | (np.isnan(before) & np.isnan(ends)).any(axis=1)
     if not same.all():
         made = source.manifest.get("engine")
-        why = "the engine is another" if made != tool.engine_digest() else "an input has changed since"
+        why = "the engine is another" if made != engine_digest() else "an input has changed since"
         raise UserError(
             f"{source.path}: {int((~same).sum())} of {same.size} logs, slid again, end elsewhere than in the run: "
             f"{why}; run slide-logs again"

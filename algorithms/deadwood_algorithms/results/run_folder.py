@@ -23,8 +23,9 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.identity import CHANGED, where_now
 from deadwood_algorithms.files.input_files import MANIFEST
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.manifest import moved_paths
 from deadwood_algorithms.params.renamed import with_new_names
-from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, moved_paths
+from deadwood_algorithms.params.tool import VERSION, Feedback, UserError
 from deadwood_algorithms.results.checked import read_manifest_of, read_summary
 from deadwood_algorithms.results.identity import refuse_damaged
 

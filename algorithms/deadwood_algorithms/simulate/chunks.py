@@ -12,6 +12,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.manifest import engine_digest
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached, starts_inside
@@ -167,7 +168,7 @@ def identity_of(simulation: Simulation, layers: SceneLayers, releases: Releases,
     """Everything that determines the results, bit for bit: unfinished work continues only if all of it agrees."""
     return {
         "version": tool.VERSION,
-        "engine": tool.engine_digest(),
+        "engine": engine_digest(),
         "DEM, friction, trees, barriers, lying logs, blocks or lines": layers.digest,
         "releases": releases.digest,
         "fidelity": [float(number) for number in simulation.fidelity],

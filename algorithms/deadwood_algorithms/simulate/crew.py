@@ -12,7 +12,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from deadwood_algorithms.params.counts import counted
-from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, engine_digest
+from deadwood_algorithms.params.manifest import engine_digest
+from deadwood_algorithms.params.tool import VERSION, Feedback, UserError
 from deadwood_algorithms.simulate import piece as on_worker
 from deadwood_algorithms.simulate.batch import Sliding
 from deadwood_algorithms.simulate.packed import digest_of_block, from_block

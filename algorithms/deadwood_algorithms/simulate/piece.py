@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.params.tool import VERSION, engine_digest
+from deadwood_algorithms.params.manifest import engine_digest
+from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.simulate.joined import joined_results
 from deadwood_algorithms.simulate.packed import (
     block_of,

@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.params.tool import VERSION, Feedback, UserError, engine_digest
+from deadwood_algorithms.params.manifest import engine_digest
+from deadwood_algorithms.params.tool import VERSION, Feedback, UserError
 from deadwood_algorithms.simulate import piece as on_worker
 from deadwood_algorithms.simulate.batch import Batch, Sliding
 from deadwood_algorithms.simulate.crew import Carried, Crew, NobodySlides, SentScene, gone_for_a_while

@@ -21,6 +21,7 @@ from typing import Any
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.manifest import engine_digest
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 
 CHANGED = 3  # the exit status
@@ -48,7 +49,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         path, stands, file = where_now(each, home, record.get("folder"))
         inputs.append({"parameter": each["parameter"], "path": path, "stands": stands, "file": file})
         feedback.progress(done, len(listed), "comparing the inputs")
-    engine = "same" if record.get("engine") == tool.engine_digest() else "other"
+    engine = "same" if record.get("engine") == engine_digest() else "other"
     facts = {
         **{key: record.get(key) for key in ("tool", "version", "engine", "run_id", "made_utc")},
         "engine_here": engine,

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 from deadwood_algorithms.files.accounts import accounting
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.manifest import manifest
 from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
 from deadwood_algorithms.params.where import Where
 from deadwood_algorithms.scene.released_scene import FrictionByName
@@ -86,7 +87,7 @@ def serve_page(ask: Ask, feedback: Feedback) -> None:
         if not ask.no_browser and not webbrowser.open(address):
             feedback.note("no browser could be started; open the address yourself")
 
-    values = tool.manifest(TOOL, replace(ask, stdio=True))["parameters"]
+    values = manifest(TOOL, replace(ask, stdio=True))["parameters"]
     serve([sys.executable, "-c", CHILD], json.dumps(values), ask.port, feedback, opened)
 
 

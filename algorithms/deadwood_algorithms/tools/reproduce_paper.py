@@ -43,6 +43,7 @@ from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.manifest import moving_to
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool
 from deadwood_algorithms.tools import (
     add_structures,
@@ -112,7 +113,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
     final, wanted, tools = Path(ask.output), wanted_of(ask), {each.TOOL.name: each.TOOL for each in CALLED}
     names = SITES if ask.site == "both" else (ask.site,)
-    with result_folder(TOOL, ask, feedback) as folder, tool.moving_to(working_folder(ask.output), final):
+    with result_folder(TOOL, ask, feedback) as folder, moving_to(working_folder(ask.output), final):
         begun_with = {name: getattr(ask, name) for name in DECIDE}
         work = open_work(working_folder(ask.output), begun_with, resume=ask.resume, feedback=feedback)
         found: dict[str, list[Finding]] = {}

@@ -35,12 +35,11 @@ from typing import TYPE_CHECKING, Any
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.counts import counted
+from deadwood_algorithms.params.manifest import moving_to
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Stage, Tool
 from deadwood_algorithms.tools import make_report, slide_logs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from deadwood_algorithms.evaluate.sites.overview import SiteFound
     from deadwood_algorithms.evaluate.sites.progress import SitesFolder
     from deadwood_algorithms.evaluate.sites.sites_table import SiteOptions
@@ -105,7 +104,7 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
     final = Path(ask.output)
     with (
         result_folder(TOOL, ask, feedback, replaces=ask.resume and SitesFolder.is_of(ask.output)) as folder,
-        tool.moving_to(part_path(ask.output), final),
+        moving_to(part_path(ask.output), final),
     ):
         work = SitesFolder(ask.output, resume=ask.resume, feedback=feedback)
         found: list[SiteFound] = []
@@ -187,7 +186,7 @@ def plan_of_sites(ask: Ask, feedback: Feedback) -> Outcome:
     return Outcome({}, facts, (head, *words_of_forecast(found, ask.output)))
 
 
-def add_page(ask: Ask, folder: Path, found: Sequence[SiteFound], feedback: Feedback) -> None:
+def add_page(ask: Ask, folder: Path, found: list[SiteFound], feedback: Feedback) -> None:
     """One page of the first sites; if it cannot be made, the runs are kept."""
     runs = [str(folder / "sites" / each.name) for each in found if not each.failed][:ON_PAGE]
     if runs:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.manifest import engine_digest
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
 
 
@@ -33,7 +34,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         load_kernels(Shape.of(np.array(CUBE)), feedback)
     seconds = time.monotonic() - began
     feedback.note(f"the engine is ready ({seconds:.0f} s)")
-    return Outcome({}, {"seconds": round(seconds, 1), "engine": tool.engine_digest()})
+    return Outcome({}, {"seconds": round(seconds, 1), "engine": engine_digest()})
 
 
 CUBE = [(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]

@@ -16,6 +16,7 @@ from deadwood_algorithms.files import tiles as of_tiles
 from deadwood_algorithms.files.dem_windows import open_windows, read_dem, read_part
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.files.tiles import open_to_draw
+from deadwood_algorithms.params.manifest import manifest
 from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.results.run_folder import read_run
 from deadwood_algorithms.tools import add_structures, slide_logs
@@ -236,9 +237,8 @@ def test_a_manifest_names_tiles_that_mean_the_same_anywhere(tmp_path, monkeypatc
     case = Case(tmp_path)
     monkeypatch.chdir(tmp_path)
     ask = slide_logs.Ask(**case.values(dem="dem.tif, lines.gpkg"))
-    from deadwood_algorithms.params import tool
 
-    assert tool.manifest(slide_logs.TOOL, ask)["parameters"]["dem"] == f"{tmp_path}/dem.tif,{tmp_path}/lines.gpkg"
+    assert manifest(slide_logs.TOOL, ask)["parameters"]["dem"] == f"{tmp_path}/dem.tif,{tmp_path}/lines.gpkg"
 
 
 def test_tiles_that_lie_a_billion_metres_apart_are_refused_by_name(tmp_path):

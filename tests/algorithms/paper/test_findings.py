@@ -9,7 +9,8 @@ import pytest
 
 from deadwood_algorithms.paper import klosters, rothenbrunnen
 from deadwood_algorithms.paper.finding import Evidence, above, all_of, with_panel, within
-from deadwood_algorithms.paper.findings import findings_of, friction_for
+from deadwood_algorithms.paper.findings import findings_of
+from deadwood_algorithms.paper.friction_findings import friction_for
 from deadwood_algorithms.paper.report import markdown
 from deadwood_algorithms.paper.twin import changed
 from deadwood_algorithms.paper.variations import AS_IT_IS, VARIATIONS

@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from deadwood_algorithms.params.tool import VERSION, engine_digest
+from deadwood_algorithms.params.manifest import engine_digest
+from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.simulate import piece
 from deadwood_algorithms.simulate.batch import Batch
 from deadwood_algorithms.simulate.joined import joined_results, rows_of_result

@@ -13,7 +13,8 @@ from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.files.configs import closest, read_config
 from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.params.kinds import check_value
-from deadwood_algorithms.params.tool import Feedback, Parameter, Tool, UserError, is_path
+from deadwood_algorithms.params.manifest import is_path
+from deadwood_algorithms.params.tool import Feedback, Parameter, Tool, UserError
 
 if TYPE_CHECKING:
     import pandas
