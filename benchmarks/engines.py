@@ -41,7 +41,8 @@ def behind(page: str, engines: list[str]) -> int:
     """Number of engines by which a page is behind the last of the list."""
     unknown = named_by(page) - set(engines)
     if unknown or not named_by(page):
-        raise ValueError(f"a measured page names {', '.join(sorted(unknown)) or 'no engine'}; engines.txt does not")
+        names = ", ".join(sorted(unknown)) or "no engine"
+        raise ValueError(f"a measured page names {names}; engines.txt does not: python -m benchmarks.engines")
     return len(engines) - 1 - min(engines.index(each) for each in named_by(page))
 
 
