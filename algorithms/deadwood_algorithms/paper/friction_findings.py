@@ -61,9 +61,10 @@ def friction_findings(of: Evidence) -> list[Finding]:
     coarse = sorted(cell for cell in of.sweeps if cell > finest)
     if coarse and base:
         target = float(base[f"reach_{road}"])
+        known = wilson_interval(round(target * base["n"]), base["n"])
         mus, intervals = [], []
         for cell in coarse:
-            mu, low, high_mu = friction_for(of.sweeps[cell], f"reach_{road}", target)
+            mu, low, high_mu = friction_for(of.sweeps[cell], f"reach_{road}", target, known)
             shown = ("beyond the sweep" if math.isnan(each) else f"{each:.3f}" for each in (mu, low, high_mu))
             mus.append("{:g} m cells: {} ({} to {})".format(cell, *shown))
             intervals.append((mu, low, high_mu))
@@ -80,15 +81,24 @@ def friction_findings(of: Evidence) -> list[Finding]:
     return found
 
 
-def friction_for(rows: Sequence[Row], key: str, target: float) -> tuple[float, float, float]:
-    """The coefficient at which a falling share meets the target, with an interval; NaN if the sweep does not meet
+def friction_for(
+    rows: Sequence[Row], key: str, target: float, known: tuple[float, float]
+) -> tuple[float, float, float]:
+    """The coefficient at which a falling share meets the target, with a 95 % interval; NaN if the sweep does not meet
     it.
+
+    known : 95 % interval of the target. The target and the sweep are counted from different runs, so what each of
+    them contributes to the interval is added in squares (MOVER; Zou and Donner 2008)
     """
     rows = sorted(rows, key=lambda row: row["friction"])
     mu = np.array([row["friction"] for row in rows], float)
     ends = [wilson_interval(round(row[key] * row["n"]), row["n"]) for row in rows]
-    curves = ([row[key] for row in rows], [end[0] for end in ends], [end[1] for end in ends])
-    return tuple(_crossing(mu, np.array(curve, float), target) for curve in curves)  # type: ignore[return-value]
+    shares = np.array([row[key] for row in rows], float)
+    low, high = (np.array([end[side] for end in ends], float) for side in (0, 1))
+    found = _crossing(mu, shares, target)
+    below = math.hypot(found - _crossing(mu, low, target), found - _crossing(mu, shares, known[1]))
+    above_it = math.hypot(found - _crossing(mu, high, target), found - _crossing(mu, shares, known[0]))
+    return found, found - below, found + above_it
 
 
 def _crossing(mu: NDArray, share: NDArray, target: float) -> float:
