@@ -25,7 +25,7 @@ NEVER_ONE = {
     ("origins.py", "len(areas)"),  # more than MOST_AREAS
     ("paired_runs.py", "len(folders)"),  # two or more runs are compared
     ("findings.py", "speeds.size"),  # the paper's runs have thousands of logs
-    ("findings.py", "first['n']"),
+    ("friction_findings.py", "first['n']"),
     ("findings.py", "_moving(of, 'als')"),
     ("sensitivity.py", "logs"),
     ("areas.py", "counts.max()"),  # more than any area may get

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from slope_case import Case, StopAfter, assert_same_run
 
-from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate.checkpoints import Damaged, WorkFolder
@@ -135,7 +134,7 @@ def test_damage_while_a_run_works_is_reported_with_its_fix(tmp_path, said):
 
 
 def test_a_run_is_resumed_only_by_the_engine_that_began_it(case, full, begun, monkeypatch):
-    monkeypatch.setattr(tool, "engine_digest", lambda: "0123456789abcdef")
+    monkeypatch.setattr(chunks, "engine_digest", lambda: "0123456789abcdef")
     with pytest.raises(UserError, match="begun by another engine") as error:
         resumed(case, begun, Quiet())
     assert "0123456789abcdef" in str(error.value)
