@@ -407,7 +407,7 @@ def test_from_a_notebook_whose_cells_run_within_a_loop(layers: dict[str, str], t
     with page.socket() as asker:
         assert asker.is_answered()
     ran.send_signal(signal.SIGINT)
-    _, err = ran.communicate(timeout=20)
+    _, err = ran.communicate(timeout=60)
     assert (ran.returncode, err) == (7, b"")
     psutil.wait_procs([engine], timeout=5)
     assert not engine.is_running()
