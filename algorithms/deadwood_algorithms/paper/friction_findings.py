@@ -25,7 +25,7 @@ def friction_findings(of: Evidence) -> list[Finding]:
     inside = [row for row in rows if 0.2 - 1e-9 <= row["friction"] <= 0.3 + 1e-9]
     if high:
         first = high[0]
-        ends = wilson_interval(round(first[f"reach_{road}"] * first["n"]), first["n"])
+        ends = _interval(first, f"reach_{road}")
         found.append(
             Finding(
                 f"{at}.high_friction_does_not_reach", f"With mu {first['friction']:g} the road is not reached (share; "
@@ -61,10 +61,9 @@ def friction_findings(of: Evidence) -> list[Finding]:
     coarse = sorted(cell for cell in of.sweeps if cell > finest)
     if coarse and base:
         target = float(base[f"reach_{road}"])
-        known = wilson_interval(round(target * base["n"]), base["n"])
         mus, intervals = [], []
         for cell in coarse:
-            mu, low, high_mu = friction_for(of.sweeps[cell], f"reach_{road}", target, known)
+            mu, low, high_mu = friction_for(of.sweeps[cell], f"reach_{road}", base)
             shown = ("beyond the sweep" if math.isnan(each) else f"{each:.3f}" for each in (mu, low, high_mu))
             mus.append("{:g} m cells: {} ({} to {})".format(cell, *shown))
             intervals.append((mu, low, high_mu))
@@ -81,23 +80,27 @@ def friction_findings(of: Evidence) -> list[Finding]:
     return found
 
 
-def friction_for(
-    rows: Sequence[Row], key: str, target: float, known: tuple[float, float]
-) -> tuple[float, float, float]:
-    """The coefficient at which a falling share meets the target, with a 95 % interval; NaN if the sweep does not meet
-    it.
+def _interval(row: Row, key: str) -> tuple[float, float]:
+    """95 % interval of a share of a sweep's row."""
+    return wilson_interval(round(row[key] * row["n"]), row["n"])
 
-    known : 95 % interval of the target. The target and the sweep are counted from different runs, so what each of
-    them contributes to the interval is added in squares (MOVER; Zou and Donner 2008)
+
+def friction_for(rows: Sequence[Row], key: str, target: Row) -> tuple[float, float, float]:
+    """The coefficient at which a falling share meets that of ``target``, a row of another sweep, with a 95 % interval;
+    NaN if the sweep does not meet it.
+
+    The target and the sweep are counted from different runs, so what each of them contributes to the interval is added
+    in squares (MOVER; Zou and Donner 2008).
     """
     rows = sorted(rows, key=lambda row: row["friction"])
     mu = np.array([row["friction"] for row in rows], float)
-    ends = [wilson_interval(round(row[key] * row["n"]), row["n"]) for row in rows]
+    ends = [_interval(row, key) for row in rows]
     shares = np.array([row[key] for row in rows], float)
     low, high = (np.array([end[side] for end in ends], float) for side in (0, 1))
-    found = _crossing(mu, shares, target)
-    below = math.hypot(found - _crossing(mu, low, target), found - _crossing(mu, shares, known[1]))
-    above_it = math.hypot(found - _crossing(mu, high, target), found - _crossing(mu, shares, known[0]))
+    share, (least, most) = target[key], _interval(target, key)
+    found = _crossing(mu, shares, share)
+    below = math.hypot(found - _crossing(mu, low, share), found - _crossing(mu, shares, most))
+    above_it = math.hypot(found - _crossing(mu, high, share), found - _crossing(mu, shares, least))
     return found, found - below, found + above_it
 
 

@@ -124,7 +124,7 @@ def test_friction_and_cells():
     assert found["high_friction_does_not_reach"].holds is True
     assert found["low_friction_passes"].holds is True
     assert found["range_reproduces"].holds is True
-    assert math.isnan(friction_for(sweep(0.0), "reach_road", 0.9, (0.88, 0.92))[0])
+    assert math.isnan(friction_for(sweep(0.0), "reach_road", {"n": 1000, "reach_road": 0.9})[0])
 
 
 def test_the_interval_of_the_friction_for_a_reach_holds_what_it_promises():
@@ -132,9 +132,9 @@ def test_the_interval_of_the_friction_for_a_reach_holds_what_it_promises():
     draws. With the target taken as known it is in 87 %."""
     rng, held = np.random.default_rng(7), 0
     for _ in range(400):
-        target = rng.binomial(600, 0.15) / 600
+        target = {"n": 600, "reach_road": rng.binomial(600, 0.15) / 600}
         rows = [row | {"n": 600, "reach_road": rng.binomial(600, row["reach_road"]) / 600} for row in sweep(0.04)]
-        _, low, high = friction_for(rows, "reach_road", target, wilson_interval(round(600 * target), 600))
+        _, low, high = friction_for(rows, "reach_road", target)
         held += low <= 0.29 <= high
     assert held / 400 >= 0.95 - 3 * math.sqrt(0.95 * 0.05 / 400)
 
