@@ -1,6 +1,7 @@
 """The engine of each measured page, how far it is behind the present one, and the notice of this on the page.
 
-python -m benchmarks.engines    after an edit of the engine, or a measurement: engines.txt and the pages' first lines
+python -m benchmarks.engines    after an edit of the engine: engines.txt and the pages' first lines (as each page that is
+                                written after a measurement does)
 
 A measured page names the digest of the engine's sources with which it was measured. ``engines.txt`` lists those
 engines in order, the present one last. A page is as many engines behind as lines follow its own (if it names several
@@ -68,17 +69,30 @@ def with_today(text: str, today: str, pages: list[str], day: str) -> str:
     return "\n".join([*(line for line in lines if not line.startswith(today)), f"{today} {day}"]) + "\n"
 
 
-def main() -> None:
-    places = [ROOT / each for each in PAGES]
-    pages = [place.read_text(encoding="utf-8") for place in places]
-    today = study.measured_as()
-    text = with_today(LIST.read_text(encoding="utf-8"), today, pages, datetime.date.today().isoformat())
-    LIST.write_text(text, encoding="utf-8")
-    for place, page in zip(places, pages, strict=True):
+def update() -> dict[str, int]:
+    """The list with the present engine, and every page with its notice; by page, how many engines it is behind."""
+    places = {name: ROOT / name for name in PAGES}
+    pages = {name: place.read_text(encoding="utf-8") for name, place in places.items()}
+    before = LIST.read_text(encoding="utf-8")
+    text = with_today(before, study.measured_as(), list(pages.values()), datetime.date.today().isoformat())
+    if text != before:
+        LIST.write_text(text, encoding="utf-8")
+    for name, page in pages.items():
         now = noted(page, listed(text))
-        if now != page and place != ROOT / STUDY:
-            place.write_text(now, encoding="utf-8")
-        print(f"{behind(page, listed(text))} behind: {place.relative_to(ROOT)}")
+        if now != page and name != STUDY:
+            places[name].write_text(now, encoding="utf-8")
+    return {name: behind(page, listed(text)) for name, page in pages.items()}
+
+
+def write(place: Path, page: str) -> None:
+    """Write a page that was measured, and what follows for the list and the other pages."""
+    place.write_text(page, encoding="utf-8")
+    update()
+
+
+def main() -> None:
+    for name, how in update().items():
+        print(f"{how} behind: {name}")
 
 
 if __name__ == "__main__":

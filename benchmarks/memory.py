@@ -123,7 +123,7 @@ def write_page(store: dict[str, Any]) -> None:
 
     text = PAGE.read_text(encoding="utf-8")
     text = MARKS.sub(lambda found: found[1] + page(store) + found[2], text)
-    PAGE.write_text(engines.noted(text), encoding="utf-8")
+    engines.write(PAGE, text)
     import matplotlib
 
     matplotlib.use("Agg")

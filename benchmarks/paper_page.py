@@ -168,7 +168,7 @@ def main() -> None:
         parts += [panel(findings, site) for site in sites]
     parts += ["\n".join(pictures), text]
     page = "\n\n".join(part.strip() for part in parts) + "\n"
-    PAGE.write_text(engines.noted(page), encoding="utf-8")
+    engines.write(PAGE, page)
     print(f"wrote {PAGE.name}: {counted(findings)}")
 
 

@@ -122,7 +122,7 @@ def write(pools: list[Pool], rows: list[dict[str, Any]]) -> None:
 
 
 def write_page(found: dict[str, Any]) -> None:
-    PAGE.write_text(engines.noted("\n".join(page(found)) + "\n"), encoding="utf-8")
+    engines.write(PAGE, "\n".join(page(found)) + "\n")
 
 
 def page(found: dict[str, Any]) -> list[str]:

@@ -299,7 +299,7 @@ def write(known: dict[str, Any]) -> None:
     for name, text in parts.items():
         pattern = rf"(?s)(<!-- {name} -->\n).*?(<!-- end of {name} -->)"
         page = re.sub(pattern, lambda found, text=text: found[1] + text + "\n" + found[2], page)
-    PAGE.write_text(engines.noted(page), encoding="utf-8")
+    engines.write(PAGE, page)
 
 
 def needed() -> str:

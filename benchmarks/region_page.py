@@ -230,7 +230,7 @@ def main() -> None:
     if "--measure" in sys.argv[1:]:
         MEASURED.write_text(json.dumps(measure(), indent=1, sort_keys=True) + "\n", encoding="utf-8")
     text = page(study.read_results(), json.loads(MEASURED.read_text(encoding="utf-8")))
-    PAGE.write_text(engines.noted(text), encoding="utf-8")
+    engines.write(PAGE, text)
     print(f"wrote {PAGE.name}")
 
 

@@ -24,13 +24,13 @@ def evidence_of(runs: SiteRuns) -> Evidence:
     """The evidence from all scenarios and results of a site."""
     of = evidence_of_scenarios(runs)
     if runs.klosters:
-        of.sweeps = {cell: runs.sweep(cell) for cell in runs.cells()}
+        of.sweeps = sweeps(runs)
     else:
-        of.spreads = {name: runs.spread(name) for name in ("als", *ROCKS)}
+        of.spreads = spreads(runs)
         of.flight = runs.flight()
         if runs.site.facts["takeoff_line"]:
-            of.takeoffs = {mu: runs.takeoffs(mu) for mu in runs.frictions()}
-            of.jumped = [(row["speed_ms"], row["jump_m"], row["height_m"]) for row in jumps(runs, of)]
+            of.takeoffs = takeoffs(runs)
+            of.jumped = jumped(runs, of)
     return of
 
 
@@ -48,15 +48,38 @@ def evidence_of_scenarios(runs: SiteRuns, convention: str = "") -> Evidence:
 
 
 def evidence_of_needed(runs: SiteRuns, convention: str = "") -> Evidence:
-    """The results of the scenarios that are needed, including the rocks and the high friction."""
-    of = evidence_of_scenarios(runs, convention)
-    if runs.klosters and "friction" in runs.wanted.needed:
+    """The results of the scenarios that are needed, including the rocks, the sweeps of friction (or only the high
+    friction) and the take-off speeds.
+    """
+    of, needed = evidence_of_scenarios(runs, convention), runs.wanted.needed
+    if runs.klosters and "sweeps" in needed:
+        of.sweeps = sweeps(runs)
+    elif runs.klosters and "friction" in needed:
         of.sweeps = high_friction(runs, convention)
-    if "rocks" in runs.wanted.needed and not runs.klosters:
-        of.spreads = {name: runs.spread(name) for name in ("als", *ROCKS)}
-    if "barriers" in of.logs and runs.site.facts["takeoff_line"] and not convention:
-        of.jumped = [(row["speed_ms"], row["jump_m"], row["height_m"]) for row in jumps(runs, of)]
+    if "rocks" in needed and not runs.klosters:
+        of.spreads = spreads(runs)
+    if runs.site.facts["takeoff_line"]:
+        if "takeoffs" in needed:
+            of.flight, of.takeoffs = runs.flight(), takeoffs(runs)
+        if "barriers" in of.logs and not convention:
+            of.jumped = jumped(runs, of)
     return of
+
+
+def sweeps(runs: SiteRuns) -> dict[float, list[dict[str, Any]]]:
+    return {cell: runs.sweep(cell) for cell in runs.cells()}
+
+
+def spreads(runs: SiteRuns) -> dict[str, dict[str, Any]]:
+    return {name: runs.spread(name) for name in ("als", *ROCKS)}
+
+
+def takeoffs(runs: SiteRuns) -> dict[float, tuple[np.ndarray, int]]:
+    return {mu: runs.takeoffs(mu) for mu in runs.frictions()}
+
+
+def jumped(runs: SiteRuns, of: Evidence) -> list[tuple[float, float, float]]:
+    return [(row["speed_ms"], row["jump_m"], row["height_m"]) for row in jumps(runs, of)]
 
 
 def cell_speed(run_folder: Path, ground: Grid) -> float:

@@ -74,7 +74,8 @@ def friction_findings(of: Evidence) -> list[Finding]:
                 f"(mu at {coarse[-1]:g} m; holds above {of.facts['friction']:g} at every size)", "6.1",
                 "should be increased with lower resolution", mu, low, high_mu,
                 all_of([above(each[1], each[2], of.facts["friction"]) for each in intervals]),
-                f"for a reach of {100 * target:.1f} % at {finest:g} m and {of.facts['friction']:g}: " + "; ".join(mus),
+                f"{base['n']} logs each, for a reach of {100 * target:.1f} % at {finest:g} m and "
+                f"{of.facts['friction']:g}: " + "; ".join(mus),
             )
         )  # fmt: skip
     return found

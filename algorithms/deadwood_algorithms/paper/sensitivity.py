@@ -9,23 +9,32 @@ from pathlib import Path
 
 from deadwood_algorithms.paper import klosters
 from deadwood_algorithms.paper.evidence import evidence_of_needed
-from deadwood_algorithms.paper.finding import Finding
+from deadwood_algorithms.paper.finding import VERDICTS, Finding
 from deadwood_algorithms.paper.findings import findings_of
 from deadwood_algorithms.paper.site import Site, read_site, write_twin
 from deadwood_algorithms.paper.site_runs import SiteRuns, Wanted
 from deadwood_algorithms.paper.variations import VARIATIONS
 from deadwood_algorithms.params.tool import Feedback, Tool
 
-DECIDED_BY = {  # by finding, the scenarios that it needs in addition to the mapped forest
-    "none_far_above_mapped": ("none",),
-    "mapped_above_random": ("random",),
-    "mapped_about_random": ("random",),
-    "protection_holds": ("barriers",),
-    "one_in_a_hundred_jumps": ("barriers",),
-    "barrier_stops_most": ("barriers",),
-    "high_friction_does_not_reach": ("friction",),
-    "trees_hold_near_release": (),
-    "some_jump_metres": (),
+DECIDED_BY = {  # by finding whose interval more logs narrow: the results that it needs (``evidence_of_needed``)
+    "none_far_above_mapped": {"none"},
+    "mapped_above_random": {"random"},
+    "mapped_about_random": {"random"},
+    "spread_wider_with_forest": {"none"},
+    "log_above_platy_rock": {"rocks"},
+    "platy_above_cubic_rock": {"rocks"},
+    "protection_holds": {"barriers"},
+    "one_in_a_hundred_jumps": {"barriers"},
+    "barrier_stops_most": {"barriers"},
+    "mean_speed": {"als"},
+    "some_jump_metres": {"als"},
+    "trees_hold_near_release": {"als"},
+    "slides_to_the_road": {"als"},
+    "high_friction_does_not_reach": {"friction"},
+    "range_reproduces": {"sweeps"},
+    "low_friction_passes": {"sweeps"},
+    "coarser_cells_need_more": {"sweeps"},
+    "takeoff_speed_needs_low_friction": {"takeoffs"},
 }
 
 
@@ -46,8 +55,8 @@ def decided_findings(
     site: Site, place: Path, found: list[Finding], logs: int, wanted: Wanted, tools: Mapping[str, Tool],
     feedback: Feedback,
 ) -> list[Finding]:  # fmt: skip
-    """The findings; undecided ones are assessed again with this number of logs, in the scenarios that they need."""
-    open_ = {each.id for each in found if each.verdict == "not decided"}
+    """The findings; undecided ones are assessed again with this number of logs, by the results that they need."""
+    open_ = {each.id for each in found if each.verdict == VERDICTS[None]}
     needed = {name for each in open_ for name in DECIDED_BY.get(each.partition(".")[2], ())}
     if wanted.logs >= logs or not needed:
         return found

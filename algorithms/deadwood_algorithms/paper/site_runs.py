@@ -32,7 +32,8 @@ class Wanted:
     """Which runs of a site are wanted.
 
     logs : of each scenario; quick : a coarser set of frictions and cells
-    needed : the scenarios in addition to the mapped forest (empty: all); draws : number of random forests
+    needed : the results that are needed (``sensitivity.DECIDED_BY``), always with the mapped forest (empty: all);
+        draws : number of random forests
     options : of `slide-logs`, by name; twin : whether the site is a twin
     """
 
@@ -169,9 +170,12 @@ class SiteRuns:
         return [name for name in names if not needed or name == "als" or kinds.get(name, name) in needed]
 
     def compared(self, convention: str) -> dict[tuple[str, str, str], Any]:
-        """Rows of `compare-scenarios`, by scenario, quantity and item."""
+        """Rows of `compare-scenarios`, by scenario, quantity and item; of a single scenario those of its reach."""
         names = self.scenarios()
         runs = [str(self.slide(name, convention)) for name in names]
+        if len(names) == 1:
+            reach = json.loads((Path(runs[0]) / "summary.json").read_text(encoding="utf-8"))["reach"]
+            return {(names[0], "reach", str(row["line_id"])): row | {"value": row["p"]} for row in reach}
         place = self.step(
             self.results / ("comparison" + (f"_{convention}" if convention else "")), "compare-scenarios",
             "comparing", runs=",".join(runs), names=",".join(names), baseline="als", seed=self.wanted.seed,
@@ -257,7 +261,7 @@ class SiteRuns:
         if fewer not in self._made:
             fewer.unlink(missing_ok=True)
             self._made.add(fewer)
-            write_vector(fewer, {"releases": geopandas.read_file(self.releases()).iloc[: self.fifth()]})
+            write_vector(fewer, {"releases": geopandas.read_file(self.releases(), layer="releases").iloc[: self.fifth()]})
         rows = self.arrivals(self.slide("als", friction=mu, logs="fewer"))
         return rows.loc[rows["line_id"] == self.site.facts["takeoff_line"], "speed_ms"].to_numpy(float), self.fifth()
 
