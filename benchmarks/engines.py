@@ -1,7 +1,6 @@
 """The engine of each measured page, how far it is behind the present one, and the notice of this on the page.
 
-python -m benchmarks.engines    after an edit of the engine: engines.txt and the pages' first lines (as each page that is
-                                written after a measurement does)
+python -m benchmarks.engines    after an edit of the engine: engines.txt and the pages' first lines
 
 A measured page names the digest of the engine's sources with which it was measured. ``engines.txt`` lists those
 engines in order, the present one last. A page is as many engines behind as lines follow its own (if it names several

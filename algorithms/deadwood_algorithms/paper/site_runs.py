@@ -261,7 +261,8 @@ class SiteRuns:
         if fewer not in self._made:
             fewer.unlink(missing_ok=True)
             self._made.add(fewer)
-            write_vector(fewer, {"releases": geopandas.read_file(self.releases(), layer="releases").iloc[: self.fifth()]})
+            all_ = geopandas.read_file(self.releases(), layer="releases")
+            write_vector(fewer, {"releases": all_.iloc[: self.fifth()]})
         rows = self.arrivals(self.slide("als", friction=mu, logs="fewer"))
         return rows.loc[rows["line_id"] == self.site.facts["takeoff_line"], "speed_ms"].to_numpy(float), self.fifth()
 
