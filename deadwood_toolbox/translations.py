@@ -19,8 +19,10 @@ from babel.messages.extract import extract_from_dir
 from babel.messages.pofile import read_po, write_po
 
 from deadwood_algorithms.explore.phrases import PHRASES
+from deadwood_algorithms.files.styles import LABELS
 from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.report.phrases import MESSAGES
+from deadwood_algorithms.schemas import LAYERS
 from deadwood_algorithms.schemas.looks import ENDS
 from deadwood_toolbox import parameters
 from deadwood_toolbox.qgis_plugin.help_text import pieces, title
@@ -54,7 +56,7 @@ def plugin_messages() -> Catalog:
 def panel_phrases() -> Iterator[str]:
     """The phrases of the page of `explore` that the panel uses, by the names in its sources."""
     source = "".join(each.read_text(encoding="utf-8") for each in sorted(PLUGIN.glob("explore_*.py")))
-    names = set(re.findall(r'"(\w+)"', source))
+    names = set(re.findall(r"[\"'](\w+)[\"']", source))
     beginnings = tuple(re.findall(r'f"(\w+_)\{', source)) + tuple(f"{name}_" for name in names)
     for name, english in PHRASES.items():
         if name in names or name.startswith(beginnings):
@@ -64,7 +66,9 @@ def panel_phrases() -> Iterator[str]:
 
 
 def declared_texts() -> Iterator[tuple[str, str]]:
-    """The texts of each tool in QGIS (name, summary, paragraphs of the help, parameters), each with its place."""
+    """The texts of each tool in QGIS (name, summary, paragraphs of the help, parameters), the titles of layers and the
+    labels in their legends, each with its place.
+    """
     for tool in TOOLS:
         if not tool.in_qgis:
             continue
@@ -79,6 +83,10 @@ def declared_texts() -> Iterator[tuple[str, str]]:
         for piece in pieces(description["description"]):
             if not piece.startswith("    "):
                 yield piece, f"{tool.name}: description"
+    for name in LAYERS:
+        yield title(name), "title of a layer or file"
+    for label in LABELS:
+        yield label, "legend"
 
 
 @dataclass(frozen=True)

@@ -31,9 +31,14 @@ def _(english: str) -> str:
     return catalogue().gettext(english) if english else ""
 
 
+def is_english() -> bool:
+    """Whether there is no catalogue of QGIS's language."""
+    return type(catalogue()) is gettext.NullTranslations
+
+
 def signs(number: str) -> str:
     """A number as Python writes it, with the decimal sign of the texts around it; not for what is typed."""
-    return number if type(catalogue()) is gettext.NullTranslations else number.replace(".", ",")
+    return number if is_english() else number.replace(".", ",")
 
 
 def title_of(part: str) -> str:

@@ -19,6 +19,7 @@ from qgis.core import (
 )
 from qgis.utils import iface
 
+from . import stored_style
 from .language import title_of
 
 # From the top of the group down; other layers come between these layers and the rasters.
@@ -148,8 +149,7 @@ class Arrival(QgsProcessingLayerPostProcessorInterface):
     def postProcessLayer(
         self, layer: QgsMapLayer, context: QgsProcessingContext, feedback: QgsProcessingFeedback
     ) -> None:
-        layer.loadDefaultStyle()
-        layer.triggerRepaint()
+        stored_style.apply(layer)
         if self.title:
             layer.setName(self.title)
         if self.group:

@@ -5,6 +5,7 @@ Prints one JSON object: the result of each case, or the message with which it wa
 
 from __future__ import annotations
 
+import gettext
 import json
 import os
 import sys
@@ -35,7 +36,7 @@ application = QgsApplication([], False)
 application.initQgis()
 sys.path.insert(0, PLUGINS)
 import deadwood  # noqa: E402
-from deadwood import raster_copy  # noqa: E402
+from deadwood import language, raster_copy, stored_style  # noqa: E402
 
 plugin = deadwood.classFactory(None)
 plugin.initProcessing()
@@ -176,6 +177,7 @@ outcomes["folder"] = run(
     "slidelogs",
     DEM=dem,
     RELEASES=f"{WORK}/memory.gpkg",
+    LINES=f"{SAMPLE}/sample.gpkg|layername=lines",
     FRICTION=0.25,
     FIDELITY="draft",
     TIME_LIMIT=3.0,
@@ -237,5 +239,22 @@ outcomes["in_a_thread"] = run_as_a_dialog_does(
 opened = QgsProcessingOutputLayerDefinition(f"{WORK}/spread_in_a_thread.gpkg", project)
 deposits = f"{WORK}/run/run.gpkg|layername=deposits"
 outcomes["layers_in_a_thread"] = run_as_a_dialog_does("lateralspread", DEPOSITS=deposits, OUTPUT=opened)
+
+
+def legend_of(source: str) -> list[str]:
+    """What the legend of a layer shows, with the style that is stored for it."""
+    layer = QgsRasterLayer(source, "a") if source.endswith(".tif") else QgsVectorLayer(source, "a", "ogr")
+    stored_style.apply(layer)
+    return [label for label, _ in layer.renderer().legendSymbologyItems()] if source.endswith(".tif") else [
+        each.label() for each in layer.renderer().legendSymbolItems()
+    ]  # fmt: skip
+
+
+places = [f"{WORK}/run/run.gpkg|layername={name}" for name in ("reach", "deposits")]
+places += [f"{WORK}/run/jump_max.tif", f"{SAMPLE}/sample.gpkg|layername=release_area"]
+outcomes["legends"] = {"en": [legend_of(each) for each in places]}
+language.catalogue = lambda: gettext.translation("plugin", language.LOCALE, ["it"])
+outcomes["legends"]["it"] = [legend_of(each) for each in places]
+outcomes["titles"] = [language.title_of(each) for each in ("run.gpkg|layername=tree_hits", "jump_max.tif")]
 print("JSON" + json.dumps(outcomes, default=str), flush=True)
 os._exit(0)  # QGIS's own cleanup at exit is not tested

@@ -197,6 +197,17 @@ def test_all_layers_of_a_file_that_is_to_be_opened_are_loaded_with_their_styles(
     assert all(each.startswith("spread_in_a_thread.gpkg|layername=") for each in outcome["waiting"])
 
 
+def test_legends_and_titles_are_in_qgis_language(told):
+    """Of ranges, classes and layers without any; the values are the same ones."""
+    english, italian = told["legends"]["en"], told["legends"]["it"]
+    assert english[0][:2] == ["up to 0.1 %", "0.1 to 0.3 %"]
+    assert italian[0][:2] == ["fino a 0,1 %", "da 0,1 a 0,3 %"]
+    assert (english[1][0], italian[1][0]) == ("at rest", "a riposo")
+    assert [len(each) for each in italian] == [len(each) for each in english]
+    assert english[2:] == italian[2:]
+    assert told["titles"] == ["Urti contro gli alberi", "Altezza di salto massima"]
+
+
 def test_a_model_of_three_tools_runs(qgis, tmp_path):
     model = tmp_path / "model.model3"
     words = [SYSTEM_PYTHON, HERE / "make_model.py", qgis.folder / "plugins", model]

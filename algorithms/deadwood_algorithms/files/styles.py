@@ -50,6 +50,7 @@ HEIGHT_STEP_M = 5.0
 BLOCK_STEP_M = 0.5
 CASING_MM = 0.9  # of both sides together, of a line within a wider one
 DBH_UNIT = "cm DBH"
+NO_SHARE, BRINGS, NO_EFFECT = LABELS = "no line, or failed", "more reach it because of this", "no difference"
 STAMP = "2000-01-01T00:00:00.000Z"  # as everywhere in a GeoPackage: same input, same bytes
 
 
@@ -207,7 +208,7 @@ def _spheres(frame: geopandas.GeoDataFrame) -> Iterable[tuple[str, float, float,
 
 def _sites(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     """By the share that reaches the line; a site that failed, or has no line, is drawn too."""
-    failed = (-1.0, -0.5, "no line, or failed", _plain(kind, ENDS["failed"][1]))
+    failed = (-1.0, -0.5, NO_SHARE, _plain(kind, ENDS["failed"][1]))
     rows = [failed, *_share_classes(kind, lambda k: _plain(kind, HITS[k + 1], 3.0))]
     return Style(qml.graduated('coalesce("p", -1)', rows) + qml.labels('"site"'), labelled=True)
 
@@ -216,9 +217,8 @@ def _worth(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     """The more logs an object keeps away, the larger and darker; one without effect is small, one that does harm is
     blue.
     """
-    more = "more reach it because of this"
-    rows: list[Class] = [(-1.0, -SMALL, more, marker(LESS_MORE[0], 2.6, shape="triangle"))]
-    rows.append((-SMALL, SMALL, "no difference", marker(PLAIN, 1.0)))
+    rows: list[Class] = [(-1.0, -SMALL, BRINGS, marker(LESS_MORE[0], 2.6, shape="triangle"))]
+    rows.append((-SMALL, SMALL, NO_EFFECT, marker(PLAIN, 1.0)))
     low = SMALL
     for k, high in enumerate(WORTHS):
         rows.append((low, high, Span("%", None, 100.0 * high), marker(HITS[k + 1], 2.0 + 0.8 * k)))
