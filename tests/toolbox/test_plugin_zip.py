@@ -114,7 +114,12 @@ def test_what_plugins_qgis_org_asks_for_comes_from_the_package(tmp_path, monkeyp
 def test_what_the_panel_says_is_among_the_words_of_the_page():
     words = plugin_zip.declarations()["explore"]["words"]
     sources = "".join(each.read_text(encoding="utf-8") for each in plugin_zip.SOURCE.glob("explore_*.py"))
-    said = set(re.findall(r"""\bsay\(["'](\w+)["']""", sources)) | {f"verdict_{each}" for each in ("more", "less", "chance")}
-    said |= {"lost", "gained", *(f"q_{each}" for each in ("dbh_cm", "length_m", "friction"))}
+    said = set(re.findall(r"""\bsay\(["'](\w+)["']""", sources))
+    said |= {
+        "lost",
+        "gained",
+        *(f"verdict_{each}" for each in ("more", "less", "chance")),
+        *(f"q_{each}" for each in ("dbh_cm", "length_m", "friction")),
+    }
     assert len(said) > 20
     assert said <= set(words)
