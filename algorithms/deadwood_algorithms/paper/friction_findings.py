@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.paper.finding import Evidence, Finding, Row, above, all_of
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.stats.statistics import wilson_interval
 
 NOT_REACHED = 0.005  # share below which the paper's "is not reached" holds
@@ -74,7 +75,7 @@ def friction_findings(of: Evidence) -> list[Finding]:
                 f"(mu at {coarse[-1]:g} m; holds above {of.facts['friction']:g} at every size)", "6.1",
                 "should be increased with lower resolution", mu, low, high_mu,
                 all_of([above(each[1], each[2], of.facts["friction"]) for each in intervals]),
-                f"{base['n']} logs each, for a reach of {100 * target:.1f} % at {finest:g} m and "
+                f"{counted(base['n'], 'log')} each, for a reach of {100 * target:.1f} % at {finest:g} m and "
                 f"{of.facts['friction']:g}: " + "; ".join(mus),
             )
         )  # fmt: skip
