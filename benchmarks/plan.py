@@ -48,7 +48,7 @@ PLAN = (
     Part("the fidelities where things rebound", _of("impacts"), ("forest", "rough"), 2000, 3.3),
     Part("smooth cone or rings in a forest", _of("rings"), ("forest",), 2000, 3.0),
     Part("smooth cone or rings on open slopes", _of("rings"), ("rough", "sensitive"), 1000, 9.5),
-    Part("the fidelities in forests, more logs", MAIN, FOREST, 20_000, 3.3),
+    Part("the fidelities in forests, more logs", MAIN, FOREST, 40_000, 3.3),
     Part("longer steps", _of("longer"), USUAL, 9600, 0.75),
     Part("the yardstick in forests, more logs", _of("friction"), FOREST, 6000, 1.0),
     Part("cells of the terrain model", _of("cell", "smooth"), USUAL, 400, 1.7),
@@ -58,7 +58,7 @@ PLAN = (
         "single factors", _of("coarse", "obstacles", "flanks", "order", "time step", "travel", "roll angle", "spacing",
         "tolerance", "sweeps", "trace"), USUAL, 400, 1.0,
     ),
-    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 16_000, 3.3),
+    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 32_000, 3.3),
     Part("fine, more logs", ("fine",), USUAL, 8000, 4.4),
 )  # fmt: skip
 # CPU milliseconds per log at ``standard`` before anything has been slid: from pilots, accurate to a factor of two

@@ -129,7 +129,7 @@ def test_the_paper_for_joss_cites_what_its_bibliography_has():
 
 
 IN_THE_SOURCES = (".ci", ".github", "algorithms", "benchmarks", "deadwood_toolbox", "docs", "engine", "packaging")
-MADE = {"__pycache__", "_build", ".numba_cache"}  # folders that the checkout ignores
+MADE = {"__pycache__", "_build", ".numba_cache", ".work"}  # folders that the checkout ignores
 MADE_FILES = (".pyc", ".nbi", ".nbc", ".aux.xml")
 
 
@@ -144,6 +144,7 @@ def test_the_source_archive_holds_the_checkout_byte_for_byte(tmp_path):
         here |= {each for each in (ROOT / folder).rglob("*") if each.is_file() and not MADE & set(each.parts)}
     with tarfile.open(archive) as held:
         names = {name.partition("/")[2]: name for name in held.getnames()}
+        assert not [name for name in names if MADE & set(name.split("/"))]
         for path in sorted(here):
             if path.name.endswith(MADE_FILES):
                 continue

@@ -33,12 +33,12 @@ class ReachError(NamedTuple):
 COSTS: dict[str, float] = {
     "draft": 0.63,
     "standard": 1.0,
-    "fine": 4.7,
-    "reference": 17.0,
+    "fine": 4.8,
+    "reference": 18.0,
 }
 REACH_ERRORS: dict[str, ReachError] = {
-    "draft": ReachError(mean=Points(0.5, 0.1, 0.9), worst=Points(1.2, 0.2, 2.2)),
-    "standard": ReachError(mean=Points(0.2, -0.1, 0.6), worst=Points(1.1, 0.4, 1.8)),
+    "draft": ReachError(mean=Points(0.4, 0.2, 0.7), worst=Points(1.0, 0.3, 1.7)),
+    "standard": ReachError(mean=Points(0.1, -0.2, 0.3), worst=Points(-0.6, -1.2, 0.0)),
     "fine": ReachError(mean=Points(0.2, -0.3, 0.7), worst=Points(1.2, 0.0, 2.4)),
 }
 
