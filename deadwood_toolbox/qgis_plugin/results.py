@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import sqlite3
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import closing
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -84,12 +82,8 @@ class Results:
 
 def layers_of(package: str) -> list[str]:
     """The layers with geometry in a GeoPackage."""
-    try:
-        with closing(sqlite3.connect(f"{Path(package).absolute().as_uri()}?mode=ro", uri=True)) as database:
-            rows = database.execute("SELECT table_name FROM gpkg_contents WHERE data_type = 'features'")
-            return [name for (name,) in rows]
-    except sqlite3.Error:
-        return []
+    query = "SELECT table_name FROM gpkg_contents WHERE data_type = 'features'"
+    return [name for (name,) in stored_style.rows_in(package, query)]
 
 
 def sources_of_file(path: str) -> list[tuple[str, str]]:

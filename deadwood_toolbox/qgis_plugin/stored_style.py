@@ -6,6 +6,7 @@ import re
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import quoteattr, unescape
 
 from qgis.core import QgsMapLayer
@@ -37,12 +38,17 @@ def stored(source: str) -> str | None:
         return beside.read_text(encoding="utf-8")
     if not path.endswith(".gpkg"):
         return None
-    try:
-        with closing(sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)) as database:
-            rows = dict(database.execute("SELECT f_table_name, styleQML FROM layer_styles WHERE useAsDefault"))
-    except sqlite3.Error:
-        return None
+    rows = dict(rows_in(path, "SELECT f_table_name, styleQML FROM layer_styles WHERE useAsDefault"))
     return rows.get(layer.partition("|")[0]) if layer else next(iter(rows.values()), None)
+
+
+def rows_in(package: str, query: str) -> list[Any]:
+    """The rows of a GeoPackage's tables; none if it cannot be read."""
+    try:
+        with closing(sqlite3.connect(f"{Path(package).absolute().as_uri()}?mode=ro", uri=True)) as database:
+            return database.execute(query).fetchall()
+    except sqlite3.Error:
+        return []
 
 
 def translated(style: str) -> str:

@@ -243,11 +243,12 @@ outcomes["layers_in_a_thread"] = run_as_a_dialog_does("lateralspread", DEPOSITS=
 
 def legend_of(source: str) -> list[str]:
     """What the legend of a layer shows, with the style that is stored for it."""
-    layer = QgsRasterLayer(source, "a") if source.endswith(".tif") else QgsVectorLayer(source, "a", "ogr")
+    raster = source.endswith(".tif")
+    layer = QgsRasterLayer(source, "a") if raster else QgsVectorLayer(source, "a", "ogr")
     stored_style.apply(layer)
-    return [label for label, _ in layer.renderer().legendSymbologyItems()] if source.endswith(".tif") else [
-        each.label() for each in layer.renderer().legendSymbolItems()
-    ]  # fmt: skip
+    if raster:
+        return [label for label, _ in layer.renderer().legendSymbologyItems()]
+    return [each.label() for each in layer.renderer().legendSymbolItems()]
 
 
 places = [f"{WORK}/run/run.gpkg|layername={name}" for name in ("reach", "deposits")]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,24 +12,32 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import read_raster_on
 from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.paper.finding import Evidence
-from deadwood_algorithms.paper.site_runs import ROCKS, SiteRuns
+from deadwood_algorithms.paper.site_runs import ROCKS, SiteRuns, summary_of
 from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.results.run_folder import read_run
 
 HIGH_FRICTION = 0.35  # the smallest of the sweep beyond the paper's range
 
 
-def evidence_of(runs: SiteRuns) -> Evidence:
-    """The evidence from all scenarios and results of a site."""
-    of = evidence_of_scenarios(runs)
+def evidence_of(runs: SiteRuns, convention: str = "") -> Evidence:
+    """The evidence that is needed of a site: from the scenarios, the sweeps of friction (or only the high friction),
+    the rocks, the flight and the take-off speeds.
+    """
+    of = evidence_of_scenarios(runs, convention)
     if runs.klosters:
-        of.sweeps = sweeps(runs)
-    else:
-        of.spreads = spreads(runs)
+        if runs.wants("sweeps"):
+            of.sweeps = {cell: runs.sweep(cell) for cell in runs.cells()}
+        elif runs.wants("friction"):
+            of.sweeps = high_friction(runs, convention)
+        return of
+    line = runs.site.facts["takeoff_line"]
+    if runs.wants("rocks"):
+        of.spreads = {name: runs.spread(name) for name in ("als", *ROCKS)}
+    if runs.wants("takeoffs"):
         of.flight = runs.flight()
-        if runs.site.facts["takeoff_line"]:
-            of.takeoffs = takeoffs(runs)
-            of.jumped = jumped(runs, of)
+        of.takeoffs = {mu: runs.takeoffs(mu) for mu in runs.frictions()} if line else {}
+    if line and "barriers" in of.logs and not convention:
+        of.jumped = [(row["speed_ms"], row["jump_m"], row["height_m"]) for row in jumps(runs, of)]
     return of
 
 
@@ -41,45 +48,10 @@ def evidence_of_scenarios(runs: SiteRuns, convention: str = "") -> Evidence:
         place = runs.slide(name, convention)
         frame = read_table(f"{place / 'run.gpkg'}|layername=deposits", what="deposits")
         logs[name] = {str(column): frame[column].to_numpy() for column in frame.columns if column != "geometry"}
-        summaries[name] = json.loads((place / "summary.json").read_text(encoding="utf-8"))
+        summaries[name] = summary_of(place)
         cells[name] = cell_speed(place, runs.ground)
     rows = runs.compared(convention)
     return Evidence(runs.site.name, runs.site.facts, rows, logs, summaries, cell_speed=cells, twin=runs.wanted.twin)
-
-
-def evidence_of_needed(runs: SiteRuns, convention: str = "") -> Evidence:
-    """The results of the scenarios that are needed, including the rocks, the sweeps of friction (or only the high
-    friction) and the take-off speeds.
-    """
-    of, needed = evidence_of_scenarios(runs, convention), runs.wanted.needed
-    if runs.klosters and "sweeps" in needed:
-        of.sweeps = sweeps(runs)
-    elif runs.klosters and "friction" in needed:
-        of.sweeps = high_friction(runs, convention)
-    if "rocks" in needed and not runs.klosters:
-        of.spreads = spreads(runs)
-    if runs.site.facts["takeoff_line"]:
-        if "takeoffs" in needed:
-            of.flight, of.takeoffs = runs.flight(), takeoffs(runs)
-        if "barriers" in of.logs and not convention:
-            of.jumped = jumped(runs, of)
-    return of
-
-
-def sweeps(runs: SiteRuns) -> dict[float, list[dict[str, Any]]]:
-    return {cell: runs.sweep(cell) for cell in runs.cells()}
-
-
-def spreads(runs: SiteRuns) -> dict[str, dict[str, Any]]:
-    return {name: runs.spread(name) for name in ("als", *ROCKS)}
-
-
-def takeoffs(runs: SiteRuns) -> dict[float, tuple[np.ndarray, int]]:
-    return {mu: runs.takeoffs(mu) for mu in runs.frictions()}
-
-
-def jumped(runs: SiteRuns, of: Evidence) -> list[tuple[float, float, float]]:
-    return [(row["speed_ms"], row["jump_m"], row["height_m"]) for row in jumps(runs, of)]
 
 
 def cell_speed(run_folder: Path, ground: Grid) -> float:
@@ -90,9 +62,7 @@ def cell_speed(run_folder: Path, ground: Grid) -> float:
 
 def high_friction(runs: SiteRuns, convention: str) -> dict[float, list[dict[str, Any]]]:
     """Reach of the lines with a friction beyond the paper's range, in the form of a sweep's row."""
-    record = json.loads(
-        (runs.slide("als", convention, friction=HIGH_FRICTION) / "summary.json").read_text(encoding="utf-8")
-    )
+    record = summary_of(runs.slide("als", convention, friction=HIGH_FRICTION))
     row = {"friction": HIGH_FRICTION, "n": record["logs"]["released"]}
     row |= {f"reach_{each['line_id']}": each["p"] for each in record["reach"]}
     return {runs.ground.cell: [row]}

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from deadwood_algorithms.paper import klosters
-from deadwood_algorithms.paper.evidence import evidence_of_needed
+from deadwood_algorithms.paper.evidence import evidence_of
 from deadwood_algorithms.paper.finding import VERDICTS, Finding
 from deadwood_algorithms.paper.findings import findings_of
 from deadwood_algorithms.paper.site import Site, read_site, write_twin
@@ -16,7 +16,7 @@ from deadwood_algorithms.paper.site_runs import SiteRuns, Wanted
 from deadwood_algorithms.paper.variations import VARIATIONS
 from deadwood_algorithms.params.tool import Feedback, Tool
 
-DECIDED_BY = {  # by finding whose interval more logs narrow: the results that it needs (``evidence_of_needed``)
+DECIDED_BY = {  # by finding whose interval more logs narrow: the results that it needs (``evidence_of``)
     "none_far_above_mapped": {"none"},
     "mapped_above_random": {"random"},
     "mapped_about_random": {"random"},
@@ -48,7 +48,7 @@ def findings_with_cloud(
 ) -> list[Finding]:
     """The findings with the panel's logs as the paper's point cloud, which takes ten times as long."""
     of_panel = panel_wanted(wanted, {"none", "random", "barriers", "friction"})
-    return findings_of(evidence_of_needed(SiteRuns(site, place / ".cloud", of_panel, tools, feedback), "cloud"))
+    return findings_of(evidence_of(SiteRuns(site, place / ".cloud", of_panel, tools, feedback), "cloud"))
 
 
 def decided_findings(
@@ -61,7 +61,7 @@ def decided_findings(
     if wanted.logs >= logs or not needed:
         return found
     more = replace(wanted, logs=logs, needed=frozenset(needed))
-    of = evidence_of_needed(SiteRuns(site, place / ".more", more, tools, feedback))
+    of = evidence_of(SiteRuns(site, place / ".more", more, tools, feedback))
     again = {each.id: each for each in findings_of(of) if each.id in open_}
     text = f"{logs} logs per scenario, for {wanted.logs} left it open: "
     return [replace(again[each.id], why=text + again[each.id].why) if each.id in again else each for each in found]
@@ -80,5 +80,5 @@ def findings_by_change(
         needed = {"none", "random", "friction" if name == klosters.NAME else "barriers"}
         of_panel = panel_wanted(wanted, needed | ({"rocks"} if each.rocks else set()))
         runs = SiteRuns(site, folder, replace(of_panel, options=each.options, draws=1), tools, feedback)
-        found.append((each.words, findings_of(evidence_of_needed(runs), quick=wanted.quick)))
+        found.append((each.words, findings_of(evidence_of(runs), quick=wanted.quick)))
     return found

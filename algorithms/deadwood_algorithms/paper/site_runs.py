@@ -166,15 +166,17 @@ class SiteRuns:
         randoms = [name for name in self.trees if name.startswith("random")]
         names = ["als", "protected" if self.klosters else "barriers", *randoms, "none"]
         kinds = {"protected": "barriers"} | dict.fromkeys(randoms, "random")
-        needed = self.wanted.needed
-        return [name for name in names if not needed or name == "als" or kinds.get(name, name) in needed]
+        return [name for name in names if name == "als" or self.wants(kinds.get(name, name))]
+
+    def wants(self, what: str) -> bool:
+        return not self.wanted.needed or what in self.wanted.needed
 
     def compared(self, convention: str) -> dict[tuple[str, str, str], Any]:
         """Rows of `compare-scenarios`, by scenario, quantity and item; of a single scenario those of its reach."""
         names = self.scenarios()
         runs = [str(self.slide(name, convention)) for name in names]
         if len(names) == 1:
-            reach = json.loads((Path(runs[0]) / "summary.json").read_text(encoding="utf-8"))["reach"]
+            reach = summary_of(Path(runs[0]))["reach"]
             return {(names[0], "reach", str(row["line_id"])): row | {"value": row["p"]} for row in reach}
         place = self.step(
             self.results / ("comparison" + (f"_{convention}" if convention else "")), "compare-scenarios",
@@ -261,10 +263,15 @@ class SiteRuns:
         if fewer not in self._made:
             fewer.unlink(missing_ok=True)
             self._made.add(fewer)
-            all_ = geopandas.read_file(self.releases(), layer="releases")
-            write_vector(fewer, {"releases": all_.iloc[: self.fifth()]})
+            first = geopandas.read_file(self.releases(), layer="releases", rows=self.fifth())
+            write_vector(fewer, {"releases": first})
         rows = self.arrivals(self.slide("als", friction=mu, logs="fewer"))
         return rows.loc[rows["line_id"] == self.site.facts["takeoff_line"], "speed_ms"].to_numpy(float), self.fifth()
+
+
+def summary_of(run_folder: Path) -> dict[str, Any]:
+    """The record ``summary.json`` of a run."""
+    return json.loads((run_folder / "summary.json").read_text(encoding="utf-8"))
 
 
 def rows_of(path: Path, layer: str) -> list[dict[str, Any]]:

@@ -37,7 +37,7 @@ def test_what_a_finding_needs_decides_it(name, tmp_path):
     whole = {each.id.partition(".")[2]: each for each in findings_of(gathered.evidence_of(runs_for(set())))}
     assert set(whole) - set(DECIDED_BY) <= NOT_BY_MORE_LOGS
     for needed in {frozenset(DECIDED_BY[each]) for each in set(whole) & set(DECIDED_BY)}:
-        part = findings_of(gathered.evidence_of_needed(runs_for(set(needed))))
+        part = findings_of(gathered.evidence_of(runs_for(set(needed))))
         found = {each.id.partition(".")[2]: each for each in part}
         for each in (id_ for id_ in whole if DECIDED_BY.get(id_) == needed):
             assert each in found
@@ -51,7 +51,7 @@ def test_only_undecided_findings_are_assessed_again(monkeypatch, tmp_path):
 
     wanted_of_runs = []
     monkeypatch.setattr(sensitivity, "SiteRuns", lambda site, place, wanted, tools, feedback: wanted)
-    monkeypatch.setattr(sensitivity, "evidence_of_needed", lambda wanted: wanted_of_runs.append(wanted))
+    monkeypatch.setattr(sensitivity, "evidence_of", lambda wanted: wanted_of_runs.append(wanted))
     more = [finding("coarser_cells_need_more", True, "more"), finding("slides_to_the_road", False, "more")]
     monkeypatch.setattr(sensitivity, "findings_of", lambda of: more)
 
