@@ -8,6 +8,7 @@ import ast
 import json
 import time
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.simulate import auto, auto_run, chunks
 from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
 from deadwood_algorithms.simulate.log_order import hash_order
+from deadwood_algorithms.simulate.promise import RISK
+from deadwood_algorithms.stats.statistics import Z_95
 from deadwood_algorithms.tools import compare_scenarios, slide_logs
 from deadwood_engine import FIDELITIES
 from deadwood_toolbox import cli
@@ -80,7 +83,8 @@ def test_the_run_is_the_plain_one_and_tells_both_errors(case, early, tmp_path):
     widest = max(max(each["ci_high"] - each["p"], each["p"] - each["ci_low"]) for each in told["reach"])
     assert found["sampling"] == pytest.approx(widest)
     assert max(found["sampling"], found["calculation"]) < found["together"] <= 0.25
-    assert found["together"] < found["sampling"] + found["calculation"]
+    with_margin = found["sampling"] * NormalDist().inv_cdf(1.0 - RISK / 2.0) / Z_95
+    assert found["together"] < with_margin + found["calculation"]
     assert found["reached"] is True
     assert any(f"{found['logs']} logs at standard: reach of lines within ±" in line for line in outcome.lines)
     page = (run / "report.html").read_text(encoding="utf-8")
@@ -177,17 +181,18 @@ def test_a_budget_takes_what_fits_and_a_resumed_run_continues_with_its_choice(ca
 
 
 def test_a_short_budget_is_kept_to(case, tmp_path):
-    """Many logs and little time: the run ends in time, and reports its accuracy."""
+    """Many logs and little time: the run ends in time, and reports its accuracy. A fast machine slides some 1000 of
+    these logs a second, so the layer has many times those of the budget."""
     frame = pyogrio.read_dataframe(case.releases)
-    many = frame.loc[np.repeat(frame.index, 400)].reset_index(drop=True)
+    many = frame.loc[np.repeat(frame.index, 2000)].reset_index(drop=True)
     many["log_id"] = np.arange(len(many))
     many.to_file(tmp_path / "many.gpkg", layer="many", driver="GPKG")
     values = values_of(case, error=None, report=False, releases=str(tmp_path / "many.gpkg"), trajectories="none")
     began = time.perf_counter()
-    run = case.run(output=str(tmp_path / "run"), **values, budget="8s")
-    assert time.perf_counter() - began < 16.0  # on a machine that does other work as well
+    run = case.run(output=str(tmp_path / "run"), **values, budget="4s")
+    assert time.perf_counter() - began < 12.0  # on a machine that does other work as well
     told = summary(run)
-    assert 0 < told["logs"]["released"] < 9600
+    assert 0 < told["logs"]["released"] < 48_000
     found = told["accuracy"]["auto"]
     assert max(found["sampling"], found["calculation"]) <= found["together"] < 0.5
 
