@@ -27,7 +27,8 @@ class Fidelity(NamedTuple):
         sideways in a step beside it; beyond 1 the axes could change sides, and the log would pass through. Beside thin
         obstacles it is at most 0.3, of the fastest point (``limits.OBSTACLE_TRAVEL``)
     ring_points : 1, the deepest point of a contact ring, or 3, with the two at 45 degrees beside it, which find the
-        walls of a channel; the end faces always have nine
+        walls of a channel; the end faces always have nine. With 1, a slow log has 3, and rings at half the distance,
+        because it would sink while it jams (``limits.SLOW``)
     backward : sweep the contacts from last to first (to study the effect of the order)
     coarse_cells : [DEM cells] least distance between rings, whatever it is in metres. The ground is straight within a
         cell except for its twist, so more rings resolve no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times

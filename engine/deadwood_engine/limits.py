@@ -70,6 +70,9 @@ MERGED = 0.1  # [-] of the radius: candidates of one ring that are closer than t
 # [-] cosine of the ground's slope in a ring's plane below which the ring's first candidate is mirrored (37 degrees): in
 # a channel with such sides the one at 45 degrees from one wall's is up to 30 degrees from the other's
 CHANNEL = 0.8
+# [m/s] speed below which a fidelity with one point a ring seeks contacts as the finer ones do: a log that jams for a
+# minute would sink to its axis between walls, and on peaks between two rings, that are found in one step in two
+SLOW = 1.0
 STEEP_LOG = 0.25  # [-] squared horizontal part of the axis up to which it is too steep for that (60 degrees)
 ANY_POINT = 1e-6  # [-] sine of axis and ground's normal below which no point of a ring is deeper than another
 REFINED = 0.3  # [-] of the radius: candidates nearer to the ground are sought again, perpendicular to it

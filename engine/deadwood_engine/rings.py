@@ -3,9 +3,10 @@
 On each ring, the deepest point along the local normal of the terrain, or the highest crest under the ring's stretch
 of the side (``crests``), and two points at 45 degrees beside it, which find the walls of a channel. Where the ground
 below is steep, also the mirror image of the first point in the vertical: in a steep channel the two beside the first
-are over the same wall. Where the ground is rugged, the same halfway to the neighbours of a ring. On the end faces,
-eight points of the rim and the centre. They are points of the smooth cone, not vertices fixed to the body, so a log
-rolls without the rolling resistance of a polygon.
+are over the same wall. Where the ground is rugged, the same halfway to the neighbours of a ring. A fidelity with one
+point a ring, the first, seeks the others and halfway everywhere while the log is slow. On the end faces, eight points
+of the rim and the centre. They are points of the smooth cone, not vertices fixed to the body, so a log rolls without
+the rolling resistance of a polygon.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ import math
 from .compiled import inlined, kernel
 from .contacts import Facet, Ground, ground_contact
 from .crests import Nodes, along_side, crest, height_at
-from .limits import ANY_POINT, CHANNEL, FLAT_TOLERANCE, MERGED, REFINED, RUGGED, STEEP_LOG
+from .limits import ANY_POINT, CHANNEL, FLAT_TOLERANCE, MERGED, REFINED, RUGGED, SLOW, STEEP_LOG
 from .log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS
 from .ring_look import ABOVE, KINKS, NEAR, PLACE, SLOPE_X, SLOPE_Y, look, unpacked
-from .rotation import DX, DY, DZ
+from .rotation import DX, DY, DZ, VX, VY, VZ
 from .terrain import friction_at
 from .vectors import cross
 
@@ -67,15 +68,15 @@ def _look_over_border(rings, stations):
 
 
 @inlined
-def _list_places(rings, near, stations, q):
+def _list_places(rings, near, stations, q, everywhere):
     """List the places where contacts are sought, in halves of the distance between rings: the near rings, and where the
-    ground is rugged along the axis q, also halfway to their neighbours. Returns their number.
+    ground is rugged along the axis q, or everywhere, also halfway to their neighbours. Returns their number.
     """
     number, last = 0, -1
     for each in range(near):
         k = int(rings[NEAR, each])
         kx, ky = unpacked(rings[KINKS, k])
-        rugged = kx * abs(q[0]) + ky * abs(q[1]) >= RUGGED
+        rugged = everywhere or kx * abs(q[0]) + ky * abs(q[1]) >= RUGGED
         for place in range(2 * k - 1, 2 * k + 2):
             if place == 2 * k or (rugged and last < place < 2 * stations - 2):
                 rings[PLACE, number] = last = place
@@ -103,6 +104,9 @@ def terrain_contacts(model, log, state, scratch, step):
     step is an ``Ahead``, of the pose ``scratch.trial``. Returns (count, whether there is terrain below every ring).
     """
     terrain, points, rings, trial = model.terrain, model.settings.ring_points, scratch.rings, scratch.trial[0]
+    slow = points < MIRROR and state[VX] ** 2 + state[VY] ** 2 + state[VZ] ** 2 < SLOW * SLOW
+    if slow:
+        points = MIRROR
     frame, body, stations = log
     d = dx, dy, dz = state[DX], state[DY], state[DZ]
     q = qx, qy, qz = trial.dx, trial.dy, trial.dz
@@ -116,7 +120,7 @@ def terrain_contacts(model, log, state, scratch, step):
     near, whole = look(terrain, log, trial, rings, scratch.look)
     if not whole:
         near = _look_over_border(rings, stations)
-    count, places = 0, _list_places(rings, near, stations, q)
+    count, places = 0, _list_places(rings, near, stations, q, slow)
     for each in range(places):
         place = int(rings[PLACE, each])
         along = 0.5 * place * between
