@@ -10,8 +10,8 @@ from deadwood_engine import FIDELITIES, Logs, Scene, place_logs
 from deadwood_engine.contacts import CONTACT, KEY_WIDTH, Ahead
 from deadwood_engine.crests import Nodes, crest
 from deadwood_engine.fidelity import station_spacing
-from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.limits import SLOW
+from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.logs import stations_for
 from deadwood_engine.model import Log
 from deadwood_engine.ring_look import LOOK_ROOM, ring_table
@@ -130,8 +130,9 @@ def test_what_is_in_the_ground_is_found(rough, name, speed, missed_most, shallow
 
     A side between two rings may still be missed: a second crest of the same stretch, a twisted cell without a grid
     line that shows it. Measured with three times the poses: not found at all at standard 1.5 %, found less than half as
-    deep 3 %; at draft 7 and 9 %, of slow logs as at standard. Before rings that are passed over took into account how far their stretch of a tilted
-    side comes down, and crests were sought between grid lines, it was 8 and 13 %, and 38 and 42 %.
+    deep 3 %; at draft 7 and 9 %, of slow logs as at standard. Before rings that are passed over took into account how
+    far their stretch of a tilted side comes down, and crests were sought between grid lines, it was 8 and 13 %, and 38
+    and 42 %.
     """
     fidelity = FIDELITIES[name]
     terrain, found = rough

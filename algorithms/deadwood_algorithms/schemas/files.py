@@ -632,7 +632,10 @@ SUMMARY = JsonFile(
         _key("accuracy.auto.why", "Why this one, in words"),
         _key("accuracy.auto.sampling", "Sampling error of the share, at 95 %"),
         _key("accuracy.auto.calculation", "Error of the calculation, against reference"),
-        _key("accuracy.auto.together", "Both together, at 95 % with a margin for the number of logs, which the logs themselves determine"),
+        _key(
+            "accuracy.auto.together",
+            "Both together, at 95 % with a margin for the number of logs, which the logs themselves determine",
+        ),
         _key("accuracy.auto.line_id", "The line"),
         _key("accuracy.auto.error", "The error requested with --error; absent with --budget"),
         _key("accuracy.auto.reached", "Whether that is kept, for each line"),
