@@ -58,7 +58,7 @@ PLAN = (
         "single factors", _of("coarse", "obstacles", "flanks", "order", "time step", "travel", "roll angle", "spacing",
         "tolerance", "sweeps", "trace"), USUAL, 400, 1.0,
     ),
-    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 24_000, 3.3),
+    Part("the fidelities on open slopes, more logs", MAIN, OPEN, 16_000, 3.3),
     Part("fine, more logs", ("fine",), USUAL, 8000, 4.4),
 )  # fmt: skip
 # CPU milliseconds per log at ``standard`` before anything has been slid: from pilots, accurate to a factor of two
