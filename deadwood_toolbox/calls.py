@@ -203,15 +203,15 @@ class _Told(Quiet):
         if self.to is not None:
             self.progress, self.cancelled = self.to.progress, self.to.cancelled
 
-    def note(self, message: str) -> None:
+    def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.notes.append(message)
         if self.to is not None:
-            self.to.note(message)
+            self.to.note(message, code, **numbers)
 
-    def warn(self, message: str) -> None:
+    def warn(self, message: str, code: str = "", **numbers: Any) -> None:
         self.warnings.append(message)
         if self.to is not None:
-            self.to.warn(message)
+            self.to.warn(message, code, **numbers)
 
     def pass_on(self) -> None:
         """Pass them to Python's warnings, at the line of the caller of the tool's function."""

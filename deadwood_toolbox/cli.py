@@ -112,7 +112,7 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
                 warnings.simplefilter("ignore")
                 logging.lastResort = None  # rasterio and GDAL log to any handler; here there is none
             speaker.detail(f"{job.tool.name} {VERSION}: {json.dumps(manifest(job.tool, ask)['parameters'])}")
-            outcome = job.tool.run(ask, speaker)
+            outcome = job.tool(ask, speaker)
         speaker.close()
         _report(outcome, _following(job.tool, ask, outcome), speaker, time.perf_counter() - began)
         return outcome.status

@@ -67,17 +67,20 @@ class Speaker:
                 pace = "" if rate is None or left is None else f", {rate:.3g}/s, {clock(left)} left"
                 self._line(f"{what}: {done:,.0f} of {total:,.0f} ({share(done, total)}){pace}")
 
-    def note(self, message: str) -> None:
+    def note(self, message: str, code: str = "", **numbers: Any) -> None:
         if not self.quiet:
-            self._event("note", message=message) if self.as_json else self._line(message)
+            self._event("note", message=message, **_known(code, numbers)) if self.as_json else self._line(message)
 
     def detail(self, message: str) -> None:
         """A message shown only with ``--verbose``."""
         if self.verbose:
             self.note(message)
 
-    def warn(self, message: str) -> None:
-        self._event("warning", message=message) if self.as_json else self._line(message, ("warning", YELLOW))
+    def warn(self, message: str, code: str = "", **numbers: Any) -> None:
+        if self.as_json:
+            self._event("warning", message=message, **_known(code, numbers))
+        else:
+            self._line(message, ("warning", YELLOW))
 
     def error(self, message: str, status: int) -> None:
         """The last message of a run that failed: exactly one line."""
@@ -163,6 +166,11 @@ class _Stage:
             return None, None
         rate = gained / spent
         return rate, max(total - self.done, 0.0) / rate
+
+
+def _known(code: str, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """What programs can tell a message by, if it has that."""
+    return {"code": code, "numbers": numbers} if code else {}
 
 
 def clock(seconds: float) -> str:

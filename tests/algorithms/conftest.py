@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import geopandas as gpd
 import numpy as np
@@ -29,10 +30,10 @@ class Said:
     def progress(self, done: float, total: float, what: str) -> None:
         pass
 
-    def note(self, message: str) -> None:
+    def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.notes.append(message)
 
-    def warn(self, message: str) -> None:
+    def warn(self, message: str, code: str = "", **numbers: Any) -> None:
         self.warnings.append(message)
 
     def cancelled(self) -> bool:

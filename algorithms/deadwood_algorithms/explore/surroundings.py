@@ -27,7 +27,8 @@ def part_to_explore(simulation: Simulation, feedback: Feedback) -> Part | None:
     on_dem = sorted((name for name in found if found[name].cells), key=lambda name: found[name].cells)
     if not on_dem:
         feedback.note(
-            f"{dem.path} is read completely; with --trees or --lines only {AROUND_M:g} m around them are read"
+            f"{dem.path} is read completely; with --trees or --lines only {AROUND_M:g} m around them are read",
+            code="whole-dem",
         )
         return None
     part, left_out = found[on_dem[0]], []
@@ -44,7 +45,9 @@ def part_to_explore(simulation: Simulation, feedback: Feedback) -> Part | None:
             f"; {' and '.join(left_out)} extend farther, and are used only as far as they lie within"
             if left_out
             else ""
-        )
+        ),
+        code="surroundings-only",
+        around_m=AROUND_M,
     )
     return part
 

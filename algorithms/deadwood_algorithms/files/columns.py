@@ -37,7 +37,9 @@ def note_unnamed(frame: pandas.DataFrame, fields: Sequence[str], things: str, fi
     if words and not any(each in frame for each in fields):
         feedback.note(
             f"{where_of(frame)}: without a field {' or '.join(fields)} the {things} are named by their rows, 1 to "
-            f"{len(frame)}; {fix} '{words[0]}' if it holds their names"
+            f"{len(frame)}; {fix} '{words[0]}' if it holds their names",
+            code="ids-by-row",
+            rows=len(frame),
         )
 
 
@@ -157,14 +159,24 @@ def warn_implausible(
     middle = float(np.median(values))
     if middle < low:
         fix = fix or ("if these are metres, multiply by 100" if column.unit == "cm" else "check the unit")
-        feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too small; {fix}")
+        feedback.warn(
+            f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too small; {fix}",
+            code="implausible-size",
+            median=float(middle),
+        )
     elif middle > high:
         fix = fix or WRONG_UNITS.get(column.unit, "check the unit")
-        feedback.warn(f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too large; {fix}")
+        feedback.warn(
+            f"{where}: the median {column.name} is {middle:g} {column.unit}, which is too large; {fix}",
+            code="implausible-size",
+            median=float(middle),
+        )
     elif float(values.max()) > high:
         feedback.warn(
             f"{where}: {column.name} exceeds {high:g} {column.unit} in {rows_named(rows[values > high])}, up to "
-            f"{values.max():g}; check these, and their unit"
+            f"{values.max():g}; check these, and their unit",
+            code="implausible-size",
+            largest=float(values.max()),
         )
 
 

@@ -64,7 +64,11 @@ def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[
             dem_crs = dem_crs or own_crs
     assert dem_crs is not None
     with Mosaic(path, tiles, feedback) as mosaic:
-        feedback.note(f"{path}: {len(tiles)} tiles are read as one DEM of {mosaic.width} x {mosaic.height} cells")
+        feedback.note(
+            f"{path}: {len(tiles)} tiles are read as one DEM of {mosaic.width} x {mosaic.height} cells",
+            code="tiles-joined",
+            tiles=len(tiles),
+        )
         yield mosaic, dem_crs, mosaic.transform
 
 
@@ -77,7 +81,9 @@ def _open_one(path: str, crs: str | None, feedback: Feedback) -> Iterator[tuple[
         dem_crs = _crs_of_dem(source, path, crs, feedback)
         transform = _square_transform(source, path, crs)
         if source.count > 1:
-            feedback.note(f"{path}: band 1 of {source.count} is read as the heights")
+            feedback.note(
+                f"{path}: band 1 of {source.count} is read as the heights", code="first-band", bands=source.count
+            )
         _refuse_foot_heights(source.units[0], 0.3048, path)
         yield source, dem_crs, transform
 
@@ -95,7 +101,7 @@ def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feed
         if given is None:
             raise UserError(f"{path}: the DEM has no CRS; name it, for example --crs {_code_by_numbers(source)}")
         crs = parse_crs(given)
-        feedback.note(f"{path}: the DEM has no CRS, {crs_name(crs)} is taken from --crs")
+        feedback.note(f"{path}: the DEM has no CRS, {crs_name(crs)} is taken from --crs", code="crs-assumed")
         if is_local(crs):
             return crs
     else:
@@ -103,7 +109,9 @@ def _crs_of_dem(source: Any, path: str | Path, given: str | None, feedback: Feed
         if is_local(crs) and given is not None and is_local(parse_crs(given)):
             return LOCAL_CRS
         if given is not None and not same_crs(crs, parse_crs(given)):
-            feedback.warn(f"{path}: --crs {given} is not used for the DEM, whose file names {crs_name(crs)}")
+            feedback.warn(
+                f"{path}: --crs {given} is not used for the DEM, whose file names {crs_name(crs)}", code="crs-not-used"
+            )
     _refuse_crs(crs, source, path, given)
     _warn_of_place(horizontal(crs), source, path, feedback)
     return crs
@@ -156,7 +164,8 @@ def _warn_of_place(crs: pyproj.CRS, source: Any, path: str | Path, feedback: Fee
         fix = "name the one that its supplier states"
     feedback.warn(
         f"{path}: the DEM's middle, {x:.0f}, {y:.0f}, is far outside the area of use of {crs_name(crs)}, so this is "
-        f"not its CRS, and layers in other CRSs will not match it; {fix}"
+        f"not its CRS, and layers in other CRSs will not match it; {fix}",
+        code="crs-doubtful",
     )
 
 
@@ -205,7 +214,10 @@ def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
         bands = "the colours of a palette" if palette else f"{source.count} bands of uint8"
         raise UserError(f"{path}: {bands} make a picture, not a DEM")
     if kind == "uint8":
-        feedback.warn(f"{path}: the heights are whole numbers from 0 to 255; is it a hillshade instead of the DEM?")
+        feedback.warn(
+            f"{path}: the heights are whole numbers from 0 to 255; is it a hillshade instead of the DEM?",
+            code="hillshade",
+        )
     if source.transform == Affine.identity():
         if source.gcps[0]:
             raise UserError(

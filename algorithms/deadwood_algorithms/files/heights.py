@@ -251,19 +251,25 @@ class Found:
         if self.far:
             feedback.warn(
                 f"{path}: {counted(self.far, 'cell holds', 'cells hold')} {self.shown:g} m, which is not a height on "
-                "Earth; taken as outside"
+                "Earth; taken as outside",
+                code="undeclared-nodata",
+                cells=self.far,
             )
         for empty, cells in self.collars.items():
             if cells:
                 feedback.warn(
                     f"{path}: {counted(cells, 'cell holds', 'cells hold')} exactly {empty:g} m, all others more than "
-                    f"{empty + COLLAR_DROP_M:g} m: taken as outside (an undeclared nodata value)"
+                    f"{empty + COLLAR_DROP_M:g} m: taken as outside (an undeclared nodata value)",
+                    code="undeclared-nodata",
+                    cells=cells,
                 )
         if self.mixed:
             feedback.warn(
                 f"{path}: {counted(self.mixed, 'cell beside nodata holds', 'cells beside nodata hold')} impossible "
                 f"heights ({self.lowest:.0f} to {self.highest:.0f} m), as if a DEM had been warped with its nodata "
-                "value as a height: taken as outside, with their neighbours"
+                "value as a height: taken as outside, with their neighbours",
+                code="undeclared-nodata",
+                cells=self.mixed,
             )
 
 
@@ -320,12 +326,14 @@ def warn_of_heights(samples: list[NDArray[Any]], path: str, cell: float, feedbac
             why = f"it repeats cells of {size:g} m as {k} x {k} of its own, in steps of {steps.height_m:.2g} m"
         feedback.warn(
             f"{path}: {why}. Such steps, which real ground does not have, slow and hold logs, so that too few go "
-            "far; use heights with decimals, resampled by a bilinear or cubic method"
+            "far; use heights with decimals, resampled by a bilinear or cubic method",
+            code="stepped-heights",
+            step_m=steps.height_m,
         )
     slopes = np.concatenate([slopes_of(each, cell) for each in samples] or [np.empty(0)])
     steep = float(np.degrees(np.arctan(np.median(slopes)))) if slopes.size >= JUDGED_BY else 0.0
     if steep > STEEPEST_DEG:
-        feedback.warn(steep_words(path, steep, "over its cells"))
+        feedback.warn(steep_words(path, steep, "over its cells"), code="steep", slope_deg=steep)
 
 
 def steep_words(path: str, slope_deg: float, where: str) -> str:

@@ -57,14 +57,17 @@ def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedbac
                 f"{path}: the {what} raster has no georeference; fix, with its own numbers: {remedies.placed(path)}"
             )
         if source.crs is None:
-            feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's")
+            feedback.note(f"{path}: the {what} raster has no CRS, it is taken to be in the DEM's", code="crs-assumed")
         own = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else grid.crs
         same = same_crs(own, grid.crs)
         refuse_local(own, grid.crs, f"{path}: the {what} raster")
         frame = grid.frame
         if not (same and source.shape == frame.shape and source.transform.almost_equals(frame.transform)):
             how = "" if same else f", {accuracy_words(own, grid.crs, source.bounds)}"
-            feedback.note(f"{path}: the {what} raster is resampled to the DEM's cells (nearest value{how})")
+            feedback.note(
+                f"{path}: the {what} raster is resampled to the DEM's cells (nearest value{how})",
+                code="raster-resampled",
+            )
         return read_part_on(source, grid, feedback, what)
 
 

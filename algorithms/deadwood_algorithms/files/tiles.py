@@ -190,7 +190,9 @@ class Mosaic:
             self.feedback.warn(
                 f"{tile.path}: where it overlaps tiles before it, "
                 f"{counted(int((apart > SAME_HEIGHT_M).sum()), 'cell differs', 'cells differ')} "
-                f"from theirs, by up to {apart.max():.2f} m; the first tile's heights are taken"
+                f"from theirs, by up to {apart.max():.2f} m; the first tile's heights are taken",
+                code="tiles-differ",
+                largest_m=float(apart.max()),
             )
 
     def vrt(self, beside: Path | None = None) -> str:

@@ -100,24 +100,28 @@ def with_schema_names(frame: Any, what: str, where: str, feedback: Feedback) -> 
         if column.name in frame or len(found) > 1:
             taken = column.name if column.name in frame else found[0][0]
             for name in (each for each, _ in found if each != taken):
-                feedback.warn(f"{where}: the field '{name}' is not used beside '{taken}'; delete the one that is wrong")
+                feedback.warn(
+                    f"{where}: the field '{name}' is not used beside '{taken}'; delete the one that is wrong",
+                    code="fields-unused",
+                )
         if column.name in frame:
             continue
         if found:
             name, times = found[0]
             renamed[name] = column.name
             factor_words = f", times {times:g}" if times != 1.0 else ""
-            feedback.note(f"{where}: the field '{name}' is read as {column.name}{factor_words}")
+            feedback.note(f"{where}: the field '{name}' is read as {column.name}{factor_words}", code="field-renamed")
             frame = frame.assign(**{str(name): scaled(frame[name], times)}) if times != 1.0 else frame
             continue
         alike = list(_alike(frame, column))
         if what in IN_METRES and column.unit == "m" and alike:  # the height of a net is always given in metres
             renamed[alike[0]] = column.name
-            feedback.note(f"{where}: the field '{alike[0]}' is read as {column.name}, in metres")
+            feedback.note(f"{where}: the field '{alike[0]}' is read as {column.name}, in metres", code="field-renamed")
             continue
         for name in alike:
             feedback.warn(
-                f"{where}: the field '{name}' is not used; rename it to {column.name} if that is what it holds"
+                f"{where}: the field '{name}' is not used; rename it to {column.name} if that is what it holds",
+                code="fields-unused",
             )
     return frame.rename(columns=renamed)
 
@@ -159,5 +163,7 @@ def say_defaults(frame: pandas.DataFrame, what: str, defaults: dict[str, Any], w
     if lacking and idle:
         values = ", ".join(f"{name} {defaults[name]:g}" for name in lacking)
         feedback.note(
-            f"{where}: the fields {', '.join(idle)} are not used; the options supply what is missing: {values}"
+            f"{where}: the fields {', '.join(idle)} are not used; the options supply what is missing: {values}",
+            code="fields-unused",
+            fields=len(idle),
         )

@@ -90,14 +90,14 @@ def read_vector(
     where = where_of(rows)
     said = rows.attrs.get("notes", ())
     for words in said:
-        feedback.note(f"{where}: {words}")
+        feedback.note(f"{where}: {words}", code="how-read")
     if rows.empty:
         full = rows.attrs.get("full_layers")
         fix = f"; the file has features in another: {', '.join(full)}" if full else ""
         raise UserError(f"{where}: the {what} layer is empty (no feature){fix}")
     frame = rows if isinstance(rows, gpd.GeoDataFrame) and not xy_fields else shapes_of_table(rows, what, xy_fields)
     for words in rows.attrs.get("notes", ())[len(said) :]:
-        feedback.note(f"{where}: {words}")
+        feedback.note(f"{where}: {words}", code="how-read")
     frame.geometry = _welcome(frame.geometry, geometry, what, where, feedback)
     frame = _in_crs(frame, target_crs, crs, what, where, feedback)
     frame = gpd.GeoDataFrame(with_schema_names(frame, what, where, feedback))
@@ -343,7 +343,11 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
         array = array.copy()
         array[collections] = [_parts_of(each, kinds) for each in array[collections]]
         parts = " and ".join(f"{kind}s" for kind in kinds)
-        feedback.note(f"{where}: {counted(int(collections.sum()), 'geometry collection')}, of which {parts} are used")
+        feedback.note(
+            f"{where}: {counted(int(collections.sum()), 'geometry collection')}, of which {parts} are used",
+            code="collections-split",
+            collections=int(collections.sum()),
+        )
     kinds_of = shapely.get_type_id(array)
     foreign = ~np.isin(kinds_of, [code for kind in kinds for code in TYPE_CODES[kind]])
     if foreign.any():
@@ -359,7 +363,11 @@ def _welcome(shapes: gpd.GeoSeries, kinds: Sequence[str], what: str, where: str,
     crossed = ~shapely.is_valid(array) & (shapely.get_dimensions(array) == 2)
     if crossed.any():
         array[crossed] = [_polygons_of(shapely.make_valid(each)) for each in array[crossed]]
-        feedback.note(f"{where}: {int(crossed.sum())} self-intersecting polygons were repaired")
+        feedback.note(
+            f"{where}: {int(crossed.sum())} self-intersecting polygons were repaired",
+            code="polygons-repaired",
+            polygons=int(crossed.sum()),
+        )
         if shapely.is_empty(array).any():
             raise UserError(f"{where}, row {int(np.argmax(shapely.is_empty(array))) + 1}: the polygon has no area")
     return gpd.GeoSeries(array, index=shapes.index, crs=shapes.crs)
@@ -400,7 +408,9 @@ def _in_crs(
         own = named or target
         assert own is not None  # for the type checker; refused above
         source = "--crs" if named else "the DEM"
-        feedback.note(f"{where}: the {what} layer has no CRS, {crs_name(own)} is taken from {source}")
+        feedback.note(
+            f"{where}: the {what} layer has no CRS, {crs_name(own)} is taken from {source}", code="crs-assumed"
+        )
         own = horizontal(own)
         frame = frame.set_crs(own)
     if target is None:
@@ -418,7 +428,8 @@ def _in_crs(
     refuse_local(own, target, f"{where}: the {what} layer")
     feedback.note(
         f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))} "
-        f"({accuracy_words(own, target, frame.total_bounds.tolist())})"
+        f"({accuracy_words(own, target, frame.total_bounds.tolist())})",
+        code="reprojected",
     )
     moved = frame.to_crs(horizontal(target))
     coordinates, owner = shapely.get_coordinates(np.asarray(moved.geometry.array), return_index=True)

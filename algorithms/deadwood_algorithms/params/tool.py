@@ -12,12 +12,14 @@ import dataclasses
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from deadwood_algorithms.params.kinds import KINDS, Parameter, UserError, check_value
+from deadwood_algorithms.params.messages import Feedback, Hearing, ProgressOnly, Quiet, Stage
 from deadwood_algorithms.params.renamed import old_names_of, with_new_names
 
 __all__ = ["Cancelled", "Feedback", "Outcome", "Parameter", "Tool", "UserError", "check_value"]
+__all__ += ["ProgressOnly", "Quiet", "Stage"]
 VERSION = "0.3.0"  # the one place: pyproject.toml, the QGIS plugin and every manifest take it from here
 
 REQUIRED: Any = object()
@@ -26,58 +28,6 @@ Record = TypeVar("Record")  # a small dataclass of parameters
 
 class Cancelled(Exception):
     """The user interrupted the tool; no output has its final name (exit 130)."""
-
-
-class Feedback(Protocol):
-    """The messages of a tool while it works; the caller decides where they go."""
-
-    def progress(self, done: float, total: float, what: str) -> None: ...
-
-    def note(self, message: str) -> None: ...
-
-    def warn(self, message: str) -> None: ...
-
-    def cancelled(self) -> bool: ...
-
-
-class Quiet:
-    """A feedback without output: the default for Python callers."""
-
-    def progress(self, done: float, total: float, what: str) -> None:
-        pass
-
-    def note(self, message: str) -> None:
-        pass
-
-    def warn(self, message: str) -> None:
-        pass
-
-    def cancelled(self) -> bool:
-        return False
-
-
-class ProgressOnly(Quiet):
-    """A feedback that passes on progress only, when the notes are already known or not needed."""
-
-    def __init__(self, feedback: Feedback) -> None:
-        self.progress, self.cancelled = feedback.progress, feedback.cancelled
-
-
-class Stage(ProgressOnly):
-    """The caller's feedback during one step of a longer task: its progress, and its warnings if it ``warns``,
-    carry the step's name (progress that of its ``place``); its notes are dropped as repetition."""
-
-    def __init__(self, feedback: Feedback, name: str, *, place: str = "", warns: bool = True) -> None:
-        super().__init__(feedback)
-        self.feedback, self.name, self.place, self.warns = feedback, name, place or name, warns
-        self.progress = self._progress
-
-    def _progress(self, done: float, total: float, what: str) -> None:
-        self.feedback.progress(done, total, f"{self.place}: {what}")
-
-    def warn(self, message: str) -> None:
-        if self.warns:
-            self.feedback.warn(f"{self.name}: {message}")
 
 
 def ask(kind: str, label: str, *, default: Any = REQUIRED, **facts: Any) -> Any:
@@ -323,7 +273,7 @@ class Tool:
         if ask is None:
             ask = self.ask_from(values)
         self.check(ask)
-        return self.run(ask, feedback or Quiet())
+        return self.run(ask, Hearing(feedback or Quiet()))
 
     def ask_from(self, values: Mapping[str, Any]) -> Any:
         """Build the ``Ask`` from a mapping; an unknown or missing name is the user's error."""

@@ -24,6 +24,7 @@ WHOLE = ("logs", "reach", "spread", "barriers", "speed", "accuracy", "modelled",
 Wanted = Any
 NUMBER, COUNT, ANY = (int, float), int, object
 MAYBE = (int, float, type(None))
+WARNINGS: Wanted = [{"code": str, "text": str, "numbers?": dict, "level?": str}]
 OF_MANIFEST: Wanted = {
     "tool": str,
     "version?": str,
@@ -40,6 +41,7 @@ OF_MANIFEST: Wanted = {
     "effective?": dict,
     "chosen?": dict,
     "presets?": list,
+    "warnings?": WARNINGS,
 }
 OF_SUMMARY: Wanted = {
     "logs?": {"released": COUNT, "not_run?": COUNT, "by_stop_reason": dict, "started_in_contact?": COUNT},
@@ -49,6 +51,7 @@ OF_SUMMARY: Wanted = {
     "speed?": {"mean_ms": MAYBE, "p95_ms": MAYBE, "max_ms": MAYBE},
     "accuracy?": {"fidelity": str, "penetration_max_m": MAYBE, "energy_error_rel_max?": MAYBE},
     "modelled?": dict,
+    "warnings?": WARNINGS,
     "cost?": {"cpu_s": NUMBER, "wall_s": NUMBER, "steps": COUNT, "logs_per_s": MAYBE},
 }
 

@@ -54,7 +54,9 @@ class Edges:
                 self.path = path
                 return
             source.close()
-        feedback.note("the run's terrain model was not found, so only the border of its grid counts as an edge")
+        feedback.note(
+            "the run's terrain model was not found, so only the border of its grid counts as an edge", code="dem-gone"
+        )
 
     def __enter__(self) -> Edges:
         return self

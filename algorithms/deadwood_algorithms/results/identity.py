@@ -27,6 +27,7 @@ from deadwood_algorithms.files import accounts, embedded, identity
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.params import manifest as declared
+from deadwood_algorithms.params.messages import Hearing, Message, messages_in, warnings_among
 from deadwood_algorithms.params.tool import VERSION, Feedback, Tool, UserError
 
 # Parameters that may change without changing any value of a result.
@@ -35,7 +36,7 @@ FREE = (
 )  # fmt: skip
 UNSEALED = (MANIFEST,)
 LIBRARIES = ("numpy", "numba", "rasterio", "pyogrio", "pyproj", "shapely", "geopandas", "pyarrow")
-RECORD = ("tool", "version", "engine", "run_id", "parameters", "inputs", "presets", "effective", "chosen")
+RECORD = ("tool", "version", "engine", "run_id", "parameters", "inputs", "presets", "effective", "chosen", "warnings")
 
 
 class Making:
@@ -47,6 +48,7 @@ class Making:
         self.named = declared.inputs_of(tool, ask)
         self.facts: dict[str, Any] = {}  # what the tool adds to its record
         self.accounts: dict[str, dict[str, Any]] = {}  # what became of the rows of each layer, as the tool says it
+        self.messages: list[Message] = []  # what the tool has said about its result so far
         self._final = {name: _final(tool, name, value) for name, value in self.named.items()}
         self._stamps = {name: _stamps(value) for name, value in self.named.items()}
         self._digests: dict[str, dict[str, Any]] = {}
@@ -103,7 +105,20 @@ class Making:
         said = {key: made.pop(key) for key in ("tool", "version", "engine")}
         where = {"run_id": self.run_id, "made_utc": self.began, "platform": _platform(), "libraries": _libraries()}
         dates = {name: when for name, stamps in self._stamps.items() if (when := _newest(stamps))}
-        return {**said, **where, "modified_utc": dates, **made, "inputs": self.inputs, **self.facts}
+        return {
+            **said,
+            **where,
+            "modified_utc": dates,
+            **made,
+            "inputs": self.inputs,
+            "warnings": self.warnings,
+            **self.facts,
+        }
+
+    @property
+    def warnings(self) -> list[dict[str, Any]]:
+        """The notes and warnings about the result so far, as records."""
+        return [each.record() for each in self.messages]
 
     def carried(self) -> dict[str, Any]:
         """The record within a file: without times, places of outputs and numbers of threads, so that two results that
@@ -163,20 +178,31 @@ class Outputs(Making):
 @contextmanager
 def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
     """Write the outputs of a tool, protected and with their record."""
+    hearing = feedback if isinstance(feedback, Hearing) else Hearing(feedback)
     with ExitStack() as stack:
         outputs = Outputs(tool, ask, stack)
+        outputs.messages = hearing.messages
         outputs.accounts = stack.enter_context(accounts.accounting())
         for each in outputs.named.values():
             for place in places_of(each):
                 manifest = made_from(place)
-                if place.name in manifest.get("files", {}):
+                if is_part := place.name in manifest.get("files", {}):
                     refuse_damaged(place.parent, manifest, place.name)
+                repeat_warnings(place, manifest if is_part or place.is_dir() else None, hearing)
         yield outputs
         for each in outputs.changed():
-            feedback.warn(
+            hearing.warn(
                 f"{each}: this input was written to while {tool.name} worked, so it is not known what was read; run "
-                f"again when it no longer changes"
+                f"again when it no longer changes",
+                code="input-written",
             )
+
+
+def repeat_warnings(place: Path, manifest: Mapping[str, Any] | None, feedback: Feedback) -> None:
+    """Repeat what an input's own record warns of, for the result made from it."""
+    record = embedded.record_in(place) if manifest is None else manifest
+    for each in warnings_among(messages_in(record or {})):
+        feedback.warn(f"{place.name}: {each.text}", code=each.code, **each.numbers)
 
 
 @contextmanager

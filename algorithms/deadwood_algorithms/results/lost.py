@@ -51,7 +51,7 @@ def many(n_lost: int, n: int) -> bool:
 def warn_of_lost(n_lost: int, n: int, phrases: Sequence[str], feedback: Feedback, *, where: str = "") -> None:
     """`lost_warning` as a warning, if there is one; ``where`` names the run."""
     if warning := lost_warning(n_lost, n, phrases):
-        feedback.warn(f"{where}: {warning}" if where else warning)
+        feedback.warn(f"{where}: {warning}" if where else warning, code="left-dem", left=n_lost, logs=n)
 
 
 def lost_warning(n_lost: int, n: int, phrases: Sequence[str]) -> str | None:

@@ -51,7 +51,11 @@ def outlines(run: Run, every_s: float, feedback: Feedback) -> tuple[geopandas.Ge
     while (durations / step + 2.0).sum() > MOST:
         step *= 2.0
     if step > every_s:
-        feedback.warn(f"an outline every {every_s:g} s would be more than {MOST}; one is written every {step:g} s")
+        feedback.warn(
+            f"an outline every {every_s:g} s would be more than {MOST}; one is written every {step:g} s",
+            code="fewer-outlines",
+            step_s=step,
+        )
     pieces = []
     done = 0
     for ends in _frames(run, step):

@@ -91,11 +91,13 @@ def passages_of_lines(source: Run, lines: str | None, feedback: Feedback) -> lis
     if not source.stored_log_ids.size:
         if lines:
             raise UserError(f"{source.path}: {NOT_STORED}")
-        feedback.warn(f"{source.path}: there are no energies at lines: {NOT_STORED}")
+        feedback.warn(f"{source.path}: there are no energies at lines: {NOT_STORED}", code="no-energies")
         return list(unseen_lines(items.ids))
     if source.stored_log_ids.size < len(source.deposits):
         text = f"{source.stored_log_ids.size} of {len(source.deposits)}"
-        feedback.note(f"{text} logs have a stored trajectory; the values at lines are based on these")
+        feedback.note(
+            f"{text} logs have a stored trajectory; the values at lines are based on these", code="some-trajectories"
+        )
     with Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback) as edges:
         arrived = find_arrivals(source, polylines, items, None, 0.0, feedback)
         return list(line_passages(source, arrived, items, edges))

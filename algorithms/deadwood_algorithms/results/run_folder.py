@@ -192,7 +192,8 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
     for parameter, file in changed:
         feedback.warn(
             f"{file}: this file, the {parameter.replace('_', ' ')} of the run {folder}, has changed since the logs "
-            "slid, so it is no longer the file that the run used. Restore that file, or run slide-logs again"
+            "slid, so it is no longer the file that the run used. Restore that file, or run slide-logs again",
+            code="input-changed",
         )
     return Run(folder, deposits, grid, manifest, np.sort(stored.astype(np.int64)), changed)
 

@@ -46,6 +46,7 @@ from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases, reached
 from deadwood_algorithms.simulate.chunks import ChunkedRun, Keeper
 from deadwood_algorithms.simulate.columns import Columns
+from deadwood_algorithms.simulate.sinking import Sinking
 from deadwood_algorithms.stats.directions import azimuth
 from deadwood_algorithms.stats.endings import ended, left_dem, reasons_in_words
 
@@ -164,18 +165,28 @@ def write_results(
             fix += ", or --rolling-friction, without which a log that rolls on smooth ground does not stop"
         feedback.warn(
             f"{still} of {len(releases)} logs still moved at --time-limit-s {settings.scene.time_limit_s:g}, so their "
-            f"deposits are not final; {fix}"
+            f"deposits are not final; {fix}",
+            code="time-limit",
+            still_moving=still,
+            logs=len(releases),
         )
     if loss := loss_of_run(summary):
-        feedback.warn(loss)
+        feedback.warn(loss, code="left-dem", left=summary["logs"]["by_stop_reason"]["left_dem"], logs=len(releases))
     if states := failed_states(layers, releases, by_log):
         write_json(folder / FAILED_STATES, {"logs": states})
         feedback.warn(
             f"{len(states)} of {len(releases)} logs failed, the others are not affected; {FAILED_STATES} has their "
-            "last states, from which the engine can continue (deadwood_engine.Start): please report them"
+            "last states, from which the engine can continue (deadwood_engine.Start): please report them",
+            code="failed",
+            failed=len(states),
+            logs=len(releases),
         )
+    sinking = Sinking()  # of all logs, also of those slid before the run was resumed
+    sinking.add(releases.logs, layers.shape, by_log["penetration_max"])
+    sinking.say(layers.dem.cell, feedback)
+    done.simulation.sinking.deep = 0  # said
     by_log.close()
-    write_json(folder / SUMMARY, summary)
+    write_json(folder / SUMMARY, {**summary, "warnings": making.warnings})
     making.facts |= {**_facts(layers, releases), "effective": effective_values(releases)}
     if settings.auto is not None:  # chosen by --fidelity auto, which depends on the clock of the machine
         making.facts["chosen"] = {"fidelity": settings.fidelity, "logs": len(releases)}

@@ -73,5 +73,5 @@ def read_blocks(path: str | None, grid: Grid, feedback: Feedback) -> Boulders:
     field = next((name for name in ("block_id", "name") if name in frame), "")
     twins = shared_words(frame, field, ids.tolist())
     if twins:
-        feedback.warn(f"{twins}; no result can distinguish them. Give each its own block_id")
+        feedback.warn(f"{twins}; no result can distinguish them. Give each its own block_id", code="same-id")
     return Boulders(Blocks(x[on], y[on], diameter[on], height[on]), [str(each) for each in ids[on]], beyond)

@@ -57,13 +57,21 @@ def read_friction(
         mu = _burnt(shapes, values, grid)
         double = int((_burnt(shapes, np.ones(len(shapes)), grid, added=True) > 1).sum())
         if double:
-            feedback.note(f"{where}: polygons overlap on {counted(double, 'cell')}; the later one counts")
+            feedback.note(
+                f"{where}: polygons overlap on {counted(double, 'cell')}; the later one counts",
+                code="polygons-overlap",
+                cells=int(double),
+            )
     ground = np.isfinite(grid.values)
     filled = np.isnan(mu) & ground
     mu = _checked(mu, grid, where, elsewhere, "give the value there with --friction-elsewhere")
     if filled.any():
         share = filled.sum() / ground.sum()
-        feedback.note(f"{where}: {share:.1%} of the DEM's cells have no friction and get {elsewhere:g}")
+        feedback.note(
+            f"{where}: {share:.1%} of the DEM's cells have no friction and get {elsewhere:g}",
+            code="friction-filled",
+            share=float(share),
+        )
     warn_of_large(float(np.median(mu[ground])) if ground.any() else 0.0, where, feedback)
     return mu
 
@@ -80,7 +88,9 @@ def open_friction(
     elif is_raster(path):
         with open_raster(path, "friction") as source:
             if source.crs is None:
-                feedback.note(f"{path}: the friction raster has no CRS, it is taken to be in the DEM's")
+                feedback.note(
+                    f"{path}: the friction raster has no CRS, it is taken to be in the DEM's", code="crs-assumed"
+                )
             yield lambda grid: _checked(as_written(read_part_on(source, grid)), grid, path)
     else:
         shapes, values, where = _polygons(path, dem, None, "rename the one that holds it", feedback)
@@ -139,7 +149,9 @@ def warn_of_large(middle: float, where: str, feedback: Feedback) -> None:
         tangent = math.tan(math.radians(middle))
         feedback.warn(
             f"{where}: the {what} is {middle:g}; is it in percent or degrees? Then {middle / 100.0:.3g} or "
-            f"{tangent:.3g} is meant: it is the tangent of the angle of friction, such as 0.4"
+            f"{tangent:.3g} is meant: it is the tangent of the angle of friction, such as 0.4",
+            code="friction-large",
+            median=float(middle),
         )
 
 

@@ -21,7 +21,10 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
     if grid.cell > COARSEST_M:
         feedback.warn(
             f"{grid.path}: cells of {grid.cell:g} m do not resolve the relief that holds logs, so too many slide, "
-            f"and too far; use a terrain model with cells of 0.5 to {COARSEST_M:g} m"
+            f"and too far; use a terrain model with cells of 0.5 to {COARSEST_M:g} m",
+            code="coarse-cells",
+            cell_m=grid.cell,
+            largest_m=COARSEST_M,
         )
     holes = holes_in(grid.values)
     if holes:
@@ -32,11 +35,14 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
             f"{grid.path}: {several} without heights inside the DEM "
             f"({significant(holes.cells * grid.cell**2, 4)} m²{largest}, "
             f"near {place[0]:.0f}, {place[1]:.0f}): logs that get there end as if they had left it (left_dem); fill "
-            "them from another terrain model, or by interpolation (in QGIS: Fill NoData)"
+            "them from another terrain model, or by interpolation (in QGIS: Fill NoData)",
+            code="holes",
+            holes=holes.number,
+            area_m2=holes.cells * grid.cell**2,
         )
     there = slope_at_deg(grid, x, y)
     if there > STEEPEST_DEG and median_slope_deg(grid) <= STEEPEST_DEG:  # else reported when the DEM was opened
-        feedback.warn(steep_words(grid.path, there, "where the logs start"))
+        feedback.warn(steep_words(grid.path, there, "where the logs start"), code="steep", slope_deg=there)
 
 
 def median_slope_deg(grid: Grid) -> float:

@@ -51,10 +51,13 @@ class SceneInputs:
 def say_presets(presets: tuple[Taken, ...], cell: float, feedback: Feedback) -> None:
     """Report what a friction by name is, and if it was found on cells of another size."""
     for each in presets:
-        feedback.note(each.said)
+        feedback.note(each.said, code="preset")
         found_on = each.preset.cell_m
         if each.sets and found_on and abs(cell - found_on) > 0.02 * found_on:
             feedback.warn(
                 f"--friction-preset {each.preset.name} was found on cells of {found_on:g} m, and the terrain "
-                f"model has cells of {cell:g} m: on coarser ones friction should be higher (the paper, 6.1)"
+                f"model has cells of {cell:g} m: on coarser ones friction should be higher (the paper, 6.1)",
+                code="preset-of-other-cells",
+                cell_m=cell,
+                found_on_m=found_on,
             )

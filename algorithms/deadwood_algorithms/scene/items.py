@@ -101,9 +101,11 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     named = next((name for name in names if name in frame), "")
     twins = shared_words(frame, named, ids, rows)
     if twins and named == names[0]:
-        feedback.note(f"{twins} and count as one")
+        feedback.note(f"{twins} and count as one", code="same-id")
     elif twins:
-        feedback.warn(f"{twins} and count as one; to count them separately, give each its own {names[0]}")
+        feedback.warn(
+            f"{twins} and count as one; to count them separately, give each its own {names[0]}", code="same-id"
+        )
     geometry = np.asarray(frame.geometry)[rows]
     merged = [
         geometry[alike[0]] if alike.size == 1 else shapely.union_all(geometry[alike])

@@ -274,7 +274,9 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> StandingTree
     ids = ids_of(frame, "tree_id")
     twins = shared_words(frame, "tree_id", ids.tolist())
     if twins:
-        feedback.warn(f"{twins}; no result can distinguish them. deadwood-tool import-trees numbers them again")
+        feedback.warn(
+            f"{twins}; no result can distinguish them. deadwood-tool import-trees numbers them again", code="same-id"
+        )
     trees = Trees(x[on], y[on], dbh_cm[on] / 100.0, height[on])
     return StandingTrees(trees, [str(each) for each in ids[on]], why_left_out(grid, x[~on], y[~on]), dbh_cm[on])
 

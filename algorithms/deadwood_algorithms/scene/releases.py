@@ -149,7 +149,8 @@ def _say_overridden(frame: geopandas.GeoDataFrame, defaults: Mapping[str, Any], 
     if idle:
         feedback.warn(
             f"{where_of(frame)}: {', '.join(idle)}: without effect, because the layer has a column of that name, "
-            "which overrides it; change or drop the column"
+            "which overrides it; change or drop the column",
+            code="options-without-effect",
         )
 
 

@@ -73,14 +73,24 @@ def read_shape(name: str, cell: float, feedback: Feedback) -> Shape | None:
     except ValueError as error:
         raise UserError(f"{name}: {error}; give at least four points that span a body") from error
     if not USUAL_M[0] <= size <= USUAL_M[1]:
-        feedback.warn(f"{name}: the body is {size:g} m long; the file must be in metres")
+        feedback.warn(
+            f"{name}: the body is {size:g} m long; the file must be in metres",
+            code="implausible-size",
+            size_m=float(size),
+        )
     if shape.inside:
-        feedback.note(f"{name}: {shape.inside} of {len(points)} points lie inside the convex hull and touch nothing")
+        feedback.note(
+            f"{name}: {shape.inside} of {len(points)} points lie inside the convex hull and touch nothing",
+            code="points-within",
+            points=shape.inside,
+        )
     gap = longest_gap(shape)
     if gap > 2.0 * cell:
         feedback.note(
             f"{name}: points lie up to {gap:.3g} m apart along an edge, the DEM's cells are {cell:g} m: terrain that "
-            "rises between points is not detected; put the points closer together than a cell (make-log --rings)"
+            "rises between points is not detected; put the points closer together than a cell (make-log --rings)",
+            code="points-apart",
+            gap_m=float(gap),
         )
     return shape
 

@@ -554,6 +554,13 @@ _ABOVE_KEYS = (
     *_above_keys("of_trees", "a standing tree"),
     *_above_keys("of_logs", "a log"),
 )
+_WARNING_KEYS = (
+    _key("warnings", "What was said about the result, and what the records of its inputs warn of"),
+    _key("warnings[].code", "Stable name of what is said"),
+    _key("warnings[].text", "One line for a reader"),
+    _whole("warnings[].numbers", "Its numbers by name"),
+    _key("warnings[].level", "`warning`, what makes the result doubtful, or `note`, what was assumed"),
+)
 SUMMARY = JsonFile(
     name="summary.json",
     meaning="Summary of a run",
@@ -655,6 +662,7 @@ SUMMARY = JsonFile(
         _key("counted.LAYER.left_out[].n", "How many rows"),
         _whole("modelled", "What was modelled of the scene, and what was not and why, in words"),
         _whole("modelled_facts", "The same as records: the name of each clause, and the numbers in it"),
+        *_WARNING_KEYS,
         _key("cost", "Cost of the run"),
         _key("cost.cpu_s", "Time of all cores [s]"),
         _key("cost.wall_s", "Time of sliding, the sum over the logs [s]"),
@@ -709,6 +717,7 @@ MANIFEST = JsonFile(
             "inputs",
             "Each input as it was read: path, layer, SHA-256, bytes, rows, CRS, use of the rows; of several files each",
         ),
+        *_WARNING_KEYS,
         _whole("files", "SHA-256 and bytes of every file of the folder, which seal the result"),
         _key("seal", "SHA-256 of the content of this file"),
         _key(

@@ -111,7 +111,11 @@ class AutoRun:
         except UserError:  # logs slid for it are of no use for another error
             self.remove()
             raise
-        self.run.feedback.note(f"{counted(chosen.logs, 'log')} at {chosen.option.fidelity}: {chosen.option.why}")
+        self.run.feedback.note(
+            f"{counted(chosen.logs, 'log')} at {chosen.option.fidelity}: {chosen.option.why}",
+            code="fidelity-chosen",
+            logs=chosen.logs,
+        )
         others = [work for name, work in self.works.items() if name != chosen.option.fidelity]
         spent = sum(float(work.chunk(k)["cost_cpu_s"].sum()) for work in others for k in range(work.finished))
         return chosen, spent

@@ -52,5 +52,4 @@ def open_simulation(
         try:
             yield simulation
         finally:
-            if words := simulation.sinking.words(dem.cell):
-                feedback.warn(words)
+            simulation.sinking.say(dem.cell, feedback)

@@ -6,9 +6,11 @@ from dataclasses import dataclass, field
 from threading import Lock
 
 import numpy as np
+from numpy.typing import NDArray
 
 from deadwood_algorithms.params.counts import counted, significant
-from deadwood_engine import Logs, Result, Shape, Start
+from deadwood_algorithms.params.tool import Feedback
+from deadwood_engine import Logs, Shape, Start
 from deadwood_engine.log_body import BASE_RADIUS
 
 # Share of the diameter, into the ground or an obstacle: the axis of a lying log is then below the surface. This is what
@@ -28,12 +30,11 @@ class Sinking:
     deepest: tuple[float, float] = (0.0, 0.0)
     _lock: Lock = field(default_factory=Lock)  # several threads slide at the same time
 
-    def add(self, logs: Logs | Start, shape: Shape | None, result: Result) -> None:
+    def add(self, logs: Logs | Start, shape: Shape | None, depth: NDArray[np.float64]) -> None:
         if isinstance(logs, Start):
             diameter = 2.0 * logs.body[:, BASE_RADIUS]
         else:
             diameter = 2.0 * shape.bodies(logs.density)[:, BASE_RADIUS] if shape else np.asarray(logs.diameter)
-        depth = result.penetration_max
         part = depth / diameter
         with self._lock:
             self.slid += part.size
@@ -42,14 +43,18 @@ class Sinking:
                 most = int(np.argmax(part))
                 self.deepest = float(depth[most]), float(part[most])
 
-    def words(self, cell: float) -> str | None:
-        """The warning, for this cell size [m]; None if no log sank so deep."""
+    def say(self, cell: float, feedback: Feedback) -> None:
+        """Warn if logs sank so deep, on cells of this size [m]."""
         if not self.deep:
-            return None
+            return
         metres, part = self.deepest
-        return (
+        feedback.warn(
             f"{self.deep} of {counted(self.slid, 'log')} that slid sank deeper than {TOO_DEEP:g} of their diameter "
             f"into the ground or an obstacle, the deepest {significant(metres, 2)} m ({significant(part, 2)} "
             f"diameters), on cells of {cell:g} m: their paths are not reliable; take a finer fidelity, and look at the "
-            "terrain model where they went"
+            "terrain model where they went",
+            code="sank-deep",
+            deep=self.deep,
+            logs=self.slid,
+            deepest_m=metres,
         )

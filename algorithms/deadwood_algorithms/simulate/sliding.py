@@ -164,7 +164,7 @@ def slide_batch(
         meter.add(result)
     sides = layers.escaped(result)
     if not sides:  # otherwise they slide again
-        simulation.sinking.add(batch.logs, layers.shape, result)
+        simulation.sinking.add(batch.logs, layers.shape, result.penetration_max)
     return layers.without_watch(result), sides
 
 

@@ -106,7 +106,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 difference_map(compared.reference, other, path, feedback)
             except UserError as error:  # grids that do not match; everything else can be compared
                 path.unlink(missing_ok=True)
-                feedback.warn(f"no map of {other.name}: {error}")
+                feedback.warn(f"no map of {other.name}: {error}", code="no-map")
             else:
                 maps[other.name] = path
                 outputs[path.stem] = final / path.name
@@ -136,7 +136,9 @@ def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feed
     counts = ", ".join(f"{int(each.left_dem.sum())} in {each.name}" for each in compared.scenarios)
     feedback.warn(
         f"of {compared.log_id.size} logs some left the terrain model ({counts}), and their further movement is not "
-        f"known; these depend on them: {'; '.join(phrases)}; run slide-logs on a larger terrain model"
+        f"known; these depend on them: {'; '.join(phrases)}; run slide-logs on a larger terrain model",
+        code="left-dem",
+        logs=compared.log_id.size,
     )
 
 

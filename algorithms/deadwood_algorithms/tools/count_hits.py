@@ -112,8 +112,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             )
         if stored.size < chosen.size:
             feedback.warn(
-                f"only {stored.size} of the {chosen.size} chosen logs have a stored trajectory and are counted"
-            )
+                f"only {stored.size} of the {chosen.size} chosen logs have a stored trajectory and are counted",
+                code="some-trajectories", stored=stored.size, logs=chosen.size,
+            )  # fmt: skip
 
         counts = count_of(source, stored, grid, feedback)
         write_raster(

@@ -118,10 +118,10 @@ class Said(Quiet):
     def progress(self, done: float, total: float, what: str) -> None:
         self.say("progress", what, done=done, total=total)
 
-    def note(self, message: str) -> None:
+    def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.say("note", message)
 
-    def warn(self, message: str) -> None:
+    def warn(self, message: str, code: str = "", **numbers: Any) -> None:
         self.say("warn", message)
 
 

@@ -119,12 +119,15 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if tops.too_high:
             feedback.warn(
                 f"{path}: {counted(tops.too_high, 'cell stands', 'cells stand')} more than {TREE_M[1]:g} m above the "
-                "ground, higher than any tree; is it a canopy model, in metres?"
+                "ground, higher than any tree; is it a canopy model, in metres?",
+                code="too-high",
+                cells=tops.too_high,
             )
         if tops.rounded:
             feedback.note(
                 f"{path}: the heights are rounded to {ROUNDED_M:g} m or more; of equal cells in one window the "
-                "southernmost is taken for the highest"
+                "southernmost is taken for the highest",
+                code="rounded-heights",
             )
         height = np.round(tops.height, 3)
         dbh = law.dbh(height, np.full(height.size, np.nan))

@@ -120,7 +120,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         raise UserError("--preset and --like both define the forest; give one of them")
     taken = presets.Taken.of(presets.FORESTS[ask.preset], "--preset", vars(ask)) if ask.preset else None
     if taken:
-        feedback.note(taken.said)
+        feedback.note(taken.said, code="preset")
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
         ground = opened.enter_context(open_ground(ask.dem, crs=ask.crs, feedback=feedback))

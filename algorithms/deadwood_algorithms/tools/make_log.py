@@ -70,7 +70,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         diameter = ask.dbh_cm / 100.0
         if ask.length_m < diameter:
             feedback.warn(
-                f"--length-m {ask.length_m:g} is less than the DBH, {diameter:g} m: this is a slice, not a log"
+                f"--length-m {ask.length_m:g} is less than the DBH, {diameter:g} m: this is a slice, not a log",
+                code="slice",
+                length_m=ask.length_m,
             )
         cone = properties_of_cone(diameter, ask.length_m, ask.taper, ask.density_kg_m3)
         points, triangles = frustum(diameter, ask.length_m, ask.taper, ask.vertices, rings)

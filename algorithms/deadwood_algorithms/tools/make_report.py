@@ -113,7 +113,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         feedback.progress(3, 3, "drawing the report")
     for source in sources:
         for phrase, filled in source.lacks:
-            feedback.note(f"{source.name}: {Words('en').say(phrase, **filled)}")
+            feedback.note(f"{source.name}: {Words('en').say(phrase, **filled)}", code="lacks")
     outputs = {"output": ask.output, "figures": ask.figures, "gltf": ask.gltf}
     facts = {"runs": [each.name for each in sources], "bytes": Path(ask.output).stat().st_size}
     made = f"a page of {facts['bytes'] / 1e6:.1f} MB, of {', '.join(facts['runs'])}"

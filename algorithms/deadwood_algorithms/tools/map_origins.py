@@ -95,7 +95,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             feedback.warn(
                 f"of {rows.size} logs {rows.size - found.released[found.enough].sum()} were released in cells of "
                 f"{cell:g} m with fewer than {ask.least}, whose share is not shown; use a larger --cell-m, a smaller "
-                "--least, or release more"
+                "--least, or release more",
+                code="few-logs",
             )
         bands, units = found.bands()
         options = {"units": units, "style": ORIGIN_REACH.look, "raster": ORIGIN_REACH.name}

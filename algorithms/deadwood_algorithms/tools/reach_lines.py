@@ -70,7 +70,12 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             raise UserError(f"{ask.run}: no trajectory was stored; run slide-logs with --trajectories all")
         total = len(source.deposits)
         if source.stored_log_ids.size < total:
-            feedback.note(f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p is based on these")
+            feedback.note(
+                f"{source.stored_log_ids.size} of {total} logs have a stored trajectory; p is based on these",
+                code="some-trajectories",
+                stored=source.stored_log_ids.size,
+                logs=total,
+            )
 
         edges = stack.enter_context(Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback))
         arrived = arrivals.find_arrivals(source, lines, items, edges, ask.edge_m, feedback)
@@ -83,7 +88,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         near = arrived.near_edge & ~left
         if left.any() or near.any():
             counts = int(left.sum()), int(near.sum()), source.stored_log_ids.size
-            feedback.warn(f"{ask.run}: " + edge_words(*counts, ask.edge_m, edges.words, "passed"))
+            feedback.warn(f"{ask.run}: " + edge_words(*counts, ask.edge_m, edges.words, "passed"), code="left-dem")
         layers = {"reach": reach, "arrivals": frame, "attribution": attribution}
         write_vector(path, layers | {"origins": arrivals.origins_frame(frame)})
     facts = {

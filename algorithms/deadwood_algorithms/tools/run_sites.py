@@ -36,7 +36,7 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.manifest import moving_to
-from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Stage, Tool
+from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, ProgressOnly, Stage, Tool
 from deadwood_algorithms.tools import make_report, slide_logs
 
 if TYPE_CHECKING:
@@ -191,7 +191,7 @@ def add_page(ask: Ask, folder: Path, found: list[SiteFound], feedback: Feedback)
     runs = [str(folder / "sites" / each.name) for each in found if not each.failed][:ON_PAGE]
     if runs:
         page = make_report.Ask(runs=",".join(runs), title=Path(ask.output).name, output=str(folder / REPORT))
-        make_report.run(page, feedback)
+        make_report.run(page, ProgressOnly(feedback))  # the sites have said their warnings
 
 
 TOOL = Tool(

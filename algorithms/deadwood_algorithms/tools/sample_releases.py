@@ -138,7 +138,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         names = areas.release_ids(ask.release_id_field, feedback)
         taken = presets.Taken.of(presets.LOGS[ask.preset], "--preset", vars(ask))
         if taken.sets or ask.preset != DEFAULT_PRESET:  # for the default preset, only if it set something
-            feedback.note(taken.said)
+            feedback.note(taken.said, code="preset")
         given = {"dbh_cm": ask.dbh_cm, "length_m": ask.length_m}
         law = PUBLISHED[taken.preset.law] if taken.preset.law else None
         sizes = sizes_of(given, taken, areas.frame, feedback, law=law, mapped=ask.deadwood is not None)
@@ -152,7 +152,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         account("areas", count_of(len(areas.frame), (counts > 0).sum(), {"no_log": (counts == 0).sum()}))
         if not counts.all():
             none = counted(int((counts == 0).sum()), "release area is", "release areas are")
-            feedback.note(f"{where_of(areas.frame)}: {none} too small for a log at --logs-per-ha {ask.logs_per_ha:g}")
+            feedback.note(
+                f"{where_of(areas.frame)}: {none} too small for a log at --logs-per-ha {ask.logs_per_ha:g}",
+                code="areas-too-small",
+                areas=none,
+            )
         areas.say_unequal(counts, feedback)
         fix = "lower --count or --logs-per-ha, or sample the areas in parts"
         refuse_too_many(int(counts.sum()), "logs", ask.output, each=BYTES, fix=fix)

@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.run_options import CapacityOptions, FidelityOptions, KeptOptions
-from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.scene.released_scene import ReleasedScene, SceneByName
@@ -180,12 +180,14 @@ def added(ask: Ask, folder: Path, done: ChunkedRun, feedback: Feedback) -> dict[
 
     final, outputs, scene = Path(ask.output), {}, (done.slope.layers, done.releases)
     if ask.qgis_project:
-        words_of = partial(sheet_words, words=Words(ask.language))
-        add_project(folder, final, ask.inputs(), *scene, ask.outline_every_s, words_of, feedback)
+        words = partial(sheet_words, words=Words(ask.language))
+        add_project(folder, final, ask.inputs(), *scene, ask.outline_every_s, words, feedback)
         outputs["qgis_project"] = final / PROJECT
     if ask.report:
-        run, page = str(folder), str(folder / "report.html")
-        make_report.run(make_report.Ask(runs=run, names=final.name, language=ask.language, output=page), feedback)
+        page = make_report.Ask(
+            runs=str(folder), names=final.name, language=ask.language, output=f"{folder}/report.html"
+        )
+        make_report.run(page, ProgressOnly(feedback))
         outputs["report"] = final / "report.html"
     return outputs
 

@@ -130,7 +130,9 @@ def values_of(ask: Ask, feedback: Feedback) -> Outcome:
             left = left_dem(baseline.result.stop_reason)
             phrases = reach_phrases(reach_records(layers.lines.ids, baseline.reach, left))
             if warning := lost_warning(int(left.sum()), left.size, phrases):
-                feedback.warn(f"{ask.run}: {warning}; gain_p_low_if_lost and gain_p_high_if_lost bound each gain")
+                feedback.warn(
+                    f"{ask.run}: {warning}; gain_p_low_if_lost and gain_p_high_if_lost bound each gain", code="left-dem"
+                )
             if things := [*obstacles_of(layers), *stands_of(stands, layers)]:
                 found = obstacle_effects(rerun, layers, baseline, things, steps, feedback)
                 frames["values"] = frame_of(found, layers, "n_reach_without", +1)

@@ -107,7 +107,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     factors = factors_of(ask.vary)
     for each in factors:
         if each.offered:
-            feedback.note(each.offer_words)
+            feedback.note(each.offer_words, code="preset")
     places = places_of_design(factors, ask.design, ask.samples, ask.seed)
     return result_or_plan(variation, ask, feedback, times=len(places), logs_there=lambda: logs_of_layer(ask.releases))
 
@@ -148,7 +148,9 @@ def variation(ask: Ask, feedback: Feedback) -> Outcome:
             )
         if len(logs) < FEW_LOGS:
             feedback.warn(
-                f"{counted(len(logs), 'log reveals', 'logs reveal')} strong factors only; release a few hundred"
+                f"{counted(len(logs), 'log reveals', 'logs reveal')} strong factors only; release a few hundred",
+                code="few-logs",
+                logs=len(logs),
             )
         feedback.note(
             f"{counted(len(places), 'run')} of {counted(len(logs), 'log')}: {len(places) * len(logs)} to slide"

@@ -121,7 +121,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         raise UserError("--years is computed with the decay of a species; name it with --wood, or give --thinner")
     thinner = THINNER if ask.thinner is None else ask.thinner
     for taken in ask.taken_presets():
-        feedback.note(taken.said)
+        feedback.note(taken.said, code="preset")
         thinner = float(taken.values["thinner"])
     final = Path(ask.output)
     with (
@@ -135,14 +135,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         azimuth = fall_directions(items, ask.fall_deg, ask.scatter_deg, ask.seed)
         lying = lying_stems(stems.place[rows], stems.dbh_cm[rows], stems.height_m[rows], azimuth, ask.stump_m, ground)
         laid = ~lying.off
-        if (lying.cut & laid).any():
-            feedback.note(
-                f"{counted(int((lying.cut & laid).sum()), 'stem')} would reach beyond the terrain: cut at its edge"
-            )
+        if cut := int((lying.cut & laid).sum()):
+            words = f"{counted(cut, 'stem')} would reach beyond the terrain: cut at its edge"
+            feedback.note(words, code="stems-cut", stems=cut)
         if lying.off.any():
             feedback.note(
                 f"{int(lying.off.sum())} of {counted(rows.size, 'thrown stem')} would fall off the terrain model at "
-                "its edge: left out of the lying logs, counted as removed, the stump stays"
+                "its edge: left out of the lying logs, counted as removed, the stump stays",
+                code="stems-off-dem",
             )
         gone, one_group = np.zeros(rows.size, bool), np.zeros(int(laid.sum()), np.int64)
         share = np.full(one_group.size, ask.lost)

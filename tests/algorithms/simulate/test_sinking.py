@@ -11,18 +11,11 @@ import rasterio
 from slope_case import Case, layer
 
 from deadwood_algorithms.simulate.sinking import TOO_DEEP, Sinking
-from deadwood_engine import Logs, Result, Start
-
-
-class Sank:
-    """The part of a result that is used here."""
-
-    def __init__(self, depth: list[float]) -> None:
-        self.penetration_max = np.array(depth)
+from deadwood_engine import Logs, Start
 
 
 def add(to: Sinking, logs: Logs | Start, depth: list[float]) -> None:
-    to.add(logs, None, cast("Result", Sank(depth)))
+    to.add(logs, None, np.array(depth))
 
 
 def logs_of(diameter: list[float]) -> Logs:
@@ -30,22 +23,24 @@ def logs_of(diameter: list[float]) -> Logs:
     return Logs.alike(np.zeros(number), np.zeros(number), diameter=cast("Any", np.array(diameter)))
 
 
-def test_a_log_is_measured_by_its_own_diameter():
+def test_a_log_is_measured_by_its_own_diameter(said):
     found = Sinking()
     add(found, logs_of([0.2, 0.8, 0.8]), [0.11, 0.11, 0.39])
     assert (found.slid, found.deep) == (3, 1)
     assert found.deepest == pytest.approx((0.11, 0.55))
     add(found, Start(np.zeros((1, 2), np.int64), np.zeros((1, 16)), np.full((1, 9), 0.5)), [4.5])  # a metre thick
     add(found, logs_of([]), [])
-    told = str(found.words(5.0))
+    found.say(5.0, said)
+    (told,) = said.warnings
     assert "2 of 4 logs that slid sank deeper than 0.5 of their diameter" in told
     assert "the deepest 4.5 m (4.5 diameters), on cells of 5 m" in told
 
 
-def test_of_logs_that_do_not_sink_nothing_is_reported():
+def test_of_logs_that_do_not_sink_nothing_is_reported(said):
     found = Sinking()
     add(found, logs_of([0.2, 0.8]), [0.1, 0.4])  # half of it is not deeper than half
-    assert (found.slid, found.deep, found.words(1.0)) == (2, 0, None)
+    found.say(1.0, said)
+    assert (found.slid, found.deep, said.warnings) == (2, 0, [])
 
 
 def test_a_run_on_rough_ground_says_how_many_of_its_deposits_sank(tmp_path: Path, said):

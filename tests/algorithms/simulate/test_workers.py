@@ -9,6 +9,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
@@ -40,10 +41,10 @@ class Watcher:
             assert done < total
             self.act()
 
-    def note(self, message: str) -> None:
+    def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.notes.append(message)
 
-    def warn(self, message: str) -> None:
+    def warn(self, message: str, code: str = "", **numbers: Any) -> None:
         self.warnings.append(message)
 
     def cancelled(self) -> bool:

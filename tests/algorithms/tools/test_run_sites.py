@@ -287,10 +287,10 @@ class StopsAt:
     def progress(self, done: float, total: float, what: str) -> None:
         self.stop = self.stop or (what == self.what and done >= self.share * total)
 
-    def note(self, message: str) -> None:
+    def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.notes.append(message)
 
-    def warn(self, message: str) -> None:
+    def warn(self, message: str, code: str = "", **numbers: Any) -> None:
         pass
 
     def cancelled(self) -> bool:

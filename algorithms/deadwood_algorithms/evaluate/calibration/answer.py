@@ -34,7 +34,9 @@ def warn_of_cells(cell: float, feedback: Feedback) -> None:
         )
         feedback.warn(
             f"the terrain model's cells are {cell:g} m, not {FRICTION_CELL_M:g} m: the coefficient found holds for "
-            f"this terrain model alone, and is not the paper's 0.2 to 0.3; one with {cell:g} m cells {roughness}"
+            f"this terrain model alone, and is not the paper's 0.2 to 0.3; one with {cell:g} m cells {roughness}",
+            code="coarse-cells",
+            cell_m=cell,
         )
 
 
@@ -52,7 +54,11 @@ def warn_of_logs(
     fewest = min(each.logs.size for each in outcomes)
     if fewest < FEW_LOGS:
         what = "an observed deposit" if lost is None else "the event"
-        feedback.warn(f"{what} is compared with only {counted(fewest, 'log')}; release at least a few hundred")
+        feedback.warn(
+            f"{what} is compared with only {counted(fewest, 'log')}; release at least a few hundred",
+            code="few-logs",
+            logs=fewest,
+        )
     n = slid[0].x.size
     gone = [int(each.sum()) for each in lost] if lost is not None else [int((~each.resting).sum()) for each in slid]
     many = [k for k, each in enumerate(gone) if lost_logs.many(each, n)]
@@ -64,23 +70,33 @@ def warn_of_logs(
     if lost is not None:
         feedback.warn(
             f"of {n} logs, {who} left the terrain model before it was known whether they reach the lines: they count "
-            "up to where they left; use a larger one"
+            "up to where they left; use a larger one",
+            code="left-dem",
+            logs=n,
         )
     elif search_complete:
         feedback.warn(
             f"of {n} logs, {who} left the terrain model, failed, or still moved at the time limit: they left no "
             f"deposits, which reduces the likelihood of these coefficients, because all logs of the event were found "
-            "(--search-complete)"
+            "(--search-complete)",
+            code="logs-without-deposit",
+            logs=n,
         )
     else:
         feedback.warn(
             f"of {n} logs, {who} left the terrain model, failed, or still moved at the time limit: observed deposits "
             "are compared with those that came to rest on the terrain model, because only such could be found in the "
-            "event. If all logs of the event were found, use --search-complete; if not, a larger terrain model helps"
+            "event. If all logs of the event were found, use --search-complete; if not, a larger terrain model helps",
+            code="logs-without-deposit",
+            logs=n,
         )
         few = min(int(each.counts[k]) for each in outcomes for k in many)
         if few < FEW_LOGS <= fewest:
-            feedback.warn(f"only {counted(few, 'log is', 'logs are')} compared with an observed deposit; release more")
+            feedback.warn(
+                f"only {counted(few, 'log is', 'logs are')} compared with an observed deposit; release more",
+                code="few-logs",
+                logs=few,
+            )
 
 
 def records_of(

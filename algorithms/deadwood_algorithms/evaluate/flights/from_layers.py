@@ -74,7 +74,11 @@ def read_flights(
         usual = RELEASES.column(name).usual
         assert usual is not None
         if name in frame and not (np.median(numbers[name]) <= usual[1]):
-            feedback.warn(f"{where_of(frame)}: the median {name} is {np.median(numbers[name]):g}; check the unit")
+            feedback.warn(
+                f"{where_of(frame)}: the median {name} is {np.median(numbers[name]):g}; check the unit",
+                code="implausible-size",
+                median=float(np.median(numbers[name])),
+            )
     kinds = set(shapely.get_dimensions(np.asarray(frame.geometry)))
     if len(kinds) > 1:
         raise UserError(f"{where_of(frame)}: lines and points are mixed; give only lines or only points")
@@ -119,7 +123,10 @@ def _of_lines(frame: geopandas.GeoDataFrame, feedback: Feedback) -> list[Pair]:
             raise UserError(f"{where_of(frame)}, row {row + 1}: a line in several parts; split it")
         x, y = shapely.get_coordinates(line).T
         if x.size > 2:
-            feedback.note(f"{where_of(frame)}, row {row + 1}: of {x.size} vertices only the first and the last count")
+            feedback.note(
+                f"{where_of(frame)}, row {row + 1}: of {x.size} vertices only the first and the last count",
+                code="vertices-unused",
+            )
         pairs.append((flight_id, row, (float(x[0]), float(y[0])), (float(x[-1]), float(y[-1]))))
     return pairs
 

@@ -55,7 +55,10 @@ def years_of(
     else:
         rates = stored_areas(source, list(areas))
         counts = hits_of_areas(source, rates, grid, feedback)
-        feedback.note("release areas of different frequency: the hits of each are counted from its stored trajectories")
+        feedback.note(
+            "release areas of different frequency: the hits of each are counted from its stored trajectories",
+            code="hits-from-trajectories",
+        )
     rate, low, high = rate_with_interval(counts, rates, logs)
     most = float(rate_with_interval([np.array(0)] * len(rates), rates, logs)[2])
     return [return_period(each) for each in (rate, high, low)], 1.0 / most

@@ -56,7 +56,9 @@ def release_areas(
     if not mine.all():
         feedback.note(
             f"{where_of(frame)}: {counted(int((~mine).sum()), 'row belongs', 'rows belong')} to no release area of "
-            "the run: left out"
+            "the run: left out",
+            code="rows-left-out",
+            rows=int((~mine).sum()),
         )
     account("releases", count_of(len(frame), mine.sum(), {"not_in_run": (~mine).sum()}))
     if not any(of_id[str(each)] > 0.0 for each in names):

@@ -35,7 +35,10 @@ def warn_of_small_sample(
     feedback.warn(
         f"where no log passed the return period may still be {years_words(shortest)} years, shorter than "
         f"{periods[-1]:g}: {counted(facts['logs'], 'log is', 'logs are')} too few to decide; "
-        f"about {significant(needed, 2)} are enough"
+        f"about {significant(needed, 2)} are enough",
+        code="few-logs",
+        logs=facts["logs"],
+        needed=needed,
     )
 
 

@@ -89,7 +89,8 @@ def energies_of_share(
         if raster is None and share:
             feedback.warn(
                 f"{source.path}: no trajectory is stored, so the energy classed is the largest of all logs, {GROWS}; "
-                "run slide-logs with --trajectories all"
+                "run slide-logs with --trajectories all",
+                code="no-trajectories",
             )
     facts = {"share": share, "n_logs": n_logs, "logs": ranks.estimate, "logs_sure": ranks.sure}
     facts["logs_possible"] = ranks.possible
@@ -97,7 +98,10 @@ def energies_of_share(
         needed = math.ceil(Z_95**2 * (1.0 / share - 1.0))
         feedback.warn(
             f"{counted(n_logs, 'log does', 'logs do')} not show whether {100 * share:g} % of the logs pass a cell "
-            f"that none of them passed; {needed} can"
+            f"that none of them passed; {needed} can",
+            code="few-logs",
+            logs=n_logs,
+            needed=needed,
         )
     return Energies(found[0], found[1], found[2], what, facts)
 

@@ -156,7 +156,9 @@ def _hits_by_area(source: Run, grid: Grid, feedback: Feedback) -> Iterator[tuple
     if len(areas) > MOST_AREAS:
         feedback.warn(
             f"{source.path}: its releases name {len(areas)} areas (release_id), more than {MOST_AREAS}; the layer "
-            "'affected' is left out"
+            "'affected' is left out",
+            code="too-many-areas",
+            areas=len(areas),
         )
         return None
     wanted = {area: np.intersect1d(ids[of_log == area], source.stored_log_ids) for area in areas}
@@ -164,12 +166,18 @@ def _hits_by_area(source: Run, grid: Grid, feedback: Feedback) -> Iterator[tuple
     if silent:
         feedback.warn(
             f"{source.path}: release area '{silent[0]}' has no stored trajectory, so the layer 'affected' is left out; "
-            "run slide-logs with --trajectories all"
+            "run slide-logs with --trajectories all",
+            code="no-trajectories",
         )
         return None
     stored = sum(logs.size for logs in wanted.values())
     if stored < ids.size:
-        feedback.note(f"{stored} of {ids.size} logs have a stored trajectory; the layer 'affected' is based on these")
+        feedback.note(
+            f"{stored} of {ids.size} logs have a stored trajectory; the layer 'affected' is based on these",
+            code="some-trajectories",
+            stored=stored,
+            logs=ids.size,
+        )
     return ((area, logs.size, count_of(source, logs, grid, feedback)) for area, logs in wanted.items())
 
 

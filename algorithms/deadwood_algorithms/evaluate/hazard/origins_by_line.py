@@ -47,7 +47,12 @@ def reached_rows(
         raise UserError(f"{source.path}: no trajectory was stored; run slide-logs with --trajectories all")
     rows = np.flatnonzero(np.isin(ids, source.stored_log_ids))
     if rows.size < ids.size:
-        feedback.note(f"{rows.size} of {ids.size} logs have a stored trajectory; the shares are based on these")
+        feedback.note(
+            f"{rows.size} of {ids.size} logs have a stored trajectory; the shares are based on these",
+            code="some-trajectories",
+            stored=rows.size,
+            logs=ids.size,
+        )
     with Edges(source.grid, input_paths(source.path, source.manifest, "dem"), feedback) as edges:
         arrived = arrivals.find_arrivals(source, lines, items, edges, EDGE_M, feedback)
     reached = arrived.reached(ids.size, len(items.ids))[rows]

@@ -72,7 +72,11 @@ def read_given(path: str, heights: Sequence[float], layers: SceneLayers, feedbac
     angles = [contour_angle(shape, layers.scene.terrain_height) for _, shape in named]
     bare = [name for (name, _), angle in zip(named, angles, strict=True) if not np.isfinite(angle)]
     if bare:
-        feedback.warn(f"{where_of(frame)}: the DEM has no height under {first_of(bare, len(bare))}: no log reaches it")
+        feedback.warn(
+            f"{where_of(frame)}: the DEM has no height under {first_of(bare, len(bare))}: no log reaches it",
+            code="off-dem",
+            lines=len(bare),
+        )
     why = {OFF_DEM: len(frame) - on.size, NO_TERRAIN: len(bare)}
     account("candidates", count_of(len(frame), np.isfinite(angles).sum(), why))
     taken = {str(each) for each in layers.barriers.ids} & {each.id for each in found}

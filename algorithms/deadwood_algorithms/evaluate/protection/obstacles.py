@@ -84,7 +84,11 @@ def read_stand_areas(path: str, layers: SceneLayers, feedback: Feedback) -> list
     if len(empty) == len(areas):
         raise UserError(f"{path}: {none_of(len(areas), 'stand')} holds a tree of the run; check the layer")
     if empty:
-        feedback.note(f"{path}: no tree of the run stands in {', '.join(empty[:5])}{', ...' if empty[5:] else ''}")
+        feedback.note(
+            f"{path}: no tree of the run stands in {', '.join(empty[:5])}{', ...' if empty[5:] else ''}",
+            code="areas-without-trees",
+            areas=len(empty),
+        )
     return areas
 
 

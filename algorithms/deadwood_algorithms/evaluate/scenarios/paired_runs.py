@@ -136,12 +136,14 @@ def baseline_first(
     if asked is None and first:
         feedback.note(
             f"the baseline is {names[first]}, which has the fewest obstacles ({counts[first]}; {names[0]} has "
-            f"{counts[0]}); --baseline names another"
+            f"{counts[0]}); --baseline names another",
+            code="baseline-chosen",
         )
     elif counts and counts[first] > counts[least]:
         feedback.warn(
             f"the baseline {names[first]} has more obstacles ({counts[first]}) than {names[least]} ({counts[least]}): "
-            "so the indices measure its lack of protection, and are negative"
+            "so the indices measure its lack of protection, and are negative",
+            code="baseline-has-obstacles",
         )
     return [first, *(k for k in range(len(names)) if k != first)]
 
@@ -182,7 +184,11 @@ def read_compared(
     most = max(len(run.deposits) for run in found)
     if common.size < most:
         why = "have a stored trajectory" if lines else "were slid"
-        feedback.note(f"{common.size} of up to {most} logs {why} in all runs and are compared")
+        feedback.note(
+            f"{common.size} of up to {most} logs {why} in all runs and are compared",
+            code="logs-in-common",
+            logs=common.size,
+        )
     rows = [rows_by_log_id(run, common) for run in found]
     if lines:
         line_ids, shapes, energies = energies_of_lines(found, lines, feedback)
@@ -243,7 +249,10 @@ def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], l
     layers = [layers_in(run.path) for run in runs]
     if not all("reach" in each for each in layers):
         without = [str(run.path) for run, each in zip(runs, layers, strict=True) if "reach" not in each]
-        feedback.note(f"{', '.join(without)}: run without --lines, so no reach is compared; give lines with --lines")
+        feedback.note(
+            f"{', '.join(without)}: run without --lines, so no reach is compared; give lines with --lines",
+            code="no-lines",
+        )
         return [], [], [np.zeros((len(run.deposits), 0), bool) for run in runs]
     frames = [
         read_vector(
@@ -266,7 +275,9 @@ def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], l
     left_out = {each for frame in frames for each in frame.index} - set(shared)
     if left_out:
         feedback.note(
-            f"not watched in all runs, so not compared: line {', '.join(map(str, sorted(left_out, key=str)))}"
+            f"not watched in all runs, so not compared: line {', '.join(map(str, sorted(left_out, key=str)))}",
+            code="lines-left-out",
+            lines=len(left_out),
         )
     reach = []
     for run, names in zip(runs, layers, strict=True):
@@ -304,14 +315,15 @@ def energies_of_runs(runs: Sequence[Run], line_ids: Sequence[Any], feedback: Fee
         if not run.stored_log_ids.size:
             feedback.note(
                 f"{run.path}: no trajectory was stored, so no energy at lines (MIRI, ORPI) is compared; "
-                "run slide-logs with --trajectories all"
+                "run slide-logs with --trajectories all",
+                code="no-trajectories",
             )
             continue
         try:
             polylines, items = read_lines(f"{run.path / GEOPACKAGE}|layername=reach", run.grid, Quiet())
             arrived = find_arrivals(run, polylines, items, None, 0.0, feedback)
         except UserError as error:  # the file of the shape no longer exists
-            feedback.warn(f"no energy at lines (MIRI, ORPI) is compared: {error}")
+            feedback.warn(f"no energy at lines (MIRI, ORPI) is compared: {error}", code="no-energies")
             continue
         energy[:] = _energies(arrived, len(energy), len(items.ids))[:, [items.ids.index(each) for each in line_ids]]
     return found

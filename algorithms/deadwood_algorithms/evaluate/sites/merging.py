@@ -22,14 +22,17 @@ def write_merged(
             continue
         if twice := scenarios_in(pieces):
             names = f"{', '.join(twice[:5])}{' ...' if len(twice) > 5 else ''}"
-            feedback.note(f"{pieces[0].terrain}: not merged, because {names} slid the same logs as another site")
+            feedback.note(
+                f"{pieces[0].terrain}: not merged, because {names} slid the same logs as another site",
+                code="not-merged",
+            )
             continue
         name = unlike(pieces[0].terrain, [each["folder"] for each in merged])
         record = {"folder": name, "sites": [each.folder.name for each in pieces], "logs": sum(p.logs for p in pieces)}
         try:
             written = merge(folder / "merged" / name, pieces, danger_least, feedback)
         except UserError as error:
-            feedback.warn(str(error))
+            feedback.warn(str(error), code="not-merged")
             continue
         merged.append({**record, "rasters": sorted(written.values())})
     return merged

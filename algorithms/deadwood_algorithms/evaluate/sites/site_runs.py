@@ -36,5 +36,5 @@ def found_of_site(
     except Exception as error:
         first = str(error).splitlines()[0] if str(error) else "no message"
         message = f"a bug in the toolbox, please report it: {type(error).__name__}: {first}"
-    feedback.warn(message)
+    feedback.warn(message, code="site-failed")
     return found_of_failure(site.name, message, values)

@@ -113,7 +113,11 @@ def columns_by_key(
         if hint := closest(column, known):
             raise UserError(f"{where}: no parameter of slide-logs is called '{column}'{hint} (rename the column)")
     if foreign:
-        feedback.note(f"{where}: no parameters of slide-logs, ignored: {', '.join(foreign)}")
+        feedback.note(
+            f"{where}: no parameters of slide-logs, ignored: {', '.join(foreign)}",
+            code="parameters-ignored",
+            parameters=len(foreign),
+        )
     return columns
 
 

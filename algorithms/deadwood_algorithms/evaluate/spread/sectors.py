@@ -71,7 +71,7 @@ def at_edges(
     if left.any() or near.any():
         counts, known = (int(left.sum()), int(near.sum()), len(deposits)), "stop_reason" in deposits
         warning = edge_words(*counts, edge_m, words, "ended", known=known)
-        feedback.warn(f"{source}: {warning}")
+        feedback.warn(f"{source}: {warning}", code="left-dem")
     return left, near
 
 

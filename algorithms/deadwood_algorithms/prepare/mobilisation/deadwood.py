@@ -129,7 +129,8 @@ def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedb
     unknown = int((found == decay.UNKNOWN).sum())
     if unknown:
         feedback.note(
-            f"{where}: the decay of {unknown} of {counted(len(frame), 'point')} is unknown and counts as suitable"
+            f"{where}: the decay of {unknown} of {counted(len(frame), 'point')} is unknown and counts as suitable",
+            code="decay-unknown",
         )
     return found
 
@@ -147,21 +148,31 @@ def _say_what_is_known(species: list[str], standing: NDArray[np.float64], where:
     strange = {each for each in named if species_of(each) is None}
     unrated = {each for each in named - strange if decay.rate_of(each) is None}
     if strange:
-        feedback.note(f"{where}: {', '.join(sorted(strange))}: unknown species; the years of spruce are used")
+        feedback.note(
+            f"{where}: {', '.join(sorted(strange))}: unknown species; the years of spruce are used",
+            code="species-unknown",
+        )
     if unrated:
-        feedback.note(f"{where}: no rate of decay is known for {', '.join(sorted(unrated))}; that of spruce is used")
+        feedback.note(
+            f"{where}: no rate of decay is known for {', '.join(sorted(unrated))}; that of spruce is used",
+            code="species-unknown",
+        )
     others = [decay.rate_of(each) not in (None, SPRUCE.rate) for each in species]
     snags = int((np.array(others, bool) & (standing == 1.0)).sum())
     unsaid = int((np.array(others, bool) & ~np.isfinite(standing)).sum())
     if snags:
         feedback.note(
             f"{where}: {counted(snags, 'snag is', 'snags are')} not of spruce; rates of decay are of downed wood, so "
-            "the years of these are not used"
+            "the years of these are not used",
+            code="decay-unknown",
+            points=snags,
         )
     if unsaid:
         feedback.note(
             f"{where}: {counted(unsaid, 'point not of spruce is', 'points not of spruce are')} rated by rates of "
-            "decay of downed wood; a field 'standing' (1 or 0) keeps snags apart, of which none is known"
+            "decay of downed wood; a field 'standing' (1 or 0) keeps snags apart, of which none is known",
+            code="decay-unknown",
+            points=unsaid,
         )
 
 

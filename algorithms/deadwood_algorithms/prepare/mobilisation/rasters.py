@@ -178,7 +178,12 @@ def _radius(name: str, window_m: float, dem: DemWindows, feedback: Feedback) -> 
     side = (2 * radius + 1) * dem.cell
     if side > 1.5 * window_m:
         flag = "--" + name.replace("_", "-")
-        feedback.warn(f"{flag} {window_m:g} is too small for cells of {dem.cell:g} m; {side:g} m is taken")
+        feedback.warn(
+            f"{flag} {window_m:g} is too small for cells of {dem.cell:g} m; {side:g} m is taken",
+            code="window-too-small",
+            window_m=window_m,
+            taken_m=side,
+        )
     return radius
 
 

@@ -77,7 +77,10 @@ class ReleaseAreas:
             feedback.note(
                 f"the areas have {significant(area.min(), 3)} to {significant(area.max(), 3)} m2 and get the same "
                 "number of logs each: in a share of all logs every area counts the same, whatever its size; with "
-                "--logs-per-ha every hectare does"
+                "--logs-per-ha every hectare does",
+                code="areas-count-alike",
+                smallest_m2=float(area.min()),
+                largest_m2=float(area.max()),
             )
 
     def place_logs(
@@ -128,7 +131,9 @@ def read_release_areas(
     if slivers.size:
         feedback.warn(
             f"{where_of(frame)}, {rows_named(slivers)}: an area of {shapely.area(shapes[slivers[0]]):.2g} m2 is too "
-            "small for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it"
+            "small for a tree (a sliver left by cutting polygons?), but gets as many logs as the others; delete it",
+            code="sliver",
+            areas=len(slivers),
         )
     drawn_by = read_weights(weights, ground, feedback, everywhere=False) if weights else None
     return ReleaseAreas(frame, list(shapes), radius_m, drawn_by, named=True)

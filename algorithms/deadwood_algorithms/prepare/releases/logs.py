@@ -84,7 +84,7 @@ def mapped_deadwood(rows: pandas.DataFrame, feedback: Feedback) -> dict[str, np.
         rows = with_schema_names(rows, "trees", where_of(rows), feedback)
     rows = with_schema_names(rows, "releases", where_of(rows), feedback)
     if "length_m" not in rows and "height_m" in rows:
-        feedback.note(f"{where_of(rows)}: the field 'height_m' is read as the length")
+        feedback.note(f"{where_of(rows)}: the field 'height_m' is read as the length", code="field-renamed")
         rows = rows.rename(columns={"height_m": "length_m"})
     needed = ("dbh_cm", "length_m")
     columns = {name: numbers(rows, name, {}, feedback) for name in NUMBERS if name in rows or name in needed}

@@ -46,5 +46,6 @@ def warn_of_posture(lies: str | None, feedback: Feedback) -> None:
     if lies:
         feedback.warn(
             f"logs are released upright, as dead trees that stand (--orientation), but {lies} suggests lying wood; "
-            "--orientation random-lying releases it lying, which changes how far logs go"
+            "--orientation random-lying releases it lying, which changes how far logs go",
+            code="posture-doubtful",
         )

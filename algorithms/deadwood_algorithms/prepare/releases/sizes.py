@@ -56,7 +56,7 @@ def sizes_of(
             areas[name] = derived
             low, high = derived.min(), derived.max()
             shown = f"{low:g}" + (f" to {high:g}" if high > low else "")
-            feedback.note(f"{name} {shown} follows from {other} by {taken.preset.law}, {law}")
+            feedback.note(f"{name} {shown} follows from {other} by {taken.preset.law}, {law}", code="size-from-law")
     missing = [name for name in ("dbh_cm", "length_m") if name not in sizes and name not in areas]
     if missing and not mapped:
         raise UserError(

@@ -99,12 +99,17 @@ def _say_of_crest(above: Array, kind: str, at: str, feedback: Feedback) -> None:
         raise UserError(f"{at}: the line lies off the DEM or on its nodata; check the CRS of both")
     if known.size < above.size:
         feedback.warn(
-            f"{at}: {100.0 * (1.0 - known.size / above.size):.0f} % of the line lies off the DEM, or on its nodata"
+            f"{at}: {100.0 * (1.0 - known.size / above.size):.0f} % of the line lies off the DEM, or on its nodata",
+            code="off-dem",
         )
     within = float((known <= 0.0).mean())
     if within:
         wrong = "crest is not above the ground" if kind == "embankment" else "bottom is not below the ground"
-        feedback.warn(f"{at}: along {100.0 * within:.0f} % of the line the {wrong}, which is not changed there")
+        feedback.warn(
+            f"{at}: along {100.0 * within:.0f} % of the line the {wrong}, which is not changed there",
+            code="structure-within-ground",
+            share=within,
+        )
 
 
 def _warn_of_narrow(widths: Array, cell: float, where: str, feedback: Feedback) -> None:
@@ -112,7 +117,8 @@ def _warn_of_narrow(widths: Array, cell: float, where: str, feedback: Feedback) 
     if (widths < diagonal).any():
         feedback.warn(
             f"{where}: the crest of {int((widths < diagonal).sum())} structures is narrower than the diagonal of a "
-            f"cell ({diagonal:.2g} m) and comes out notched; widen it, or make it a barrier of slide-logs"
+            f"cell ({diagonal:.2g} m) and comes out notched; widen it, or make it a barrier of slide-logs",
+            code="narrow-crest",
         )
 
 

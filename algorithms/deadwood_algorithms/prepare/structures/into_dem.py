@@ -33,7 +33,9 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
     if dtype.kind in "iu" and scale > COARSE_STEP_M:
         feedback.warn(
             f"{dem.path}: the heights have steps of {scale:g} m, and so will the structures; for finer steps: "
-            f"{remedies.unscaled(dem.path, source.scales[0], source.offsets[0])}"
+            f"{remedies.unscaled(dem.path, source.scales[0], source.offsets[0])}",
+            code="stepped-heights",
+            step_m=scale,
         )
     profile = geotiff_profile(source.shape, dem.crs, source.transform, dtype.name, source.nodata)
     masked = MaskFlags.per_dataset in source.mask_flag_enums[0]

@@ -96,12 +96,16 @@ def sizes(
         if read.classes:
             feedback.warn(
                 f"{where}, field '{name}': {counted(read.classes, 'cell holds a class', 'cells hold classes')} such "
-                f"as {read.example}; the middle is taken"
+                f"as {read.example}; the middle is taken",
+                code="classes-read",
+                cells=read.classes,
             )
     nothing = np.asarray(source[name] == 0)
     if nothing.any():
         feedback.note(
-            f"{where}, field '{name}': {counted(nothing.sum(), 'cell holds', 'cells hold')} 0, which counts as missing"
+            f"{where}, field '{name}': {counted(nothing.sum(), 'cell holds', 'cells hold')} 0, which counts as missing",
+            code="zero-is-missing",
+            cells=int(nothing.sum()),
         )
         source = source.assign(**{name: source[name].where(~nothing)})
         source.attrs["where"] = where
@@ -131,7 +135,10 @@ def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, w
     """The given unit, otherwise the one in the field's name, otherwise the usual one, with a note."""
     parsed = named(name)
     if given is None and parsed.word and parsed.unit not in units:
-        feedback.warn(f"{where}: the unit '{parsed.word}' of the field '{name}' is not known, {usual} is taken")
+        feedback.warn(
+            f"{where}: the unit '{parsed.word}' of the field '{name}' is not known, {usual} is taken",
+            code="unit-unknown",
+        )
     return given or (parsed.unit if parsed.unit in units else usual)
 
 
@@ -157,7 +164,9 @@ def dbh_column(
         name, girth = None, name
     if girth is not None:
         measured = unit_of(girth, GIRTH_UNITS, None, "cm", where, feedback)
-        feedback.warn(f"{where}: the field '{girth}' is read as the girth in {measured}; the DBH is the girth / pi")
+        feedback.warn(
+            f"{where}: the field '{girth}' is read as the girth in {measured}; the DBH is the girth / pi", code="girth"
+        )
         return sizes(source, girth, measured, missing_value, feedback, words) * GIRTH_UNITS[measured] / np.pi
     if name is None:
         return np.full(len(source), np.nan)
@@ -193,16 +202,22 @@ def height_column(
             if middle == 0:
                 continue  # as some programs write a missing Z
             if not middle <= TALLEST_M:
-                feedback.warn(f"{where}: {name} (median {middle:.0f} m) is not a tree height, and is not used")
+                feedback.warn(
+                    f"{where}: {name} (median {middle:.0f} m) is not a tree height, and is not used",
+                    code="fields-unused",
+                    median=float(middle),
+                )
                 continue
-            feedback.note(f"{where}: the height is taken from {name}")
+            feedback.note(f"{where}: the height is taken from {name}", code="field-renamed")
         heights = sizes(source, name, measured, missing_value, feedback, words) * HEIGHT_UNITS[measured]
         known = heights[np.isfinite(heights)]
         if asked is None and known.size and float(np.median(known)) > TALLEST_M:
             feedback.warn(
                 f"{where}: the field '{name}' (median {np.median(known):.0f} m) is not the height of trees, but "
                 "perhaps the elevation of the ground; it is not used. Use --height-field to name another field, "
-                "--height-unit for its unit"
+                "--height-unit for its unit",
+                code="fields-unused",
+                median=float(np.median(known)),
             )
             continue
         return heights
@@ -271,7 +286,8 @@ def id_columns(
         else counted(repeated, "tree has an id that another one has", "trees have an id that another one has")
     )
     feedback.warn(
-        f"{where_of(source)}, field '{name}': {what}; all are numbered again from 1, the old ids are kept as source_id"
+        f"{where_of(source)}, field '{name}': {what}; all are numbered again from 1, the old ids are kept as source_id",
+        code="ids-numbered-again",
     )
     return {"tree_id": running, "source_id": ids}
 

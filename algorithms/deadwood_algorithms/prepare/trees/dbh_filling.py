@@ -98,7 +98,11 @@ def fitted_law(
     if law.dbh_law.b <= 0 or law.b_height <= 0:
         raise UserError(f"{path}: in the sample the DBH decreases with the height ({law}); check the columns")
     if both.sum() < FEW_TO_FIT:
-        feedback.warn(f"{path}: a law fitted to {both.sum()} trees only is uncertain; use {FEW_TO_FIT} or more")
+        feedback.warn(
+            f"{path}: a law fitted to {both.sum()} trees only is uncertain; use {FEW_TO_FIT} or more",
+            code="few-trees",
+            trees=int(both.sum()),
+        )
     return law
 
 
@@ -146,7 +150,7 @@ def warn_of_another_region(law: Law, places: np.ndarray, crs: pyproj.CRS | None,
     if np.isfinite(longitude + latitude):
         for words in dict.fromkeys(allometry.outside_region(each, longitude, latitude) for each in laws):
             if words:
-                feedback.warn(words)
+                feedback.warn(words, code="law-of-another-region")
 
 
 def zone_laws(zones: geopandas.GeoDataFrame) -> list[Law]:

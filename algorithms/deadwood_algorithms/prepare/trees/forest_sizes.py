@@ -96,7 +96,9 @@ def read_source(path: str, grounds: list[Ground], crs: str | None, feedback: Fee
     if small.any():
         feedback.note(
             f"{where_of(frame)}: {small.sum()} of the {counted(here.sum(), 'tree')} there left out (DBH < "
-            f"{LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m)"
+            f"{LEAST_DBH_CM:g} cm or height < {LEAST_HEIGHT_M:g} m)",
+            code="rows-left-out",
+            rows=int(small.sum()),
         )
     away = int((~here).sum())
     here &= ~small

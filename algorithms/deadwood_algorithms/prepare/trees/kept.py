@@ -92,7 +92,9 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
     if double:
         feedback.warn(
             f"{where}: {counted(double, 'tree has', 'trees have')} exactly the position of another one (stems of one "
-            "tree? rows twice?); --merge-within-m 0.1 keeps the tallest of each"
+            "tree? rows twice?); --merge-within-m 0.1 keeps the tallest of each",
+            code="same-position",
+            trees=double,
         )
     measured = kept & ~filled.from_height & ~filled.from_dbh
     if measured.any():
@@ -103,7 +105,9 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
             fix = "millimetres: --dbh-unit mm" if slender < IN_MM else fix
             feedback.warn(
                 f"{where}: the median of height / DBH is {slender:.0f}, stands have {low} to {high}; check the units "
-                f"of both ({fix})"
+                f"of both ({fix})",
+                code="implausible-size",
+                median=slender,
             )
 
 

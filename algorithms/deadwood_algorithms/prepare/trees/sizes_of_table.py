@@ -181,7 +181,10 @@ def sizes(
         source.said.append(f"{counted(filled.from_dbh.sum(), 'height')} missing, computed from the DBH: {named}")
     named_a_law = law_options.dbh_law or law_options.dbh_zones or law_options.dbh_sample or law != DEFAULT
     if named_a_law and not (filled.from_height | filled.from_dbh).any():
-        feedback.warn(f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh uses it")
+        feedback.warn(
+            f"{where}: every tree has a DBH and a height, so the law is not used; --replace-dbh uses it",
+            code="law-not-used",
+        )
     if filled.from_height.any():
         fix = "check the law (--dbh-law, --dbh-a, --dbh-b)"
         modelled = np.where(filled.from_height, filled.dbh, np.nan)

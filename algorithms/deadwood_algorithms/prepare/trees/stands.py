@@ -126,7 +126,11 @@ def read_stands(
         say_left_out(frame, ~there, "stands", feedback.note)
         account("stand", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
         return [Stand(ground_of(patches, shapely.union_all(shapes), exclude), {})]
-    feedback.note(f"{where_of(frame)}: each of the {len(frame)} stands has its own {', '.join(columns)}")
+    feedback.note(
+        f"{where_of(frame)}: each of the {len(frame)} stands has its own {', '.join(columns)}",
+        code="sizes-by-stand",
+        stands=len(frame),
+    )
     numbers = {}
     for name in columns:
         least, largest, itself = COLUMNS[name]
@@ -150,6 +154,8 @@ def read_stands(
     if off:
         feedback.note(
             f"{where_of(frame)}: {counted(off, 'stand has', 'stands have')} no place on the DEM, or under later "
-            "ones: left out"
+            "ones: left out",
+            code="rows-left-out",
+            rows=off,
         )
     return stands[::-1]

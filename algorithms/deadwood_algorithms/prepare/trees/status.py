@@ -73,12 +73,17 @@ def status_of(
             raise UserError(f"{where}: --dead-values and --gone-values need --status-field")
         if (flagged := flags_of(source)) is not None:
             name, is_dead = flagged
-            feedback.note(f"{where}, field '{name}': {counted(is_dead.sum(), 'tree is', 'trees are')} dead, standing")
+            feedback.note(
+                f"{where}, field '{name}': {counted(is_dead.sum(), 'tree is', 'trees are')} dead, standing",
+                code="status-read",
+                trees=int(is_dead.sum()),
+            )
             return np.where(is_dead, DEAD, LIVE)
         if unread := passed_over(source):
             feedback.warn(
                 f"{where}: all trees count as living, but the field '{unread}' holds words such as "
-                f"'{_telling_word(source[unread])}'; --status-field {quoted(unread)} reads it"
+                f"'{_telling_word(source[unread])}'; --status-field {quoted(unread)} reads it",
+                code="status-not-read",
             )
         return np.full(len(source), LIVE)
     words = [code_of(value) for value in source[name]]
@@ -95,7 +100,8 @@ def status_of(
         shown = ", ".join(f"{word}: {count}" for word, count in unknown.most_common(WORDS_SHOWN))
         feedback.warn(
             f"{where}, field '{name}': unknown values are taken as living trees ({shown}); name those of dead standing "
-            f"trees with --dead-values, those of removed ones with --gone-values"
+            f"trees with --dead-values, those of removed ones with --gone-values",
+            code="status-unknown",
         )
     if asked or (status != LIVE).any():
         seen = Counter(zip(status.tolist(), words, strict=True))
@@ -105,7 +111,7 @@ def status_of(
             if of_kind:
                 shown = ", ".join(f"{word}: {count}" for word, count in of_kind[:WORDS_SHOWN])
                 parts.append(f"{label} ({shown}{', ...' if len(of_kind) > WORDS_SHOWN else ''})")
-        feedback.note(f"{where}, field '{name}': {'; '.join(parts)}")
+        feedback.note(f"{where}, field '{name}': {'; '.join(parts)}", code="status-read")
     return status
 
 

@@ -118,7 +118,9 @@ def thrown_stems(
     if short.any():
         feedback.note(
             f"{counted(int(short.sum()), 'tree leaves', 'trees leave')} no log above a stump of {storm.stump_m:g} m: "
-            "left standing"
+            "left standing",
+            code="no-log-above-stump",
+            trees=int(short.sum()),
         )
     thrown = named.copy()
     thrown[may] = chosen_share(stems.item[may], share[may], group[may], storm.seed, draws.STEM_THROWN)
@@ -158,7 +160,9 @@ def _areas(
     if used < len(frame):
         feedback.note(
             f"{where_of(frame)}: no tree stands in {len(frame) - used} of {counted(len(frame), 'area')}, or it stands "
-            "in a later one too: left out"
+            "in a later one too: left out",
+            code="rows-left-out",
+            rows=len(frame) - used,
         )
     account("windthrow_areas", count_of(len(frame), used, {NO_TREE: len(frame) - used}))
     return area, np.where(area < 0, np.nan, shares[area])

@@ -65,7 +65,10 @@ def read_source(
     count = len(rows)
     layout = tree_sources.layout_of(rows, path, source, mapped=bool(xy))
     if source == "auto" and layout is not tree_sources.USUAL:
-        feedback.note(f"{where_of(rows)}: read as {layout.source} ({layout.what}); --source names another")
+        feedback.note(
+            f"{where_of(rows)}: read as {layout.source} ({layout.what}); --source names another",
+            code="source-recognised",
+        )
     xy = xy or tree_sources.xy_of(rows, layout)
     rows, said, left_out = rows_of_trees(rows, layout, xy)
     frame = read_vector(
@@ -84,11 +87,13 @@ def read_source(
         refuse_not_metric(frame)
         places = shapely.centroid(shapes)
         if frame.crs and (wrong := misnamed(frame.crs, shapely.get_x(places), shapely.get_y(places))):
-            feedback.warn(f"{where_of(frame)}: the middle of the trees, {wrong}")
+            feedback.warn(f"{where_of(frame)}: the middle of the trees, {wrong}", code="crs-doubtful")
     crowns = shapely.get_type_id(shapes) != 0
     if crowns.any():
         feedback.note(
-            f"{where_of(frame)}: {counted(crowns.sum(), 'crown polygon')}; the tree stands at each one's centroid"
+            f"{where_of(frame)}: {counted(crowns.sum(), 'crown polygon')}; the tree stands at each one's centroid",
+            code="crowns-to-points",
+            crowns=int(crowns.sum()),
         )
     said = [f"{counted(count, 'tree')} read from {where_of(frame)}", *said]
     return Source(frame, layout, shapes if crowns.all() else None, shapely.centroid(shapes), said, count, left_out)
@@ -164,7 +169,9 @@ def account_sample(dbh: np.ndarray, height: np.ndarray, living: np.ndarray, wher
     dead, gaps = int((~living).sum()), int((living & ~sized).sum())
     if dead or gaps:
         feedback.note(
-            f"{where}: of the sample's {counted(dbh.size, 'tree')}, left out: {dead} dead, {gaps} without a size"
+            f"{where}: of the sample's {counted(dbh.size, 'tree')}, left out: {dead} dead, {gaps} without a size",
+            code="rows-left-out",
+            rows=dead + gaps,
         )
     account("dbh_sample", count_of(dbh.size, (living & sized).sum(), {"dead": dead, "no_size": gaps}))
 
@@ -190,7 +197,8 @@ def warn_of_idle_fields(
     if idle:
         feedback.warn(
             f"{where_of(source)}: no field is understood as the {what}, so that each is computed from the {other}; "
-            f"if it is one of {', '.join(idle)}, name it with --{what.lower()}-field"
+            f"if it is one of {', '.join(idle)}, name it with --{what.lower()}-field",
+            code="sizes-computed",
         )
 
 
