@@ -1,4 +1,5 @@
 """Trees that break: a tree that would absorb more than its capacity absorbs exactly that, and disappears for this log.
+So does a straight piece of a lying log, if that has a capacity; the words below say tree for both.
 
 A tree's capacity C [J] is the greatest energy that it can absorb in one hit. A hit is defined as in ``ledger``: one
 uninterrupted episode of contact, its energy the work [f] of its contacts, friction included. A tree therefore breaks in
@@ -40,7 +41,7 @@ import math
 from .compiled import kernel
 from .contact_solver import add_impulse, exchange, solve
 from .contacts import along_normal, along_t, along_u
-from .cores import TREE
+from .cores import LYING, TREE
 from .energy import contact_work, impulse_work
 from .impacts import make_admissible, may_rebound, rebounds_at_all
 from .ledger import BROKE, TAKEN, hit_row
@@ -57,7 +58,7 @@ def overloaded(cores, mass, scratch, state, count, hits, number):
     contacts, keys, way = scratch.contacts, scratch.keys, scratch.way[0]
     worst, found, rest = 1.0, -1, 0.0
     for k in range(count):
-        if keys[k, 0] != TREE or contacts[k].pn <= 0.0:
+        if (keys[k, 0] != TREE and keys[k, 0] != LYING) or contacts[k].pn <= 0.0:
             continue
         core = cores.solid[keys[k, 1]]
         capacity = core.capacity / mass
@@ -65,7 +66,7 @@ def overloaded(cores, mass, scratch, state, count, hits, number):
             continue
         work, strongest, is_first = 0.0, 0.0, True
         for j in range(count):
-            if keys[j, 0] == TREE and keys[j, 1] == keys[k, 1] and contacts[j].pn > 0.0:
+            if keys[j, 0] == keys[k, 0] and keys[j, 1] == keys[k, 1] and contacts[j].pn > 0.0:
                 is_first = is_first and j >= k
                 work -= contact_work(contacts[j], state, way.fall)
                 strongest = max(strongest, contacts[j].pn)
@@ -80,11 +81,14 @@ def overloaded(cores, mass, scratch, state, count, hits, number):
 
 @kernel
 def put_last(contacts, keys, count, core, spare):
-    """Move the contacts with this core to the end of the table; returns the number of other contacts before them."""
+    """Move the contacts with this core to the end of the table; returns the number of other contacts before them.
+
+    core : its row; that of the terrain's contacts means something else
+    """
     left = count
     k = 0
     while k < left:
-        if keys[k, 0] == TREE and keys[k, 1] == core:
+        if (keys[k, 0] == TREE or keys[k, 0] == LYING) and keys[k, 1] == core:
             left -= 1
             exchange(contacts, keys, k, left, spare)
         else:

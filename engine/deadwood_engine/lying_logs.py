@@ -25,12 +25,14 @@ class LyingLogs(NamedTuple):
 
     vertices : [m], shape (k, 2); starts : int64, shape (n + 1,): log i is vertices[starts[i]:starts[i + 1]]
     diameter, tip_diameter : [m], shape (n,), at the first and at the last vertex
+    capacity : [J] that a straight piece of each absorbs in a hit before it breaks, as of ``trees``; None: none breaks
     """
 
     vertices: Array
     starts: NDArray[np.int64]
     diameter: Array
     tip_diameter: Array
+    capacity: Array | None = None
 
     @staticmethod
     def none() -> LyingLogs:
@@ -74,6 +76,8 @@ def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArra
     for values in (lying.diameter, lying.tip_diameter):
         if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
             raise ValueError("a lying log's diameter must be positive and finite")
+    if lying.capacity is not None and not np.all(np.asarray(lying.capacity, float) > 0.0):
+        raise ValueError("what a lying log takes before it breaks must be more than nothing; infinite: it does not")
     plan = np.asarray(lying.vertices, float).reshape(-1, 2) - (terrain.x0, terrain.y0)
     parts, outside = [np.zeros(0, CORE)], []
     for row in range(len(lying.diameter)):
@@ -107,6 +111,7 @@ def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArra
                 before_y=before[:, 1],
                 before_z=before[:, 2],
                 after=meets,
+                capacity=np.inf if lying.capacity is None else lying.capacity[row],
             )
         )
     return np.concatenate(parts), np.array(outside, np.int64)

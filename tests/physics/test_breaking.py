@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deadwood_engine import FIDELITIES, STOP_REASONS, Logs, Rasters, Scene, Trees, slide
+from deadwood_engine import FIDELITIES, STOP_REASONS, Logs, LyingLogs, Rasters, Scene, Trees, slide
 from deadwood_engine.log_body import MASS, TRANSVERSE
 
 EVERY = pytest.mark.parametrize("fidelity", list(FIDELITIES))
@@ -203,3 +203,38 @@ def test_reach_with_trees_that_break_is_the_same_at_every_fidelity():
     assert ends[0] < shares["standard"] < ends[1]
     error = np.sqrt(2.0 * 0.25 / 400)
     assert max(shares.values()) - min(shares.values()) < 4.0 * error
+
+
+@EVERY
+@pytest.mark.parametrize("capacity", [1e4, 1.9e5, 2.1e5, None])
+def test_a_lying_log_takes_what_it_can_and_is_gone_for_this_log_only(physics, fidelity, capacity):
+    """Broadside along the ground at a log that lies across the way: E - C is kept, or the log is stopped."""
+    log, energy = physics.body(diameter=0.4, length=10.0, taper=1.0), 2e5
+    lying = LyingLogs(np.array([[20.0, -8.0], [20.0, 8.0]]), np.array([0, 2]), *np.full((2, 1), 0.4))
+    scene = flat(lying_logs=lying._replace(capacity=None if capacity is None else np.array([capacity])))
+    speed = np.sqrt(2.0 * energy / log[0, MASS])
+    start = physics.start(scene, log, (0, 1, 0), (0.0, 0.0, 0.201), velocity=(speed, 0, 0))
+    result = physics.run(scene, start, fidelity=fidelity, time_limit=3.0, gravity=0.0)
+    breaks = capacity is not None and capacity < energy
+    kept = kinetic(log, result.last_state[0])
+    assert result.hits.broke.tolist() == [breaks]
+    if breaks:
+        assert kept / energy == pytest.approx(1.0 - capacity / energy, abs=RIGHT)
+        assert result.hits.energy_taken[0] == pytest.approx(capacity, rel=RIGHT)
+    else:
+        assert kept < 1e-3 * energy  # it lies a millimetre above the other's axis, so a little is turned upwards
+    assert (result.end_position[0, 0] > 20.0) == breaks
+
+
+def test_a_lying_log_that_takes_anything_changes_no_bit(physics):
+    """An infinite capacity beside a tree that breaks is the same as none; what is not more than nothing is refused."""
+    log = physics.body(diameter=0.4, length=10.0, taper=1.0)
+    lying = LyingLogs(np.array([[25.0, -8.0], [25.0, 8.0]]), np.array([0, 2]), *np.full((2, 1), 0.4))
+    ends = []
+    for each in (lying, lying._replace(capacity=np.array([np.inf]))):
+        scene = flat(lying_logs=each, trees=stems((10.0, 0.0), capacity=5e4), friction=0.2)
+        start = physics.start(scene, log, (0, 1, 0), (0.0, 0.0, 0.3), velocity=(20.0, 0, 0))
+        ends.append(physics.run(scene, start, time_limit=5.0))
+    assert ends[0].last_state.tobytes() == ends[1].last_state.tobytes()
+    with pytest.raises(ValueError, match="lying log takes"):
+        flat(lying_logs=lying._replace(capacity=np.array([0.0])))
