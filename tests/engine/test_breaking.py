@@ -78,13 +78,16 @@ def test_no_share_takes_more_than_the_push_can(plain):
 
 def test_a_trees_contacts_come_last_and_keep_their_keys(plain):
     table, keys = np.zeros(6, CONTACT).view(np.recarray), np.zeros((6, KEY_WIDTH), np.int64)
-    keys[:, 0], keys[:, 1], keys[:, 2] = (0, TREE, TREE, LYING, TREE, TREE), (7, 7, 4, 7, 7, 5), range(6)
+    keys[:, 0], keys[:, 1], keys[:, 2] = (0, TREE, TREE, LYING, TREE, TREE), (7, 7, 4, 3, 7, 5), range(6)
     table["mu"] = np.arange(6.0)
     left = plain("breaking").put_last(table, keys, 6, 7, np.zeros(1, CONTACT).view(np.recarray))
     assert left == 4
-    assert sorted(keys[left:, 2].tolist()) == [1, 4]  # the ground's slot 7 and the lying log's core 7 stay
+    assert sorted(keys[left:, 2].tolist()) == [1, 4]  # the ground's slot 7 stays; a core's row is its own
     assert table["mu"].tolist() == keys[:, 2].tolist()
     assert sorted(keys[:, 2].tolist()) == list(range(6))
+    spare = np.zeros(1, CONTACT).view(np.recarray)
+    assert plain("breaking").put_last(table, keys, left, 3, spare) == 3
+    assert keys[3, 2] == 3  # a lying log's likewise
 
 
 def test_what_a_log_broke_is_left_out_of_what_is_near(plain):
