@@ -2,8 +2,8 @@
 
 These determine the results of a run to the bit. The digest therefore names the cache of the kernels and is part of the
 manifest of every run; a run is resumed only by the engine that started it, and the benchmark page states its
-engine. It is made from the syntax trees without docstrings: editing comments, docstrings or line breaks does not change
-it, under any version of Python.
+engine. It is made from the syntax trees without docstrings and without the messages of errors: editing comments,
+docstrings, messages or line breaks does not change it, under any version of Python.
 
 Parsing all sources takes a fifth of a second, reading them 5 ms. The digest that belongs to given bytes is therefore
 stored in the user's cache folder, to which nobody else can write; without such a folder, the sources are parsed at
@@ -66,7 +66,8 @@ def user_folder() -> Path | None:
 
 
 def _tell(node: Any, said: list[str]) -> None:
-    """Serialise a syntax tree without bare strings (docstrings); fields that are empty or None are omitted.
+    """Serialise a syntax tree without bare strings (docstrings) and without what an error says; fields that are empty
+    or None are omitted.
 
     ``ast.dump`` is not used because its output depends on the version of Python.
     """
@@ -74,6 +75,9 @@ def _tell(node: Any, said: list[str]) -> None:
 
     if isinstance(node, ast.Constant):
         said.append(f"{type(node.value).__name__} {node.value!r};")
+    elif isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+        said.append("Raise ")
+        _tell(node.exc.func, said)
     elif isinstance(node, ast.AST):
         said.append(f"{type(node).__name__}(")
         for name in node._fields:

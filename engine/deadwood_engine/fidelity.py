@@ -5,6 +5,7 @@ The four rows are measured by ``benchmarks``; the errors that each number contro
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 
@@ -33,6 +34,10 @@ class Fidelity(NamedTuple):
     coarse_cells : [DEM cells] least distance between rings, whatever it is in metres. The ground is straight within a
         cell except for its twist, so more rings resolve no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times
         the time for the same reach and the same depth)
+    smooth_kinks : [-] mean kinks of the ground under a log in contact (``ring_look.mean_kinks``) up to which it moves by
+        the whole of travel_cells in a step; beyond, by a share that falls with their square, down to
+        ``limits.LEAST_TRAVEL``. Controls the error on ground that is rough at the size of a cell, in channels and at
+        the edges of benches, where a long step passes facets that the log would have struck
     rebound_share : [-] of time_step, travel_cells and roll_angle where anything rebounds: a bouncing log meets ground
         and stems in new places in every step, and the error grows with the distance between them
     """
@@ -51,12 +56,16 @@ class Fidelity(NamedTuple):
     backward: bool = False
     coarse_cells: float = 0.0
     rebound_share: float = 1.0
+    smooth_kinks: float = math.inf
 
 
 FIDELITIES: dict[str, Fidelity] = {
-    "draft": Fidelity(0.070, 1.0, 0.5, 2.0, 4.0, 1e-3, 300, 4.0, ring_points=1, coarse_cells=0.5, rebound_share=0.2),
+    "draft": Fidelity(
+        0.070, 1.0, 0.5, 2.0, 4.0, 1e-3, 300, 4.0, ring_points=1, coarse_cells=0.5, rebound_share=0.2, smooth_kinks=0.4
+    ),
     "standard": Fidelity(
-        0.030, 0.6, 0.4, 1.25, 2.5, 1e-3, 400, 4.0, obstacle_travel=0.15, coarse_cells=0.5, rebound_share=0.25
+        0.030, 0.6, 0.4, 1.25, 2.5, 1e-3, 400, 4.0,
+        obstacle_travel=0.15, coarse_cells=0.5, rebound_share=0.25, smooth_kinks=0.4,
     ),
     "fine": Fidelity(0.004, 0.2, 0.2, 0.5, 1.0, 1e-3, 400, 1.0, obstacle_travel=0.1, coarse_cells=0.25),
     "reference": Fidelity(0.001, 0.04, 0.04, 0.5, 1.0, 1e-4, 1000, 0.5),

@@ -63,6 +63,10 @@ HOVER = 0.5  # [-] of g dt^2: smaller gaps count as closed (0.5 mm at 10 ms); ot
 
 HOVER_MOST = 5e-4  # [m] upper bound of that: long steps would let logs rest on air
 
+# [-] least cosine (26 degrees) between a ring's planes of two steps that count as one plane that turned. A candidate that
+# was over one wall of a channel may be over the other in the next step: an impulse between the two would carry the log
+# without the wedge that increases friction (in a V with sides of 45 degrees it accelerated by 33 % too fast)
+SAME_PLANE = 0.9
 LEAST_TURN = 1e-2  # [-] of g dt: a contact plane that turns by less counts as unchanged (``turning``)
 
 MERGED = 0.1  # [-] of the radius: candidates of one ring that are closer than this are one contact (with 0.3 a
@@ -86,6 +90,7 @@ WALL = 0.5  # [-] sine of the ground's tilt along the axis above which it is a w
 LEAST_UPWARD = 0.1  # [-] least upward component of a normal of the cone's side that replaces the ground's
 
 # Near contact: how much steeper the ground may become around a cell (``terrain.kinks_of``)
+LEAST_TRAVEL = 0.2  # [-] of a step's greatest travel, on ground however rugged (``Fidelity.smooth_kinks``)
 RUGGED = 1.0  # [-] kinks along the log from which contacts are also sought halfway to the next ring: a spike may be
 # narrower than the distance between rings
 KINK_REACH = 0.5  # [m] around it at least: a ring's radius and half the distance to the next ring

@@ -12,6 +12,7 @@ Numba passes such a record word by word: a kernel that is called often and not i
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -52,6 +53,7 @@ class Settings(NamedTuple):
     friction_beta: float = 0.0  # [1/s]
     strength: float = 0.0  # [kN/m2] of soft ground (``scarring``); 0: it is hard
     scar_drag: float = 0.0  # [-]
+    smooth_kinks: float = math.inf  # [-] of the ground under the log up to which it moves by the whole travel in a step
 
 
 class Model(NamedTuple):

@@ -92,6 +92,23 @@ def unpacked(packed):
 
 
 @inlined
+def mean_kinks(rings, stations):
+    """Mean over the near rings of the terrain's kinks [-], the greater of x and y; 0 if no ring is near the ground.
+
+    rings : as ``look`` left them. Independent of the direction in which the log moves: with the kinks along its motion
+    alone, logs on a bench across a gully, and in a rough gully, kept the error of long steps, because there they are
+    thrown from wall to wall.
+    """
+    total, near = 0.0, 0
+    for k in range(stations):
+        if rings[ABOVE, k] <= 0.0:
+            kx, ky = unpacked(rings[KINKS, k])
+            total += max(kx, ky)
+            near += 1
+    return total / near if near > 0 else 0.0
+
+
+@inlined
 def _rise(axis, narrowing, gx, gy, packed):
     """(steep, lean): per metre of radius, and of distance along the axis, how much lower [-] than the axis a point of
     the side can be over ground of the slope (gx, gy), plus or minus its kinks.

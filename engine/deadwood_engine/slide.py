@@ -141,6 +141,7 @@ def slide(
         stage_steps=0 if stages is None or going_on is not None or breaks else STAGE_STEPS,
         until_reached=bool(until_reached),
         breaks=breaks,
+        smooth_kinks=float(fidelity.smooth_kinks),
         **_slip_law(shape, friction_max, friction_kappa, friction_beta),
         **_scar_law(shape, soil_strength, scar_drag),
     )

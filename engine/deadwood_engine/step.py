@@ -34,6 +34,7 @@ from .limits import (
     CLOUD_TURN,
     LATE_STRIKE,
     LEAST_TOLERANCE,
+    LEAST_TRAVEL,
     LEAST_TURN,
     MADE_ANEW,
     MET_AT_ONCE,
@@ -53,6 +54,7 @@ from .model import Span
 from .obstacles import could_pass, time_beside
 from .pressure import join_lines
 from .rest import FAILED, INTERRUPTED, LEFT_DEM, TIME_LIMIT, holder, rest_reason
+from .ring_look import mean_kinks
 from .rocking import rocks_in_place, watch
 from .rolling import start_rolling
 from .rotation import VX, VY, VZ, WX, WY, WZ, X, Y, Z, spin_of
@@ -70,6 +72,8 @@ def choose_step(model, log, state, scratch):
 
     The axis moves no farther than the travel s in it: with the speed V now and the growth B of it [m/s2],
     dt <= s / u,  u = (V + sqrt(V^2 + 2 B s)) / 2.
+    On rugged ground s falls with the square of the kinks under a log that touches something, down to LEAST_TRAVEL of
+    it.
     A log in contact turns about its axis by at most the roll angle phi: dt <= phi / |w . d|.
     """
     settings, body, way = model.settings, log.body, scratch.way[0]
@@ -77,8 +81,11 @@ def choose_step(model, log, state, scratch):
     state[VZ] -= 0.5 * gravity * way.before
     fastest, bend = travel_bound(model.cloud, state, body)
     bend += gravity
-    pace = 0.5 * (fastest + math.sqrt(fastest * fastest + 2.0 * bend * settings.travel))  # the mean over that distance
-    dt = min(settings.time_step, settings.travel / pace) if pace > 0.0 else settings.time_step
+    travel = settings.travel
+    if way.kinks > settings.smooth_kinks:
+        travel *= max(LEAST_TRAVEL, (settings.smooth_kinks / way.kinks) ** 2)
+    pace = 0.5 * (fastest + math.sqrt(fastest * fastest + 2.0 * bend * travel))  # the mean over that distance
+    dt = min(settings.time_step, travel / pace) if pace > 0.0 else settings.time_step
     if way.touches and model.cloud is None:
         spin = abs(spin_of(state))
         dt = min(dt, settings.roll_angle / spin) if spin > 0.0 else dt
@@ -214,6 +221,7 @@ def keep_books(model, log, state, scratch, out):
     if model.cloud is not None and settings.friction_kappa > 0.0:
         way.slip = slip_after(contacts, keys, way.count, state, way.slip, settings.friction_beta, way.dt)
     way.pressed, way.touches = pressed, touches
+    way.kinks = mean_kinks(scratch.rings, log.stations) if touches and model.cloud is None else 0.0
     way.sunk = min(way.sunk, way.time) if deepest > log.body[BASE_RADIUS] else math.inf
     turning = model.cloud is None
     way.old_count = remember(contacts, keys, way.count, state, scratch.old_keys, scratch.old_contacts, turning)

@@ -90,7 +90,7 @@ def begin(model, log, state, scratch, summary):
     rolling.inertia, rolling.skin = body[AXIAL], body[BASE_RADIUS]
     know_nothing(scratch.near[0])
     way.time = way.before = way.last_kick = way.path = way.work = way.slip = 0.0
-    way.scar = way.scar_ahead = way.dragged = 0.0
+    way.scar = way.scar_ahead = way.dragged = way.kinks = 0.0
     way.enters = math.inf
     way.next_look, way.next_rocking = REST_WINDOW, ROCKING_WINDOW
     way.old_count, way.kept, way.pressed, way.undermined, way.sunk, way.lost = 0, 0, False, False, math.inf, False

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from .compiled import inlined, kernel
 from .contacts import TERRAIN, set_normal
+from .limits import SAME_PLANE
 from .rotation import VX, VY, VZ, WX, WY, WZ, square_to_axis
 from .vectors import blend, cross, dot, point, unit
 
@@ -67,6 +68,8 @@ def turn_contacts(contacts, keys, count, state, old_contacts, speeds):
         if keys[k, 0] != TERRAIN or c.old_row < 0:
             continue
         old = old_contacts[c.old_row]
+        if dot((old.nx, old.ny, old.nz), (c.nx, c.ny, c.nz)) < SAME_PLANE:
+            continue  # another wall, not the same plane
         delta = c.before_n + fall * c.nz - old.speed
         size = abs(delta)
         if size <= flat:

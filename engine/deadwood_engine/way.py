@@ -31,6 +31,7 @@ WAY = np.dtype(
         ("kick", "f8"), ("last_kick", "f8"),  # s, duration of gravity in this impulse, and in the previous one
         ("fastest", "f8"), ("bend", "f8"),  # m/s, m/s2, as ``travel_bound``, gravity included
         ("travel", "f8"),  # m, permitted by the obstacles
+        ("kinks", "f8"),  # [-] of the ground under a log that touches something (``ring_look.mean_kinks``), otherwise 0
         ("path", "f8"),  # m, greatest distance that the log can have moved since its release
         ("slip", "f8"),  # m, on which friction depends (``slip``)
         # m, depth of the hard ground below the surface (``scarring``), 0: not in it; now, and at the end of the step

@@ -18,6 +18,8 @@ class C:
 
     def f(self, x=None, *, y=(1, "a", ...)):
         """What it does."""
+        if x == 1:
+            raise ValueError(f"one is {x}, too few")
         return [x, y, f"{x} {y!r:>3}"]
 '''
 
@@ -51,11 +53,12 @@ def told(tmp_path, monkeypatch):
         lambda folder: (folder / "two.py").write_text(TWO.replace(", *,", ",")),
         lambda folder: (folder / "two.py").write_text(TWO.replace("!r", "")),
         lambda folder: (folder / "two.py").write_text(TWO.replace("...", "'...'")),
+        lambda folder: (folder / "two.py").write_text(TWO.replace("ValueError", "TypeError")),
         lambda folder: (folder / "two.py").rename(folder / "three.py"),
         lambda folder: (folder / "three.py").write_text(""),
         lambda folder: (folder / "one.py").unlink(),
     ],
-    ids=["number", "type", "default", "keyword", "conversion", "string", "name", "more", "less"],
+    ids=["number", "type", "default", "keyword", "conversion", "string", "error", "name", "more", "less"],
 )
 def test_any_edit_of_the_code_is_another_engine(told, tmp_path, edit):
     before = told()
@@ -72,8 +75,9 @@ def test_any_edit_of_the_code_is_another_engine(told, tmp_path, edit):
         TWO.replace('    """One of them."""\n\n', ""),
         TWO.replace("x=None, *, y", "x=None,\n        *,\n        y").replace("B = 2", "B = (2)"),
         TWO.replace("\n", "\r\n"),
+        TWO.replace('f"one is {x}, too few"', '"too few"'),
     ],
-    ids=["comment", "docstring", "no docstring", "layout", "line ends"],
+    ids=["comment", "docstring", "no docstring", "layout", "line ends", "message"],
 )
 def test_other_words_about_it_are_the_same_engine(told, tmp_path, words):
     before = told()

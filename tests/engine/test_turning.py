@@ -73,6 +73,14 @@ def test_what_the_gap_leaves_room_for_is_no_turn_yet():
     assert c.target == pytest.approx(delta, rel=1e-6)
 
 
+@pytest.mark.parametrize(("angle", "same"), [(0.40, True), (0.48, False), (1.2, False)])
+def test_a_plane_that_turned_too_far_is_another_wall(angle, same):
+    """The limit is a cosine of 0.9: 0.451 rad."""
+    c, _ = turned(angle)
+    assert ((c.nx, c.ny, c.nz) != tuple(normal(angle))) == same
+    assert (c.turn != 0.0) == same
+
+
 @pytest.mark.parametrize("how", [{"kind": TREE}, {"row": -1}, {"flat": 1.0}], ids=["a stem", "new", "flat"])
 def test_only_loaded_ground_that_turned_is_turned(how):
     c, _ = turned(0.01, **how)
