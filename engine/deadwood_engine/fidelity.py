@@ -34,8 +34,8 @@ class Fidelity(NamedTuple):
     coarse_cells : [DEM cells] least distance between rings, whatever it is in metres. The ground is straight within a
         cell except for its twist, so more rings resolve no more of it (half a metre on cells of 5 m: 1.4 to 1.6 times
         the time for the same reach and the same depth)
-    smooth_kinks : [-] mean kinks of the ground under a log in contact (``ring_look.mean_kinks``) up to which it moves by
-        the whole of travel_cells in a step; beyond, by a share that falls with their square, down to
+    smooth_kinks : [-] mean kinks of the ground under a log in contact (``ring_look.mean_kinks``) up to which it moves
+        by the whole of travel_cells in a step; beyond, by a share that falls with their square, down to
         ``limits.LEAST_TRAVEL``. Controls the error on ground that is rough at the size of a cell, in channels and at
         the edges of benches, where a long step passes facets that the log would have struck
     rebound_share : [-] of time_step, travel_cells and roll_angle where anything rebounds: a bouncing log meets ground

@@ -63,9 +63,9 @@ HOVER = 0.5  # [-] of g dt^2: smaller gaps count as closed (0.5 mm at 10 ms); ot
 
 HOVER_MOST = 5e-4  # [m] upper bound of that: long steps would let logs rest on air
 
-# [-] least cosine (26 degrees) between a ring's planes of two steps that count as one plane that turned. A candidate that
-# was over one wall of a channel may be over the other in the next step: an impulse between the two would carry the log
-# without the wedge that increases friction (in a V with sides of 45 degrees it accelerated by 33 % too fast)
+# [-] least cosine (26 degrees) between a ring's planes of two steps that count as one plane that turned. A candidate
+# that was over one wall of a channel may be over the other in the next step: an impulse between the two would carry the
+# log without the wedge that increases friction (in a V with sides of 45 degrees it accelerated by 33 % too fast)
 SAME_PLANE = 0.9
 LEAST_TURN = 1e-2  # [-] of g dt: a contact plane that turns by less counts as unchanged (``turning``)
 
