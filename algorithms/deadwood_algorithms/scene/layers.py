@@ -174,7 +174,7 @@ def read_scene(
     # absent layers do not change the digest of a scene without them
     there = (*((boulders.solid,) if boulders.ids else ()), *((stems.capacity,) if breaking else ()))
     digest = digest_of(
-        grid.values, [grid.cell, grid.x0, grid.y0], mu, stems[:4], engine_barriers, engine_lines, lying, *there
+        grid.values, [grid.cell, grid.x0, grid.y0], mu, stems[:4], engine_barriers, engine_lines, lying[:4], *there
     )
     return SceneLayers(
         grid,

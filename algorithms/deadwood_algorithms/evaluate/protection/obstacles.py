@@ -122,7 +122,8 @@ class Candidates:
     def widest_radius(self) -> float:
         """Largest radius [m] of any of them; below the ground a stem is up to 1.5 times as thick as its DBH."""
         standing = 0.75 * self.trees.diameter
-        return float(max(standing.max(initial=0.0), *(0.5 * each.max(initial=0.0) for each in self.lying[2:])))
+        lying = (self.lying.diameter, self.lying.tip_diameter)
+        return float(max(standing.max(initial=0.0), *(0.5 * each.max(initial=0.0) for each in lying)))
 
 
 def read_candidates(
