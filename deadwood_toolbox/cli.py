@@ -27,6 +27,7 @@ import click
 
 from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.manifest import manifest
+from deadwood_algorithms.params.renamed import why_removed
 from deadwood_algorithms.params.tool import VERSION, Cancelled, Outcome, Tool, UserError
 from deadwood_toolbox import collector, parameters, shelf
 from deadwood_toolbox.commands import Answer, Job, build
@@ -193,6 +194,9 @@ def _verdict(error: BaseException, speaker: Speaker, verbose: bool) -> tuple[str
     if isinstance(error, KeyboardInterrupt | Cancelled | click.Abort) or speaker.stop.is_set():
         return str(error) if isinstance(error, Cancelled) and error.args else MESSAGE, INTERRUPTED
     if isinstance(error, click.NoSuchOption):
+        tool, name = error.ctx.info_name if error.ctx else None, error.option_name.lstrip("-").replace("-", "_")
+        if gone := why_removed(tool or "", name):
+            return gone, USER_ERROR
         near = error.possibilities or ()
         return f"no such option: {error.option_name}" + (f"; did you mean {near[0]}?" if near else ""), USER_ERROR
     if isinstance(error, click.ClickException):

@@ -92,30 +92,74 @@ __all__ = [
 class AssessMobilisationResult(Result):
     """What `assess_mobilisation` leaves."""
 
-    susceptibility = RasterPart("--output")
-    """Susceptibility to the start of a log, 0 to 1"""
+    mobilisation = RasterPart("--output")
+    """What logs do that are released in the cell"""
     release_areas = LayerPart("--release-areas", "release_areas")
-    """Connected ground on which a log could start to slide, the largest first"""
+    """Connected cells in which enough logs start or go far, the largest first"""
     candidates = LayerPart("--assessed", "candidates")
-    """Mapped deadwood that could start to slide"""
+    """Mapped deadwood in cells from which enough logs start; its decay is rated beside"""
     others = LayerPart("--assessed", "others")
-    """Mapped deadwood that could not"""
-    factors = RasterPart("--factors")
-    """Factors of the susceptibility"""
+    """The other mapped deadwood"""
 
 
 def assess_mobilisation(
     *,
     dem: TerrainInput,
+    trees: LayerInput | None = None,
+    barriers: LayerInput | None = None,
+    height_field: str | None = None,
+    lying_logs: LayerInput | None = None,
+    blocks: LayerInput | None = None,
+    lines: LayerInput | None = None,
     friction: float | RasterInput | LayerInput = 0.25,
-    window_m: float = 10.0,
-    slope_none_deg: float = 30.0,
-    slope_full_deg: float = 35.0,
-    roughness_limit_m: float = 1.0,
-    gully_window_m: float = 20.0,
-    gully_depth_m: float = 0.5,
-    threshold: float = 0.3,
+    friction_column: str | list[str] | None = None,
+    friction_elsewhere: float | None = None,
+    restitution: float = 0.0,
+    rolling_friction: float = 0.1,
+    tree_friction: float | None = None,
+    tree_restitution: float | None = None,
+    barrier_friction: float | None = None,
+    barrier_restitution: float | None = None,
+    tree_capacity_kj: float | None = None,
+    tree_capacity_power: float = 2.0,
+    break_trees: bool = False,
+    shape: PathsInput = "cone",
+    friction_max: float | None = None,
+    friction_kappa: float | None = None,
+    friction_beta: float | None = None,
+    soil_strength_mn_m2: float | None = None,
+    scar_drag: float | None = None,
+    time_limit_s: float = 300.0,
+    rest_speed_ms: float = 0.1,
+    dbh_cm: float = 75.0,
+    length_m: float = 30.0,
+    density_kg_m3: float = 300.0,
+    orientation: Literal["upright", "lying", "tilted", "random", "random-lying"] = "upright",
+    tilt_deg: float = 0.0,
+    azimuth_deg: float = 0.0,
+    speed_ms: float = 0.0,
+    drop_m: float = 0.0,
+    lying_diameter_cm: float = 40.0,
+    min_runout_m: float | None = None,
+    seed: int = 0,
+    crs: str | int | None = None,
+    threads: int | None = None,
+    scheduler: str | list[str] | None = None,
+    workers: int | None = None,
+    plan: bool = False,
+    plan_logs: int = 400,
+    plan_workers: int = 16,
+    resume: bool = False,
+    friction_range: str | list[str] | None = None,
+    cell_m: float = 10.0,
+    logs_per_cell: int = 5,
+    logs: int | None = None,
+    within: LayerInput | None = None,
+    start_m: float = 5.0,
+    areas_by: Literal["starts", "goes_far", "reaches"] = "goes_far",
+    threshold: float = 0.1,
     min_area_m2: float = 100.0,
+    fidelity: Literal["draft", "standard", "fine", "reference"] = "draft",
     deadwood: LayerInput | None = None,
     stage_field: str | None = None,
     years_field: str | None = None,
@@ -123,69 +167,175 @@ def assess_mobilisation(
     standing_field: str | None = None,
     years_from: float = 2.0,
     years_to: float = 5.0,
-    crs: str | int | None = None,
-    overwrite: bool = False,
     output: str | os.PathLike[str] | None = None,
     release_areas: str | os.PathLike[str] | bool | None = None,
     assessed: str | os.PathLike[str] | bool | None = None,
-    factors: str | os.PathLike[str] | bool | None = None,
+    overwrite: bool = False,
     progress: bool = False,
     feedback: Feedback | None = None,
 ) -> AssessMobilisationResult:
-    """Assess where a log could start to slide: susceptibility raster, candidate release areas, rated deadwood.
+    """Assess where a log could start to slide: logs slide from all ground; the share that starts, by cell, and
+    areas.
 
-    The susceptibility of a cell is the product of three factors between 0 and 1. All are taken at the scale of
-    a log, from a quadratic surface fitted to the heights in a window of ``window_m`` around the cell (formulas
-    in `relief.py`):
+    Logs of one size and posture are released all over the terrain, logs_per_cell in each cell of cell_m, and
+    slide at `draft`, each with the lowest, the middle and the highest friction of friction_range. output has
+    for each cell, with 95 % intervals for the number of its logs:
 
-    - drive, max(0, 1 - mu / tan(slope)): the share of the downslope pull of gravity that friction does not
-      balance. It is 0   where mu >= tan(slope), the paper's condition of sliding (section 6.1);
-    - steepness, from 0 at ``slope_none_deg`` to 1 at ``slope_full_deg``: the paper's logs all started on about
-      35° or   more, however low the friction that reproduces them, because fine relief that friction does not
-      represent holds logs;
-    - smoothness, from 1 on smooth ground to 0 at ``roughness_limit_m``, the standard deviation of the heights
-      about the   fitted surface. That roughness holds logs is a finding of the paper; the limit is a judgement:
-      set your own.
+    - starts: the share that moves more than start_m (an upright log that only falls over has not started);
+    - goes_far: the share that moves more than its own length, or min_runout_m;
+    - reaches: the share that reaches one of lines.
 
-    ``release_areas`` writes the connected ground above ``threshold`` as polygons for ``sample-releases
-    --areas``; the raster serves as ``sample-releases --weights``. Gullies, the preferred tracks, are detected
-    by the depth of the ground across the slope (``gully_share`` of an area); they do not affect the
-    susceptibility. ``factors`` keeps slope, roughness and depth.
+    The frictions count as equally likely. The printed lines and the facts give each share with each friction.
+    Logs that leave the terrain model before it is known count as gone far, but not as arrived; within restricts
+    the starts to ground that is far enough from its edges. `release_areas` are connected cells in which at
+    least threshold of the logs do what areas_by names, with the shares of all their logs.
 
-    ``assessed`` splits mapped ``deadwood`` (points) into the layers ``candidates`` and ``others``. A candidate
-    is on susceptible ground and in the stage of decay in which wood is smooth but still strong, late stage II
-    to early III (Maser and Trappe). The stage is taken from a field ``decay_stage``, otherwise from
-    ``years_dead`` and ``species`` (spruce: 2 to 5 years). Stages II and III without more detail, and unknown
-    stages, count as candidates: the tool errs on the safe side. A species is recognised by its scientific or
-    common name (German, French, Italian, English). Downed beech and Scots pine have ranges of years of their
-    own, from rates of decay of downed wood; standing snags of these species (a field ``standing``, 1 or 0) have
-    none.
+    What holds a log on less than a cell of the terrain model (stones, stumps, roots, a hollow) is not modelled:
+    the shares are those of logs that nothing of this kind holds. Give mapped stumps, boulders and lying wood as
+    trees, blocks and lying_logs. Nor is a trigger modelled (storm, snow, felling): a share is no probability
+    per year.
 
-    The tool does not model a trigger (storm, snow, felling), single boulders or stumps that hold a log, or a
-    probability: the numbers rank the ground. A DEM of any size is read in windows.
+    ``assessed`` splits mapped ``deadwood`` (points) by the ground into the layers ``candidates`` and
+    ``others``. Its decay is rated beside, and changes no share and no split: in late stage II to early III
+    (Maser and Trappe) wood is smooth but still strong, ``critical``. The stage is taken from a field
+    ``decay_stage``, otherwise from ``years_dead`` and ``species`` (spruce: 2 to 5 years; beech and Scots pine
+    by their rates of decay on the ground, which do not hold for snags: a field ``standing``, 1 or 0, tells
+    them). Species are recognised by scientific or common name (German, French, Italian, English).
 
     Parameters
     ----------
     dem : required
-        Terrain (DEM). A raster, a folder of tiles, or tiles separated by commas.
+        Terrain model. A raster, a folder of tiles, or tiles separated by commas.
+    trees : point
+        Standing trees.
+    barriers : line
+        Barriers.
+    height_field : optional
+        Field of the barriers' height in m. Without it: by its usual name.
+    lying_logs : line
+        Lying logs that hold others back. Lines from base to tip with a field 'diameter_cm' (or 'dbh_cm') and,
+        optionally, 'tip_diameter_cm'. They are rigid, rest on the terrain and do not move.
+    blocks : point
+        Boulders that hold logs back. Points with a field 'diameter_m' (or 'radius_m') and, optionally,
+        'height_m', that of the top above the terrain. They are rigid spheres, do not move, and have the
+        ground's friction and restitution.
+    lines : line or polygon
+        Roads, railways, houses.
     friction : >= 0, default 0.25
         Friction coefficient. A number, a raster, or polygons with a field 'friction' or 'mu'.
-    window_m : m, 0 < x <= 1000, default 10
-        Window of slope and roughness, about as long as a log bridges.
-    slope_none_deg : °, 0 <= x <= 90, default 30
-        Slope up to which the steepness factor is 0.
-    slope_full_deg : °, 0 <= x <= 90, default 35
-        Slope from which the steepness factor is 1.
-    roughness_limit_m : m, > 0, default 1
-        Roughness at which no log starts.
-    gully_window_m : m, 0 < x <= 1000, default 20
-        Window of gullies.
-    gully_depth_m : m, > 0, default 0.5
-        Depth across the slope that makes a gully.
-    threshold : 0 < x <= 1, default 0.3
-        Susceptibility of a release area.
+    friction_column : optional
+        Column of the friction polygons. Default: 'friction', else 'mu'.
+    friction_elsewhere : >= 0
+        Friction where the raster or the polygons have none. Without it, a layer that does not cover the DEM is
+        refused.
+    restitution : 0 <= x <= 1, default 0
+        Normal restitution of impacts.
+    rolling_friction : 0 <= x <= 0.5, default 0.1
+        Coefficient of rolling friction of the ground. The moment against rolling is at most this times the
+        normal force times the log's radius. A roller of 0.6 m that sinks in by 1, 5, 10 mm has 0.04, 0.09,
+        0.13; 0 is rigid ground. No value measured for logs is known.
+    tree_friction : >= 0
+        Friction of stems and lying logs. Default: that of the ground there.
+    tree_restitution : 0 <= x <= 1
+        Restitution of stems and lying logs. Default: that of the ground.
+    barrier_friction : >= 0
+        Friction of barriers. Default: that of the ground there.
+    barrier_restitution : 0 <= x <= 1
+        Restitution of barriers. Default: that of the ground.
+    tree_capacity_kj : kJ, > 0
+        Energy that a tree of 40 cm DBH absorbs in a hit before it breaks. slide-logs counts the hits in which a
+        tree takes more, and the logs that had one; with break_trees the trees break.
+    tree_capacity_power : 0 <= x <= 6, default 2
+        Exponent of DBH / 40 cm with which it grows.
+    break_trees : optional
+        Trees break above their capacity. Such a tree absorbs just its capacity and then disappears, for this
+        log only; for other logs it stands. Without it trees are rigid, as in the paper.
+    shape : default cone
+        Shape of what slides: cone, or a file of points. A .pts file (x y z on each line, metres, no header)
+        slides the convex hull of its points instead of logs: rocks, or logs as rings of vertices. dbh_cm and
+        length_m of the releases are then ignored, the density is used; its z axis replaces the axis of a log.
+    friction_max : >= 0
+        Friction coefficient after much slip, for a point cloud. Friction grows from friction to this while
+        the body touches the ground: mu(s) = mu_min + (2/pi) (mu_max - mu_min) atan(kappa s), s the distance its
+        centre has moved on the ground (Leine et al. 2014). Needs friction_kappa and friction_beta.
+    friction_kappa : 1/m, > 0
+        How fast friction grows with slip, for a point cloud. After a slip of 1/kappa it is halfway.
+    friction_beta : 1/s, >= 0
+        How fast slip decays in the air, for a point cloud. Off the ground the slip decays as exp(-beta t).
+    soil_strength_mn_m2 : MN/m2, > 0
+        Strength of soft ground, into which a point cloud digs. M_E of the scarring model of Lu et al. (2019),
+        10 to 25 on the alpine meadow of its experiments: the deeper a body digs in, the longer the soil brakes
+        it. Needs scar_drag. Without it the ground is hard.
+    scar_drag : >= 0
+        Drag coefficient of the soil that is compacted, for soft ground. C_s of the same model, 0.1 to 4 there;
+        it adds to 1 for the soil that flows.
+    time_limit_s : s, 0 < x <= 86400, default 300
+        Longest simulated time of a log.
+    rest_speed_ms : m/s, > 0, default 0.1
+        Speed below which a log may be at rest.
+    dbh_cm : cm, 0 < x <= 1500, default 75
+        DBH of the logs.
+    length_m : m, 0 < x <= 150, default 30
+        Length of the logs.
+    density_kg_m3 : kg/m³, 0 < x <= 25000, default 300
+        Density of the logs.
+    orientation : one of upright, lying, tilted, random, random-lying, default upright
+        Posture of the logs.
+    tilt_deg : °, 0 <= x <= 180, default 0
+        Tilt from the vertical, likewise.
+    azimuth_deg : °, default 0
+        Azimuth of tip and speed, where the layer has none.
+    speed_ms : m/s, 0 <= x <= 300, default 0
+        Initial speed, likewise.
+    drop_m : m, 0 <= x <= 1000, default 0
+        Clearance at the start, where the layer has none.
+    lying_diameter_cm : cm, 0 < x <= 1500, default 40
+        Base diameter of lying logs, where the layer has none.
+    min_runout_m : m, >= 0
+        Distance beyond which a log goes far. Default: one log length.
+    seed : >= 0, default 0
+        Seed of the random draws.
+    crs : optional
+        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
+        CRS; local: metres on a local grid.
+    threads : >= 1
+        Threads (default: every core).
+    scheduler : optional
+        Where to slide: local, or the address of a Dask scheduler. local starts processes on this machine,
+        tcp://HOST:PORT names a running scheduler, whose workers then slide the logs; the results are identical,
+        byte for byte. Default: threads of this process.
+    workers : >= 1
+        Workers started (local) or waited for, with a scheduler. Default: one for each core (local), or one.
+    plan : optional
+        Only state what the run would take. From a pilot of plan_logs: logs, core-hours, memory, disk and
+        time. Nothing is written.
+    plan_logs : >= 10, default 400
+        Logs of the plan's pilot, at most.
+    plan_workers : 1 <= x <= 1000000, default 16
+        Workers for which the plan also states the time.
+    resume : optional
+        Continue an interrupted run.
+    friction_range : optional
+        Range of the friction. Such as 0.2-0.3. Logs slide with both ends and with friction. Default: 0.8 to
+        1.2 times friction.
+    cell_m : m, > 0, default 10
+        Cell size of the result. Rounded to whole cells of the terrain model.
+    logs_per_cell : 1 <= x <= 10000, default 5
+        Logs released in each cell.
+    logs : >= 1
+        Logs to slide in all, at most. A random subset; cells without a log have no value. Default: all.
+    within : polygon
+        Ground on which logs start. Default: all of it.
+    start_m : m, >= 0, default 5
+        Distance that a log moves which starts.
+    areas_by : one of starts, goes_far, reaches, default goes_far
+        Outcome by which release areas are drawn.
+    threshold : 0 < x <= 1, default 0.1
+        Smallest share of a cell's logs in a release area.
     min_area_m2 : m², >= 0, default 100
         Smallest release area.
+    fidelity : one of draft, standard, fine, reference, default draft
+        Speed against accuracy.
     deadwood : point
         Mapped deadwood.
     stage_field : optional
@@ -200,19 +350,14 @@ def assess_mobilisation(
         Years since death from which spruce is smooth.
     years_to : >= 0, default 5
         Years since death up to which spruce is strong.
-    crs : optional
-        CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
-        CRS; local: metres on a local grid.
-    overwrite : optional
-        Replace an output that exists.
     output : output, optional
-        Susceptibility (.tif). Without it, in a temporary folder that lasts as long as the result.
+        Shares of the logs by cell (.tif). Without it, in a temporary folder that lasts as long as the result.
     release_areas : output, optional
-        Candidate release areas (.gpkg). True: beside the main output.
+        Release areas (.gpkg). True: beside the main output.
     assessed : output, optional
         Mapped deadwood, rated (.gpkg). True: beside the main output.
-    factors : output, optional
-        Slope, roughness and gully depth (.tif). True: beside the main output.
+    overwrite : optional
+        Replace an output that exists.
     progress : bool
         Show on standard error what is done, and what the tool notes and warns of.
     feedback : Feedback, optional
@@ -261,10 +406,10 @@ def sample_releases(
     """Draw the start positions of logs inside release areas, and the properties of each log.
 
     The result is the releases layer of ``slide-logs``. Positions are uniform by area, inside a circle around
-    each point (10 m in the paper) or inside a polygon or multipolygon without its holes. With a susceptibility
-    raster (``weights``) their density follows its values, inside the areas, or without areas wherever it is
-    above 0. Every area gets ``count`` logs, or ``logs_per_ha`` times its area (without areas: times the area of
-    the cells above 0).
+    each point (10 m in the paper) or inside a polygon or multipolygon without its holes. With a raster of
+    ``weights``, such as the shares of ``assess-mobilisation``, their density follows its first band, inside the
+    areas, or without areas wherever it is above 0. Every area gets ``count`` logs, or ``logs_per_ha`` times its
+    area (without areas: times the area of the cells above 0).
 
     `preset` sets the properties of the logs by name, with the source (`deadwood-tool list --presets` lists
     all). Explicit options override it. A preset of a species has the density of its critical stage of decay,
@@ -291,7 +436,7 @@ def sample_releases(
     dem : required
         Terrain (DEM); its CRS is that of the output. A raster, a folder of tiles, or tiles separated by commas.
     weights : optional
-        Susceptibility raster: relative density of starts. Any values of at least 0.
+        Raster: relative density of starts. Any values of at least 0.
     count : 1 <= x <= 1000000000, default 2000
         Logs per area.
     logs_per_ha : 1/ha, > 0
@@ -2390,11 +2535,10 @@ def map_origins(
       needed with one release area);
     - `origins.png`: a map of the shares and of both ends of their intervals; `origins.json`: all in numbers.
 
-    Releases over all ground on which logs could start, with a density that follows the susceptibility:
+    Releases over all ground on which logs start, with a density that follows the share that does:
 
-    The shares are those of logs that have started. assess-mobilisation rates how favourable a place is for a
-    start; the product of the two is not computed. A place where no log was released is empty: nothing is known
-    about it.
+    The shares are of all logs released, whether they start to slide or not. A place where no log was released
+    is empty: nothing is known about it.
 
     Parameters
     ----------

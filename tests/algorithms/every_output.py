@@ -95,10 +95,12 @@ def run_every_tool(folder: Path) -> list[Found]:
         "assess-mobilisation",
         dem=DEM,
         deadwood=sample("deadwood"),
-        output=at("assess-mobilisation", "susceptibility.tif"),
+        lines=sample("lines"),
+        cell_m=40.0,
+        logs_per_cell=1,
+        output=at("assess-mobilisation", "mobilisation.tif"),
         release_areas=at("assess-mobilisation", "areas.gpkg"),
         assessed=at("assess-mobilisation", "assessed.gpkg"),
-        factors=at("assess-mobilisation", "factors.tif"),
     )
     releases = at("sample-releases", "releases.gpkg")
     run("sample-releases", dem=DEM, areas=sample("release_area"), count=40, azimuth_deg=180.0, output=releases)

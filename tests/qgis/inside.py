@@ -146,8 +146,11 @@ unnamed.setCrs(QgsCoordinateReferenceSystem("EPSG:2056"))
 sample("dem_named_in_the_map", layer, DEM=unnamed)
 
 
+ASSESSED = {"FRICTION": 0.25, "FRICTION_RANGE": "0.25-0.25", "CELL_M": 20.0, "LOGS_PER_CELL": 1, "TIME_LIMIT_S": 5.0}
+
+
 def assess(case: str, terrain: Any) -> None:
-    given = {"DEM": terrain, "FRICTION": 0.25, "THRESHOLD": 0.35, "OUTPUT": f"{WORK}/{case}.tif"}
+    given = {"DEM": terrain, **ASSESSED, "OUTPUT": f"{WORK}/{case}.tif"}
     outcomes[case] = run("assessmobilisation", **given)
 
 
@@ -228,7 +231,7 @@ def watched(self: raster_copy.Copy, feedback: QgsProcessingFeedback) -> bool:
 
 raster_copy.Copy.write = watched
 shown = QgsProcessingOutputLayerDefinition(f"{WORK}/copied_in_a_thread.tif", project)
-given = {"FRICTION": 0.25, "THRESHOLD": 0.35, "OUTPUT": shown}
+given = {**ASSESSED, "OUTPUT": shown}
 outcomes["copied_in_a_thread"] = run_as_a_dialog_does("assessmobilisation", DEM=holed, **given)
 outcomes["copied_in_a_thread"]["in_window"] = in_window
 opened = QgsProcessingOutputLayerDefinition(f"{WORK}/in_a_thread.gpkg", project)

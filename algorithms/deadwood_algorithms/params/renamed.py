@@ -28,6 +28,25 @@ OF_ONE_TOOL = {
     },
     "windthrow": {"windthrow_areas": "areas"},
 }
+# Parameters without a successor, by tool, and the reason.
+_FORMULA = (
+    "window_m",
+    "slope_none_deg",
+    "slope_full_deg",
+    "roughness_limit_m",
+    "gully_window_m",
+    "gully_depth_m",
+    "factors",
+)
+REMOVED = {
+    "assess-mobilisation": (_FORMULA, "it belonged to a formula of slope and roughness; now logs slide (see --help)"),
+}
+
+
+def why_removed(tool: str, name: str) -> str | None:
+    """Why a tool no longer has a parameter; None if it never had it."""
+    names, why = REMOVED.get(tool, ((), ""))
+    return f"{tool}: --{name.replace('_', '-')} was removed: {why}" if name in names else None
 
 
 def old_names_of(tool: str, name: str) -> tuple[str, ...]:

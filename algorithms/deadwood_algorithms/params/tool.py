@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from deadwood_algorithms.params.kinds import KINDS, Parameter, UserError, check_value
 from deadwood_algorithms.params.messages import Feedback, Hearing, ProgressOnly, Quiet, Stage
-from deadwood_algorithms.params.renamed import old_names_of, with_new_names
+from deadwood_algorithms.params.renamed import old_names_of, why_removed, with_new_names
 
 __all__ = ["Cancelled", "Feedback", "Outcome", "Parameter", "Tool", "UserError", "check_value"]
 __all__ += ["ProgressOnly", "Quiet", "Stage"]
@@ -281,6 +281,8 @@ class Tool:
         values = with_new_names(self.name, values)
         for name in values:
             if name not in known:
+                if gone := why_removed(self.name, name):
+                    raise UserError(gone)
                 raise UserError(f"{self.name}: no parameter is called '{name}'; known are {', '.join(known)}")
         required = (f.name for f in dataclasses.fields(self.Ask) if f.default is dataclasses.MISSING)
         for name in required:

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +18,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.rasters import is_raster, open_raster, read_part_on, read_raster_on
+from deadwood_algorithms.files.rasters import is_raster, read_raster_on
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
@@ -74,33 +72,6 @@ def read_friction(
         )
     warn_of_large(float(np.median(mu[ground])) if ground.any() else 0.0, where, feedback)
     return mu
-
-
-@contextmanager
-def open_friction(
-    friction: str | float, dem: DemWindows, feedback: Feedback
-) -> Iterator[Callable[[Grid], float | Array]]:
-    """The same for windows of a DEM that is too large to hold: gives a function from a window to its friction."""
-    number, path = number_of(friction), str(friction)
-    if number is not None:
-        warn_of_large(number, "--friction", feedback)
-        yield lambda _: number
-    elif is_raster(path):
-        with open_raster(path, "friction") as source:
-            if source.crs is None:
-                feedback.note(
-                    f"{path}: the friction raster has no CRS, it is taken to be in the DEM's", code="crs-assumed"
-                )
-            yield lambda grid: _checked(as_written(read_part_on(source, grid)), grid, path)
-    else:
-        shapes, values, where = _polygons(path, dem, None, "rename the one that holds it", feedback)
-        tree = shapely.STRtree(shapes)
-
-        def on(grid: Grid) -> Array:
-            rows = np.sort(tree.query(shapely.box(*grid.bounds)))
-            return _checked(_burnt(shapes[rows], values[rows], grid), grid, where)
-
-        yield on
 
 
 def as_written(values: NDArray[np.float32]) -> Array:

@@ -27,18 +27,24 @@ def _quantiles(name: str, what: str, unit: str) -> RasterFile:
     )
 
 
-SUSCEPTIBILITY = _one("susceptibility", "Susceptibility to the start of a log, 0 to 1", "1", look="susceptibility")
-FACTORS = RasterFile(
-    name="factors",
-    meaning="Factors of the susceptibility",
+def _outcome(name: str, does: str) -> tuple[Band, ...]:
+    return (
+        Band(name=name, meaning=f"Share of the cell's logs that {does}, mean over the frictions", unit="1"),
+        Band(name=f"{name}_ci_low", meaning="Lower end of its 95 % Wilson interval, for the number of logs", unit="1"),
+        Band(name=f"{name}_ci_high", meaning="Upper end", unit="1"),
+    )
+
+
+MOBILISATION = RasterFile(
+    name="mobilisation",
+    look="danger",
+    meaning="What logs do that are released in the cell",
     bands=(
-        Band(name="slope", meaning="Slope at the scale of a log", unit="°"),
-        Band(name="roughness", meaning="Standard deviation of the heights about the fitted surface", unit="m"),
-        Band(
-            name="depth across the slope",
-            meaning="Depth of the ground below its surroundings across the slope (gullies)",
-            unit="m",
-        ),
+        *_outcome("starts", "move more than the stated distance"),
+        *_outcome("goes_far", "move more than their length, or the stated distance"),
+        *_outcome("reaches", "reach a line; NaN without lines"),
+        Band(name="slope_deg", meaning="Slope of the cell", unit="°"),
+        Band(name="n_logs", meaning="Number of logs released in it", unit="logs"),
     ),
 )
 DEM = RasterFile(

@@ -91,7 +91,6 @@ LOOKS = {
         stops=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0), colours=HITS[:7], shown="%", clear=0.0
     ),
     "danger": Look(stops=(0.0, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0), colours=HITS, shown="%"),
-    "susceptibility": Look(stops=tuple(0.1 * k for k in range(1, 9)), colours=HITS, shown="", clear=0.0),
     "speed": Look(stops=(0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0), colours=SPEED, shown="m/s"),
     "energy": Look(
         stops=(0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0), colours=ENERGY, shown="kJ"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from deadwood_algorithms.schemas.brought import BARRIERS, LOG, RELEASE, STRUCTURE
-from deadwood_algorithms.schemas.words import FULL_CIRCLE, Layer, a_count, a_number, a_text, an_id
+from deadwood_algorithms.schemas.words import FULL_CIRCLE, Column, Layer, a_count, a_number, a_text, an_id
 
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log", "block")
 STOPS = {  # in words, after the number of logs
@@ -41,11 +41,20 @@ _STRENGTH = (
     a_number("energy_p95_kj", "95 % quantile of it", 0),
 )
 
-_GROUND = (
-    a_number("susceptibility", "Susceptibility to the start of a log, 0 to 1 (see assess-mobilisation)", 0, 1),
-    a_number("slope_deg", "Slope of the terrain at the scale of a log", 0, 90),
-    a_number("roughness_m", "Standard deviation of the heights about the fitted surface", 0),
-    a_count("gully", "1 in a gully, else 0"),
+
+def _outcome(name: str, does: str) -> tuple[Column, ...]:
+    """The columns of assess-mobilisation."""
+    return (
+        a_number(name, f"Share of the logs released there that {does}, mean over the frictions", 0, 1),
+        a_number(f"{name}_ci_low", "Lower end of its 95 % Wilson interval, for the number of logs", 0, 1),
+        a_number(f"{name}_ci_high", "Upper end", 0, 1),
+    )
+
+
+_OUTCOMES = (
+    *_outcome("starts", "move more than the stated distance"),
+    *_outcome("goes_far", "move more than their length, or the stated distance"),
+    *_outcome("reaches", "reach a line, where lines were given"),
 )
 
 ENDED = a_text("stop_reason", "How the log's run ended", choices=STOP_REASONS)
@@ -408,34 +417,37 @@ CLEARANCES = Layer(
 CANDIDATES = Layer(
     name="candidates",
     geometry=("Point",),
-    meaning="Mapped deadwood that could start to slide",
+    meaning="Mapped deadwood in cells from which enough logs start; its decay is rated beside",
     keeps_source=True,
-    columns=(a_text("decay", "Rating of its decay", choices=("critical", "possible", "outside", "unknown")), *_GROUND),
+    columns=(
+        a_text("decay", "Rating of its decay", choices=("critical", "possible", "outside", "unknown")),
+        *_OUTCOMES,
+        a_number("slope_deg", "Slope of its cell", 0, 90),
+    ),
 )
 
 OTHERS = Layer(
     name="others",
     geometry=("Point",),
-    meaning="Mapped deadwood that could not",
+    meaning="The other mapped deadwood",
     keeps_source=True,
     columns=(
         *CANDIDATES.columns,
-        a_text("reason", "Why not", choices=("off_dem", "ground", "decay", "decay and ground")),
+        a_text("reason", "Why: no log was released there, or too few of them start", choices=("off_dem", "ground")),
     ),
 )
 
 RELEASE_AREAS = Layer(
     name="release_areas",
     geometry=("Polygon",),
-    meaning="Connected ground on which a log could start to slide, the largest first",
+    meaning="Connected cells in which enough logs start or go far, the largest first",
     columns=(
         a_count("release_id", "The area, from 1", 1),
         a_number("area_m2", "Plan area", 0),
-        a_number("susceptibility_mean", "Mean of its cells", 0, 1),
-        a_number("susceptibility_max", "Largest of its cells", 0, 1),
-        a_number("slope_mean_deg", "Mean slope at the scale of a log", 0, 90),
-        a_number("gully_share", "Share of its cells in a gully", 0, 1),
-        a_count("n_candidates", "Mapped logs in it that could start, where deadwood was given"),
+        a_count("n_logs", "Logs released in it"),
+        *_OUTCOMES,
+        a_number("slope_mean_deg", "Mean slope of its cells", 0, 90),
+        a_count("n_candidates", "Mapped logs in it, where deadwood was given"),
     ),
 )
 

@@ -72,10 +72,9 @@ OF_RUN = (
     results.BLOCK_HITS,
 )
 WRITTEN = (
-    _by_flag("assess-mobilisation", "--output", files.SUSCEPTIBILITY),
+    _by_flag("assess-mobilisation", "--output", files.MOBILISATION),
     *_layers("assess-mobilisation", "--release-areas", [results.RELEASE_AREAS]),
     *_layers("assess-mobilisation", "--assessed", [results.CANDIDATES, results.OTHERS]),
-    _by_flag("assess-mobilisation", "--factors", files.FACTORS),
     *_layers("sample-releases", "--output", [brought.RELEASES]),
     *_layers("import-trees", "--output", [brought.TREES]),
     *_layers("import-trees", "--snags", [brought.SNAGS]),

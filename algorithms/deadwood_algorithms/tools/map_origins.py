@@ -11,18 +11,18 @@ The folder holds
   a given share of its logs pass (--affected-shares), from stored trajectories (not needed with one release area);
 - `origins.png`: a map of the shares and of both ends of their intervals; `origins.json`: all in numbers.
 
-Releases over all ground on which logs could start, with a density that follows the susceptibility:
+Releases over all ground on which logs start, with a density that follows the share that does:
 
-    deadwood-tool assess-mobilisation --dem sample_data/dem.tif --friction 0.25 --output susceptibility.tif \\
-        --release-areas zones.gpkg
-    deadwood-tool sample-releases --areas zones.gpkg --weights susceptibility.tif --dem sample_data/dem.tif \\
+    deadwood-tool assess-mobilisation --dem sample_data/dem.tif --cell-m 20 --logs-per-cell 2 \\
+        --output mobilisation.tif --release-areas zones.gpkg
+    deadwood-tool sample-releases --areas zones.gpkg --weights mobilisation.tif --dem sample_data/dem.tif \\
         --logs-per-ha 500 --output releases.gpkg
     deadwood-tool slide-logs --dem sample_data/dem.tif --releases releases.gpkg --friction 0.25 --trajectories all \\
         --lines 'sample_data/sample.gpkg|layername=lines' --output run
     deadwood-tool map-origins --run run --output origins
 
-The shares are those of logs that have started. assess-mobilisation rates how favourable a place is for a start; the
-product of the two is not computed. A place where no log was released is empty: nothing is known about it.
+The shares are of all logs released, whether they start to slide or not. A place where no log was released is empty:
+nothing is known about it.
 """
 
 from __future__ import annotations

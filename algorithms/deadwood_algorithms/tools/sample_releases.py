@@ -1,8 +1,9 @@
 """Draw the start positions of logs inside release areas, and the properties of each log.
 
 The result is the releases layer of ``slide-logs``. Positions are uniform by area, inside a circle around each point (10
-m in the paper) or inside a polygon or multipolygon without its holes. With a susceptibility raster (``--weights``)
-their density follows its values, inside the areas, or without areas wherever it is above 0. Every area gets ``--count``
+m in the paper) or inside a polygon or multipolygon without its holes. With a raster of ``--weights``, such as the
+shares of ``assess-mobilisation``, their density follows its first band, inside the areas, or without areas wherever it
+is above 0. Every area gets ``--count``
 logs, or ``--logs-per-ha`` times its area (without areas: times the area of the cells above 0).
 
 `--preset` sets the properties of the logs by name, with the source (`deadwood-tool list --presets` lists all). Explicit
@@ -72,7 +73,7 @@ class Ask:
     )
     dem: str = tool.terrain("Terrain (DEM); its CRS is that of the output")
     weights: str | None = tool.raster(
-        "Susceptibility raster: relative density of starts", default=None, help="Any values of at least 0."
+        "Raster: relative density of starts", default=None, help="Any values of at least 0."
     )
     count: int = tool.integer("Logs per area", default=2000, minimum=1, maximum=MOST_LOGS)
     logs_per_ha: float | None = tool.number(

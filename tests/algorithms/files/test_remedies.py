@@ -23,7 +23,7 @@ from deadwood_algorithms.files.rasters import read_raster_on
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene.ground import warn_of_ground
 from deadwood_algorithms.scene.memory import threads_that_fit
-from deadwood_algorithms.tools import add_structures, assess_mobilisation
+from deadwood_algorithms.tools import add_structures
 
 E, N = 2_783_000.0, 1_190_000.0
 HEIGHTS = np.add.outer(np.arange(40.0), 0.5 * np.arange(50.0)).astype(np.float32) + 500.0
@@ -213,14 +213,6 @@ def test_a_dem_in_coarse_numbers_takes_the_structures_as_floats(tmp_path, said, 
         heights = changed.read(1)
     under = HEIGHTS[19:21, 12:28].mean(axis=0)  # of the line, which runs between these rows
     assert np.allclose(heights[19:21, 12:28], under + height, atol=1e-3 + 4e-3 * (height > 100.0))
-
-
-def test_cells_too_fine_for_the_windows_of_the_relief_are_made_coarser(tmp_path):
-    path = str(tif(tmp_path / "d.tif", from_origin(E, N, 0.01, 0.01)))
-    ask = assess_mobilisation.Ask(dem=path, output="s.tif")
-    with pytest.raises(UserError, match="fix: ") as refused:
-        assess_mobilisation.refuse_fine_cells(ask, 0.01)
-    assess_mobilisation.refuse_fine_cells(ask, read_dem(carry_out(str(refused.value).split("fix: ")[1], tmp_path)).cell)
 
 
 def test_a_raster_without_place_is_placed_with_its_own_numbers(tmp_path):

@@ -1,77 +1,52 @@
-"""assess-mobilisation, through its files: planes, steps and gullies with known answers, and the corresponding areas."""
+"""assess-mobilisation against the engine called directly, counts by hand, and the same ground in windows."""
 
 from __future__ import annotations
 
-import math
-import shlex
-import subprocess
-import sys
-import tracemalloc
 from pathlib import Path
+from typing import Any
 
 import geopandas as gpd
 import numpy as np
 import pytest
 import rasterio
 import shapely
-from rasterio.transform import Affine, from_origin
-from rasterio.vrt import WarpedVRT
-from shapely import Point, box
+from scipy.stats import binomtest
+from slope_case import EAST, LENGTH, NORTH, WIDTH, Case, points, write_layer
 
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.prepare.mobilisation import decay
-from deadwood_algorithms.prepare.mobilisation import rasters as mobilisation_rasters
+from deadwood_algorithms.prepare.mobilisation import cells as cells_module
+from deadwood_algorithms.prepare.mobilisation import slides as slides_module
+from deadwood_algorithms.scene import reach
+from deadwood_algorithms.simulate import windows
+from deadwood_algorithms.stats.draws import LOG_PLACE, uniforms
 from deadwood_algorithms.tools import assess_mobilisation, sample_releases
+from deadwood_engine import FIDELITIES, Lines, Logs, Scene, Trees, slide
 
-ROOT = Path(__file__).parents[3]
-EAST, NORTH, CELL, NX, NY = 2_783_000.0, 1_190_000.0, 0.5, 120, 100
-SOUTH_UP = Affine(CELL, 0.0, EAST, 0.0, CELL, NORTH)
-
-
-def write_raster(path: Path, values, cell: float = CELL, **profile) -> str:
-    """Values with row 0 south, in a float64 GeoTIFF."""
-    values = np.asarray(values, float)
-    ny, nx = values.shape
-    facts = {"driver": "GTiff", "dtype": "float64", "count": 1, "nodata": -9999, "crs": "EPSG:2056"}
-    facts |= {"transform": from_origin(EAST, NORTH + ny * cell, cell, cell), "height": ny, "width": nx}
-    south_up = profile.get("transform") == SOUTH_UP
-    with rasterio.open(path, "w", **(facts | profile)) as made:
-        made.write(values if south_up else values[::-1], 1)
-    return str(path)
+LOG = {"dbh_cm": 40.0, "length_m": 10.0, "time_limit_s": 60.0}
+CELL_M, NX = 10.0, 6  # of the result, on 60 x 100 m
 
 
-def grid(cell: float = CELL, nx: int = NX, ny: int = NY) -> tuple[np.ndarray, np.ndarray]:
-    return (np.arange(nx) + 0.5) * cell, (np.arange(ny)[:, None] + 0.5) * cell
-
-
-def plane(degrees: float, azimuth: float = 0.0) -> np.ndarray:
-    """Rising at an angle towards an azimuth."""
-    x, y = grid()
-    a = math.radians(azimuth)
-    return 1000.0 + math.tan(math.radians(degrees)) * (x * math.sin(a) + y * math.cos(a))
-
-
-def write_layer(path: Path, shapes, crs: str | None = "EPSG:2056", **columns) -> str:
-    moved = [shapely.transform(shape, lambda p: np.add(p, (EAST, NORTH))) for shape in shapes]
-    gpd.GeoDataFrame(columns, geometry=moved, crs=crs).to_file(path, layer=path.stem, driver="GPKG")
-    return str(path)
+@pytest.fixture(scope="module")
+def case(tmp_path_factory) -> Case:
+    return Case(tmp_path_factory.mktemp("case"))
 
 
 class Assessed:
-    """What a run of the tool made; rasters with row 0 south."""
+    """What a run of the tool made; bands with row 0 south."""
 
-    def __init__(self, folder: Path, said=None, **values) -> None:
+    def __init__(self, folder: Path, feedback: Any = None, **values: Any) -> None:
+        folder.mkdir(exist_ok=True)
         self.folder = folder
-        places = {"output": "s.tif", "factors": "f.tif", "release_areas": "areas.gpkg"}
+        places = {"output": "m.tif", "release_areas": "areas.gpkg"}
         places |= {"assessed": "deadwood.gpkg"} if values.get("deadwood") else {}
-        values = {name: str(folder / place) for name, place in places.items()} | {"overwrite": True} | values
-        tool = assess_mobilisation.TOOL
-        self.outcome = tool(tool.ask_from({k: v for k, v in values.items() if v is not None}), said)
-        with rasterio.open(values["output"]) as source:
-            self.profile = source.profile
-            self.value = source.read(1)[::-1]
-        with rasterio.open(values["factors"]) as source:
-            self.slope, self.roughness, self.hollow = source.read()[:, ::-1]
+        given = {name: str(folder / place) for name, place in places.items()} | {"friction": "0.25"} | LOG | values
+        self.outcome = assess_mobilisation.TOOL(feedback=feedback, **given)
+        with rasterio.open(given["output"]) as source:
+            self.bands = {str(name): source.read(k + 1)[::-1] for k, name in enumerate(source.descriptions)}
+            self.bounds = source.bounds
+
+    def __getitem__(self, band: str) -> np.ndarray:
+        return self.bands[band]
 
     @property
     def areas(self) -> gpd.GeoDataFrame:
@@ -80,444 +55,296 @@ class Assessed:
     def logs(self, layer: str) -> gpd.GeoDataFrame:
         return gpd.read_file(self.folder / "deadwood.gpkg", layer=layer)
 
-    def middle(self, values: np.ndarray) -> float:
-        return float(values[NY // 2, NX // 2])
+
+def places_of(cell: int, per_cell: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ids of a cell's logs, and their places, by the rule that the tool states."""
+    log_id = cell * per_cell + np.arange(per_cell)
+    u, v = uniforms(seed, log_id, LOG_PLACE)
+    return log_id, EAST + (cell % NX + u) * CELL_M, NORTH + (cell // NX + v) * CELL_M
 
 
-RIM = 10  # cells of a window of 10 m beside its middle
-INNER = np.s_[RIM:-RIM, RIM:-RIM]
-
-
-@pytest.mark.parametrize("degrees", [0.0, 12.0, 30.0, 32.0, 35.0, 50.0])
-@pytest.mark.parametrize("azimuth", [0.0, 63.0, 200.0])
-def test_on_a_plane_everything_is_known(tmp_path, degrees, azimuth):
-    dem = write_raster(tmp_path / "dem.tif", plane(degrees, azimuth))
-    found = Assessed(tmp_path, dem=dem, friction="0.25")
-    drive = max(0.0, 1.0 - 0.25 / math.tan(math.radians(degrees))) if degrees else 0.0
-    expected = drive * min(max((degrees - 30.0) / 5.0, 0.0), 1.0)
-    # float32 in the file: 1e-7 of 50; the roughness is the root of rounding of squares of some 30 m
-    assert found.slope[INNER] == pytest.approx(degrees, abs=5e-6)
-    assert found.roughness[INNER] == pytest.approx(0.0, abs=1e-5)
-    assert found.hollow[20:-20, 20:-20] == pytest.approx(0.0, abs=1e-6)
-    assert found.value[INNER] == pytest.approx(expected, abs=3e-5)
-    outside = np.ones((NY, NX), bool)
-    outside[INNER] = False
-    assert np.isnan(found.value[outside]).all()
-    assert (found.profile["dtype"], found.profile["crs"].to_epsg()) == ("float32", 2056)
-
-
-def test_below_the_angle_of_friction_nothing_slides(tmp_path):
-    """Only the paper's condition mu < tan(slope): at mu = 0.3 logs could slide above 16.7 degrees."""
-    limit = math.degrees(math.atan(0.3))
-    for degrees, expected in ((limit - 0.2, 0.0), (limit + 0.2, 1 - 0.3 / math.tan(math.radians(limit + 0.2)))):
-        dem = write_raster(tmp_path / "dem.tif", plane(degrees), overwrite=True)
-        found = Assessed(tmp_path, dem=dem, friction="0.3", slope_none_deg=0.0, slope_full_deg=0.0)
-        assert found.middle(found.value) == pytest.approx(expected, abs=1e-5)
-    assert expected > 0.01
-
-
-@pytest.mark.parametrize(("window", "cell"), [(10.0, 0.5), (3.0, 1.0), (7.0, 2.0)])
-def test_on_any_ground_it_is_the_fit_of_least_squares(tmp_path, window, cell):
-    """An independent fit of the six terms by numpy's lstsq in windows here and there."""
-    rng = np.random.default_rng(5)
-    x, y = grid(cell, 60, 50)
-    heights = 1500.0 + 0.6 * y + 0.2 * x + np.sin(x / 7.0) * 2.0 + rng.normal(0.0, 0.4, (50, 60))
-    dem = write_raster(tmp_path / "dem.tif", heights, cell)
-    found = Assessed(tmp_path, dem=dem, window_m=window, gully_window_m=window)
-    r = max(1, round((window / cell - 1) / 2))
-    u, v = (each.ravel() for each in np.meshgrid(*[np.arange(-r, r + 1) * cell] * 2))
-    terms = np.column_stack([np.ones_like(u), u, v, u**2, u * v, v**2])
-    for row, column in rng.integers(r, 50 - r, (20, 2)):
-        z = heights[row - r : row + r + 1, column - r : column + r + 1].ravel()
-        (_, b, c, d, e, f), residual, *_ = np.linalg.lstsq(terms, z, rcond=None)
-        hessian, contour = np.array([[2 * d, e], [e, 2 * f]]), np.array([-c, b]) / math.hypot(b, c)
-        bend = contour @ hessian @ contour
-        assert found.slope[row, column] == pytest.approx(math.degrees(math.atan(math.hypot(b, c))), abs=1e-4)
-        assert found.roughness[row, column] == pytest.approx(math.sqrt(residual[0] / z.size), abs=1e-5)
-        assert found.hollow[row, column] == pytest.approx(0.5 * bend * ((2 * r + 1) * cell / 2) ** 2, abs=1e-5)
-
-
-def test_a_step_is_rough_and_a_wall_holds(tmp_path):
-    """Of a step of height H across a window of w, the fitted surface rises 3 H / (2 w), and H/4 remains as roughness.
-
-    This holds for infinitely small cells; for 21, the middle one being the first above the step, numpy fits a parabola.
-    """
-    x, y = grid()
-    dem = write_raster(tmp_path / "dem.tif", 1000.0 + 2.0 * (y > 25.0) + 0.0 * x)
-    found = Assessed(tmp_path, dem=dem)
-    k = np.arange(-10, 11) * CELL
-    (_, rise, _), residual, *_ = np.polyfit(k, 2.0 * (k >= 0), 2, full=True)
-    assert found.slope[50, 60] == pytest.approx(math.degrees(math.atan(rise)), abs=1e-4)
-    assert found.roughness[50, 60] == pytest.approx(math.sqrt(residual[0] / 21), abs=1e-5)
-    assert (rise, math.sqrt(residual[0] / 21)) == pytest.approx((3 * 2.0 / (2 * 10.5), 2.0 / 4), rel=1 / 21)
-    wall = write_raster(tmp_path / "wall.tif", plane(40.0) + 6.0 * (y > 25.0))
-    found = Assessed(tmp_path, dem=wall)
-    assert found.value[49:51, 60] == pytest.approx(0.0)  # 6 / 4 m of roughness, above the limit of 1 m
-    assert found.value[15, 60] == pytest.approx(1 - 0.25 / math.tan(math.radians(40)), abs=1e-4)
-
-
-def test_noise_is_roughness(tmp_path):
-    """White noise of s: the fit removes six of n^2 degrees of freedom, s sqrt(1 - 6 / 441) remains."""
-    rough = np.random.default_rng(8).normal(0.0, 0.3, (NY, NX))
-    dem = write_raster(tmp_path / "dem.tif", plane(40.0) + rough)
-    found = Assessed(tmp_path, dem=dem, roughness_limit_m=0.6)
-    level = math.sqrt(float(np.mean(found.roughness[INNER].astype(float) ** 2)))
-    # about 18 windows that do not overlap, each with 435 degrees of freedom: a standard error of 0.8 %
-    assert level == pytest.approx(0.3 * math.sqrt(1 - 6 / 441), rel=0.03)
-    free = Assessed(tmp_path, dem=dem, roughness_limit_m=1e6)
-    ratio = found.value[INNER] / free.value[INNER]
-    assert ratio == pytest.approx(1 - found.roughness[INNER] / 0.6, abs=1e-5)
-
-
-def test_a_gully_is_detected_by_its_depth_and_changes_no_susceptibility(tmp_path):
-    """A parabola across the slope is fitted exactly: depth a (w/2)^2, no roughness; a ridge has the other sign."""
-    x, y = grid()
-    a, slope = 0.02, math.tan(math.radians(40.0))
-    for sign in (1.0, -1.0):
-        dem = write_raster(tmp_path / "dem.tif", 1000.0 + slope * y + sign * a * (x - 30.25) ** 2)
-        found = Assessed(tmp_path, dem=dem, gully_window_m=20.0)
-        side = (2 * round((20.0 / CELL - 1) / 2) + 1) * CELL
-        assert found.hollow[50, 60] == pytest.approx(sign * a * (side / 2) ** 2, rel=1e-5)
-        assert found.roughness[50, 60] == pytest.approx(0.0, abs=1e-4)
-        assert found.value[50, 60] == pytest.approx(1 - 0.25 / slope, abs=2e-4)
-        share = found.areas["gully_share"]
-        assert (share > 0.3).any() if sign > 0 else (share == 0).all()
-
-
-def test_friction_of_polygons_and_rasters_cuts_areas_to_the_cell(tmp_path):
-    dem = write_raster(tmp_path / "dem.tif", plane(40.0))
-    west, east = box(10.0, 10.0, 25.0, 30.0) - box(14.0, 14.0, 18.0, 20.0), box(40.0, 20.0, 45.0, 24.0)
-    diagonal = box(45.0, 24.0, 49.0, 30.0)  # touches the east one only at a corner
-    small = box(30.0, 40.0, 34.0, 42.0)
-    rest = box(-1.0, -1.0, 61.0, 51.0)
-    polygons = write_layer(
-        tmp_path / "mu.gpkg", [rest, west, east, diagonal, small], friction=[2.0, 0.25, 0.3, 0.3, 0.3]
-    )
-    found = Assessed(tmp_path, dem=dem, friction=polygons, min_area_m2=10.0)
-    rows = found.areas
-    assert rows["release_id"].tolist() == [1, 2, 3]
-    assert rows["area_m2"].tolist() == [15 * 20 - 4 * 6, 4 * 6, 5 * 4]
-    expected = [shapely.transform(each, lambda p: np.add(p, (EAST, NORTH))) for each in (west, diagonal, east)]
-    for shape, known in zip(rows.geometry, expected, strict=True):
-        assert shape.symmetric_difference(known).area == pytest.approx(0.0, abs=1e-6)
-    drive = [1 - mu / math.tan(math.radians(40)) for mu in (0.25, 0.3, 0.3)]
-    assert rows["susceptibility_mean"].to_numpy() == pytest.approx(drive, abs=3e-5)
-    assert rows["susceptibility_max"].to_numpy() == pytest.approx(drive, abs=3e-5)
-    assert rows["slope_mean_deg"].to_numpy() == pytest.approx(40.0, abs=1e-5)
-
-    values = np.full((NY, NX), 2.0)
-    values[20:60, 20:50] = 0.25
-    values[28:40, 28:36] = 2.0
-    raster = write_raster(tmp_path / "mu.tif", values)
-    other = Assessed(tmp_path, dem=dem, friction=raster, min_area_m2=10.0)
-    assert other.areas.geometry[0].equals(rows.geometry[0])
-    # Coarser cells in another place and CRS: resampled to the DEM's cells, nearest value.
-    with rasterio.open(raster) as source, WarpedVRT(source, crs="EPSG:4326") as warped:
-        profile = warped.profile | {"driver": "GTiff"}
-        with rasterio.open(tmp_path / "degrees.tif", "w", **profile) as made:
-            made.write(warped.read())
-    clipped = write_raster(
-        tmp_path / "clip.tif", plane(40.0)[5:95, 5:115], transform=from_origin(EAST + 2.5, NORTH + 47.5, CELL, CELL)
-    )
-    moved = Assessed(tmp_path, dem=clipped, friction=str(tmp_path / "degrees.tif"), min_area_m2=10.0)
-    shared = moved.areas.geometry[0].intersection(rows.geometry[0]).area / rows.geometry[0].area
-    assert shared > 0.93  # half a cell of shift along 88 m of edges, of 276 m2
-
-
-@pytest.mark.parametrize("transform", [None, SOUTH_UP])
-def test_windows_make_no_difference(tmp_path, monkeypatch, transform):
-    x, y = grid()
-    rough = plane(36.0, 20.0) + np.sin(x / 3.0) + np.cos(y / 2.0) * 0.3
-    dem = write_raster(tmp_path / "dem.tif", rough, **({"transform": transform} if transform else {}))
-    whole = Assessed(tmp_path, dem=dem)
-    monkeypatch.setattr(mobilisation_rasters, "BLOCK", 32)
-    parts = Assessed(tmp_path, dem=dem)
-    # The heights are relative to the window's mean, so rounding may differ in the last digits of a float32.
-    for name, tolerance in (("value", 1e-5), ("slope", 1e-4), ("roughness", 1e-5), ("hollow", 1e-5)):
-        assert getattr(parts, name) == pytest.approx(getattr(whole, name), abs=tolerance, nan_ok=True)
-    assert np.isfinite(whole.value).sum() == (NY - 20) * (NX - 20)
-    assert parts.profile["transform"] == from_origin(EAST, NORTH + NY * CELL, CELL, CELL)
-
-
-def test_nodata_spreads_by_half_a_window_and_no_further(tmp_path):
-    heights = plane(40.0)
-    heights[50, 60] = -9999.0
-    found = Assessed(tmp_path, dem=write_raster(tmp_path / "dem.tif", heights))
-    known = np.isfinite(found.value)
-    assert not known[40:61, 50:71].any()
-    assert known[39, 50:71].all()
-    assert known[61, 50:71].all()
-
-
-def test_a_large_dem_is_never_held_whole(tmp_path, monkeypatch):
-    """2000 x 2000 cells: one copy as float64 is 32 MB, and the tool may hold no more than half of that."""
-    monkeypatch.setattr(mobilisation_rasters, "BLOCK", 128)
-    monkeypatch.setattr("deadwood_algorithms.prepare.mobilisation.zones.BLOCK", 256)
-    monkeypatch.setattr("deadwood_algorithms.files.dem_windows.BLOCK_CELLS", 2**18)
-    heights = (np.arange(2000, dtype="float32") * 0.5)[:, None] * np.ones(2000, "float32")
-    dem = write_raster(tmp_path / "dem.tif", heights, dtype="float32", tiled=True)
-    del heights
-    tracemalloc.start()
-    assess_mobilisation.TOOL(
-        dem=dem, output=str(tmp_path / "s.tif"), release_areas=str(tmp_path / "a.gpkg"), window_m=5.0
-    )
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < 16e6
-    # 45 degrees everywhere: one area, all but the half window of 2 m at the rim
-    assert gpd.read_file(tmp_path / "a.gpkg", layer="release_areas")["area_m2"].tolist() == [996.0**2]
-
-
-def test_ground_without_heights_is_neither_fitted_nor_stored(tmp_path, monkeypatch):
-    """Of 81 windows 4 hold the ground: these are fitted, at the scale of a log and at that of a gully."""
-    heights = np.full((576, 576), -9999.0)
-    heights[70:170, 200:300] = plane(38.0)[:, :100]
-    dem = write_raster(tmp_path / "dem.tif", heights)
-    whole = Assessed(tmp_path, dem=dem)
-    fitted = []
-    real = mobilisation_rasters.relief
-    monkeypatch.setattr(mobilisation_rasters, "relief", lambda *given: fitted.append(1) or real(*given))
-    monkeypatch.setattr(mobilisation_rasters, "BLOCK", 64)
-    parts = Assessed(tmp_path, dem=dem)
-    assert len(fitted) == 2 * 4
-    assert parts.value == pytest.approx(whole.value, abs=1e-5, nan_ok=True)
-    with rasterio.open(tmp_path / "s.tif") as made:
-        share = float(made.tags(1)["STATISTICS_VALID_PERCENT"])
-    assert share == pytest.approx(100.0 * np.isfinite(whole.value).mean(), rel=1e-6)
-
-
-def test_areas_are_the_same_whether_the_factors_are_kept_or_not(tmp_path):
-    x, y = grid()
-    dem = write_raster(tmp_path / "dem.tif", plane(38.0) + 1.5 * np.sin(y / 5.0) + 0.0 * x)
-    kept = Assessed(tmp_path, dem=dem).areas
-    areas = str(tmp_path / "alone.gpkg")
-    assess_mobilisation.TOOL(dem=dem, output=str(tmp_path / "alone.tif"), release_areas=areas)
-    alone = gpd.read_file(areas, layer="release_areas")
-    assert len(alone) > 1
-    assert alone.drop(columns="geometry").equals(kept.drop(columns="geometry"))
-    assert alone.geometry.geom_equals_exact(kept.geometry, 0.0).all()
-
-
-def test_areas_and_weights_feed_sample_releases(tmp_path):
-    x, y = grid()
-    dem = write_raster(tmp_path / "dem.tif", plane(38.0) + 1.5 * np.sin(y / 5.0) + 0.0 * x)
-    found = Assessed(tmp_path, dem=dem)
-    releases = tmp_path / "releases.gpkg"
-    sample_releases.TOOL(
-        areas=str(tmp_path / "areas.gpkg"), weights=str(tmp_path / "s.tif"), dem=dem, count=50, output=str(releases)
-    )
-    logs = gpd.read_file(releases, layer="releases")
-    assert set(logs["release_id"]) == set(found.areas["release_id"])
-    assert len(found.areas) > 1
-    shapes = dict(zip(found.areas["release_id"], found.areas.geometry, strict=True))
-    assert all(
-        shapes[name].buffer(1e-6).covers(place) for name, place in zip(logs["release_id"], logs.geometry, strict=True)
-    )
-
-
-def test_what_is_assumed_is_said(tmp_path):
-    dem = write_raster(tmp_path / "dem.tif", plane(38.0))
-    done = assess_mobilisation.TOOL(dem=dem, friction=0.3, window_m=8.0, output=str(tmp_path / "s.tif"))
-    assert done.lines[-1] == (
-        "assumed: friction 0.3; steepness from 30 to 35 degrees; no start at a roughness of 1 m; both in a window of "
-        "8 m; the numbers rank the ground and are not a probability"
-    )
-
-
-def test_ground_that_is_not_susceptible_gives_an_empty_layer(tmp_path):
-    found = Assessed(tmp_path, dem=write_raster(tmp_path / "dem.tif", plane(20.0)))
-    assert found.areas.empty
-    assert "susceptibility_mean" in found.areas.columns
-    assert found.outcome.facts["areas"] == 0
-
-
-def test_only_requested_outputs_stay(tmp_path):
-    dem = write_raster(tmp_path / "dem.tif", plane(40.0))
-    assess_mobilisation.TOOL(dem=dem, output=str(tmp_path / "s.tif"))
-    assert sorted(each.name for each in tmp_path.iterdir()) == ["dem.tif", "s.qml", "s.tif"]
-    assert 'value="0.8"' in (tmp_path / "s.qml").read_text(encoding="utf-8")
-
-
-# --- mapped deadwood
-
-
-@pytest.mark.parametrize(
-    ("word", "expected"),
-    [
-        ("II", "possible"), ("3", "possible"), ("stage iii", "possible"), ("late II", "critical"),
-        ("early 3", "critical"), ("Early  III", "critical"), ("early II", "outside"), ("late III", "outside"),
-        ("I", "outside"), ("late I", "outside"), ("IV", "outside"), ("5", "outside"), ("2.5", "critical"),
-        ("3,4", "critical"), ("3.5", "outside"), ("2.4", "outside"), ("VI", None), ("0", None), ("late 2.5", None),
-        ("rotten", None), ("", None),
-    ],
-)  # fmt: skip
-def test_stages_of_decay(word, expected):
-    assert decay.of_stage(word) == expected
-
-
-@pytest.mark.parametrize(
-    ("species", "years", "expected"),
-    [
-        ("Picea abies", 2.0, "critical"), ("Fichte", 5.0, "critical"), ("spruce", 5.1, "outside"),
-        ("spruce", 1.9, "outside"), ("", 3.0, "critical"), ("Abies alba", 3.0, "critical"),
-        # 2 to 5 years times 0.033 / 0.054: 1.22 to 3.06
-        ("Fagus sylvatica", 1.3, "critical"), ("Buche", 1.2, "outside"), ("beech", 3.0, "critical"),
-        ("Hêtre", 3.1, "outside"),
-        # times 0.033 / 0.032: 2.06 to 5.16
-        ("Pinus sylvestris", 5.1, "critical"), ("Waldföhre", 2.05, "outside"), ("pin", 2.1, "critical"),
-    ],
-)  # fmt: skip
-def test_years_since_death(species, years, expected):
-    assert decay.of_years(years, species, (2.0, 5.0)) == expected
-
-
-def test_mapped_deadwood_is_split_by_decay_and_ground(tmp_path, said):
-    x, y = grid()
-    steep = np.where(y < 25.0, 20.0, 40.0) + 0.0 * x
-    heights = 1000.0 + np.cumsum(np.tan(np.radians(steep)) * CELL, axis=0)
-    dem = write_raster(tmp_path / "dem.tif", heights)
-    shapes = [Point(30.0, 40.0)] * 6 + [Point(30.0, 10.0)] * 2 + [Point(1.0, 1.0), Point(90.0, 40.0)]
-    logs = write_layer(
-        tmp_path / "logs.gpkg", shapes, tree_id=list("abcdefghij"), dbh_cm=[40.0] * 10,
-        decay_stage=["late II", "2", "I", None, None, None, "early III", "IV", "2", "2"],
-        years_dead=[9.0, None, 3.0, 3.0, 9.0, None, None, None, None, None],
-        species=["spruce"] * 4 + ["larch", None, None, None, None, None],
+def test_a_cell_has_the_shares_of_the_engine_called_directly(case, tmp_path):
+    """Heights, trees and the road put together here; lying logs that point 70 degrees off north, three frictions."""
+    values = {"orientation": "lying", "azimuth_deg": 70.0, "logs_per_cell": 7, "seed": 3}
+    found = Assessed(
+        tmp_path, dem=case.dem, trees=case.trees, lines=f"{case.lines}", friction="0.3", friction_range="0.2-0.65",
+        start_m=4.0, **values,
     )  # fmt: skip
-    found = Assessed(tmp_path, said, dem=dem, deadwood=logs)
-    good, others = found.logs("candidates"), found.logs("others")
-    assert dict(zip(good["tree_id"], good["decay"], strict=True)) == {
-        "a": "critical", "b": "possible", "d": "critical", "f": "unknown",
-    }  # fmt: skip
-    assert dict(zip(others["tree_id"], others["reason"], strict=True)) == {
-        "c": "decay", "e": "decay", "g": "ground", "h": "decay and ground", "i": "off_dem", "j": "off_dem",
-    }  # fmt: skip
-    expected = 1 - 0.25 / math.tan(math.radians(40.0))
-    assert good["susceptibility"].to_numpy() == pytest.approx(expected, abs=1e-4)
-    assert good["slope_deg"].to_numpy() == pytest.approx(40.0, abs=1e-3)
-    assert good["gully"].tolist() == [0, 0, 0, 0]
-    assert good["dbh_cm"].tolist() == [40.0] * 4
-    assert found.areas["n_candidates"].tolist() == [4]
-    assert any("larch" in note and "that of spruce is used" in note for note in said.notes)
-    assert any("the decay of 1 of 10 points is unknown" in note for note in said.notes)
-    releases = str(tmp_path / "releases.gpkg")
-    areas = f"{tmp_path / 'deadwood.gpkg'}|layername=candidates"
-    sample_releases.TOOL(areas=areas, dem=dem, count=5, radius_m=4.0, output=releases)
-    drawn = gpd.read_file(releases, layer="releases")
-    assert len(drawn) == 20
-    assert drawn["dbh_cm"].unique().tolist() == [40.0]
+    with rasterio.open(case.dem) as source:
+        heights = source.read(1)[::-1].astype(float)
+    stems = gpd.read_file(case.trees)
+    trees = Trees(
+        stems.geometry.x.to_numpy(), stems.geometry.y.to_numpy(),
+        stems["dbh_cm"].to_numpy() / 100.0, stems["height_m"].to_numpy(),
+    )  # fmt: skip
+    roads = gpd.read_file(case.lines).geometry
+    parts = [shapely.get_coordinates(each) for each in roads]
+    lines = Lines(np.concatenate(parts), np.concatenate([[0], np.cumsum([len(each) for each in parts])]))
+    seen = set()
+    for cell in (2 * NX + 3, 4 * NX + 1, 6 * NX + 4, 8 * NX + 2):
+        log_id, x, y = places_of(cell, 7, 3)
+        n = log_id.size
+        logs = Logs(
+            log_id=log_id + 1, x=x, y=y, diameter=np.full(n, 0.4), length=np.full(n, 10.0), density=np.full(n, 300.0),
+            orientation=np.ones(n, np.int8), tilt=np.zeros(n), azimuth=np.full(n, np.radians(70.0)),
+            speed=np.zeros(n), drop=np.zeros(n),
+        )  # fmt: skip
+        starts, far, reaches = [], [], []
+        for mu in (0.2, 0.3, 0.65):
+            scene = Scene.prepare(heights, 1.0, EAST + 0.5, NORTH + 0.5, friction=mu, trees=trees, lines=lines)
+            did = slide(scene, logs, FIDELITIES["draft"], time_limit=60.0, rolling_friction=0.1, rest_speed=0.1)
+            runout = np.hypot(*(did.end_position - did.release_position)[:, :2].T)
+            starts.append(runout > 4.0)
+            far.append(runout > 10.0)
+            reaches.append(did.reach.any(axis=1))
+        here = cell // NX, cell % NX
+        for name, times in (("starts", starts), ("goes_far", far), ("reaches", reaches)):
+            assert found[name][here] == pytest.approx(np.mean(times), abs=1e-6), (cell, name)
+        assert found["n_logs"][here] == 7
+        seen |= {round(float(np.mean(each)), 3) for each in (starts, far, reaches)}
+    assert len(seen) > 4, "the cells differ, and the outcomes"
 
 
-def test_what_is_not_known_of_a_species_is_reported(tmp_path, said):
-    """The decay of beech snags is unknown: they are candidates; unknown species and those without rate are reported."""
-    dem = write_raster(tmp_path / "dem.tif", plane(40.0))
+def test_intervals_are_wilsons_for_the_number_of_logs(case, tmp_path):
+    """With one friction, of every cell and every outcome; of an area all logs of its cells together."""
+    found = Assessed(
+        tmp_path, dem=case.dem, trees=case.trees, lines=case.lines, friction_range="0.25-0.25", logs_per_cell=6,
+        threshold=0.5,
+    )  # fmt: skip
+    for name in ("starts", "goes_far", "reaches"):
+        for share, low, high, n in zip(
+            *(found[each].ravel() for each in (name, f"{name}_ci_low", f"{name}_ci_high", "n_logs")), strict=True
+        ):
+            told = binomtest(round(float(share * n)), int(n)).proportion_ci(method="wilson")
+            assert (low, high) == pytest.approx((told.low, told.high), abs=1e-5)
+    x, y = (np.arange(size) * CELL_M + CELL_M / 2 for size in (NX, 10))
+    for row in found.areas.itertuples():
+        local = shapely.transform(row.geometry, lambda p: p - (EAST, NORTH))
+        inside = shapely.contains_xy(local, *np.meshgrid(x, y))
+        assert (found["goes_far"][inside] >= 0.5).all()
+        n = int(found["n_logs"][inside].sum())
+        for name in ("starts", "goes_far", "reaches"):
+            count = round(float((found[name] * found["n_logs"])[inside].sum()))
+            told = binomtest(count, n).proportion_ci(method="wilson")
+            record = [getattr(row, each) for each in ("n_logs", name, f"{name}_ci_low", f"{name}_ci_high")]
+            assert record == pytest.approx([n, count / n, told.low, told.high], abs=1e-6)
+        assert row.slope_mean_deg == pytest.approx(found["slope_deg"][inside].mean(), abs=1e-4)
+    assert found.areas["area_m2"].sum() == 100.0 * (found["goes_far"] >= 0.5).sum()
+
+
+def test_the_summary_has_the_counts_of_each_friction(case, tmp_path):
+    found = Assessed(tmp_path, dem=case.dem, lines=case.lines, trees=case.trees, logs_per_cell=2)
+    band = found.outcome.facts["friction_band"]
+    of_all = [each for each in band if each["line_id"] is None]
+    assert [each["friction"] for each in of_all] == [0.2, 0.25, 0.3] * 3
+    for name in ("starts", "goes_far", "reaches"):
+        mine = [each["n_reach"] for each in of_all if each["outcome"] == name]
+        assert mine == sorted(mine, reverse=True), "less friction, more logs"
+        assert sum(mine) / 3.0 == pytest.approx((found[name] * found["n_logs"]).sum(), abs=1e-3)
+    by_line = {each["line_id"] for each in band} - {None}
+    assert by_line == {"road", "house"}
+
+
+def test_a_log_that_only_falls_over_has_not_started(case, tmp_path):
+    """On the flat, farther than a log from its sides, an upright log falls, and its centre moves by almost 5 m."""
+    on_flat = np.s_[1:2, 2:4]
+    for orientation in ("upright", "lying"):
+        found = Assessed(tmp_path / orientation, dem=case.dem, orientation=orientation, start_m=1.0)
+        assert not found["starts"][on_flat].any()
+        assert found["starts"][6:, 1:5].min() > 0.9, "35 degrees, and friction of 0.3 at most"
+    assert found["slope_deg"][6:9, 1:5] == pytest.approx(35.0, abs=0.01)
+    assert found["slope_deg"][:2] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_layer_of_friction_varies_like_its_number(case, tmp_path):
+    polygons = write_layer(tmp_path / "mu.gpkg", [shapely.box(-1.0, -1.0, 61.0, 101.0)], friction=[0.25])
+    number = Assessed(tmp_path / "number", dem=case.dem, logs_per_cell=2)
+    layer = Assessed(tmp_path / "layer", dem=case.dem, logs_per_cell=2, friction=polygons)
+    assert_same(number, layer)
+
+
+def assert_same(one: Assessed, other: Assessed) -> None:
+    assert list(one.bands) == list(other.bands)
+    for name, values in one.bands.items():
+        assert np.array_equal(values, other[name], equal_nan=True), name
+    assert one.areas.drop(columns="geometry").equals(other.areas.drop(columns="geometry"))
+    assert one.areas.geometry.geom_equals(other.areas.geometry).all()
+
+
+def test_windows_and_threads_change_no_bit(case, tmp_path, monkeypatch):
+    """The same with blocks of 2 x 2 cells, each on its own window, which must grow for some of them."""
+    values = {"dem": case.dem, "trees": case.trees, "lines": case.lines, "logs_per_cell": 2, "orientation": "random"}
+    whole = Assessed(tmp_path / "whole", threads=1, **values)
+    assert_same(whole, Assessed(tmp_path / "threads", threads=3, **values))
+    for module in (cells_module, slides_module, windows):
+        monkeypatch.setattr(module, "WHOLE_CELLS", 100, raising=False)
+    monkeypatch.setattr(cells_module, "BLOCK", 2)
+    monkeypatch.setattr(reach, "BLOCK_CELLS", 8)
+    read: list[tuple[int, int]] = []
+    scene_on = slides_module.scene_on
+
+    def seen(simulation, part, feedback):
+        read.append((part.columns, part.rows))
+        return scene_on(simulation, part, feedback)
+
+    monkeypatch.setattr(slides_module, "scene_on", seen)
+    assert_same(whole, Assessed(tmp_path / "parts", **values))
+    assert len(read) == 3 * 5
+    assert min(columns * rows for columns, rows in read) < WIDTH * LENGTH
+
+
+def test_fewer_logs_are_some_of_all_and_leave_cells_empty(case, tmp_path):
+    values = {"dem": case.dem, "logs_per_cell": 2, "seed": 5}
+    every, some = Assessed(tmp_path / "all", **values), Assessed(tmp_path / "some", logs=25, **values)
+    assert some["n_logs"].sum() == 25
+    assert np.isnan(some["starts"][some["n_logs"] == 0]).all()
+    full = some["n_logs"] == 2
+    assert full.any()
+    assert np.array_equal(some["starts"][full], every["starts"][full])
+
+
+def test_logs_start_within_the_ground_that_is_named(case, tmp_path):
+    within = write_layer(tmp_path / "within.gpkg", [shapely.box(20.0, 50.0, 40.0, 95.0)])
+    found = Assessed(tmp_path / "part", dem=case.dem, within=within, logs_per_cell=3)
+    here = np.zeros((10, NX), bool)
+    here[5:10, 2:4] = True
+    assert (found["n_logs"] > 0).sum() <= here.sum()
+    assert not found["n_logs"][~here].any()
+    assert (found["n_logs"][5:9, 2:4] == 3).all()
+
+
+def placed(per_cell: int) -> int:
+    """Number of logs on the whole slope: the surface begins and ends half a cell of 1 m inside its sides."""
+    _, x, y = (np.concatenate(each) for each in zip(*(places_of(k, per_cell, 0) for k in range(60)), strict=True))
+    return int(((np.abs(x - EAST - 30.0) <= 29.5) & (np.abs(y - NORTH - 50.0) <= 49.5)).sum())
+
+
+def test_a_plan_writes_nothing_beside_it_either(case, tmp_path):
+    outcome = assess_mobilisation.TOOL(
+        dem=case.dem, output=str(tmp_path / "m.tif"), release_areas=str(tmp_path / "a.gpkg"), plan=True, **LOG
+    )
+    assert outcome.facts["logs"] == 3 * placed(5)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_cost_is_said_before(case, tmp_path, said):
+    Assessed(tmp_path, said, dem=case.dem, logs_per_cell=2)
+    assert any(f"60 cells of 10 m with {placed(2)} logs" in each for each in said.notes)
+    assert any(f"{3 * placed(2)} to slide" in each for each in said.notes)
+
+
+def test_areas_and_shares_feed_sample_releases(case, tmp_path):
+    """The shares may be on coarser cells than the terrain model, and are weights inside the areas or alone."""
+    found = Assessed(tmp_path, dem=case.dem, logs_per_cell=2, threshold=0.5)
+    releases, weights = str(tmp_path / "releases.gpkg"), str(tmp_path / "m.tif")
+    sample_releases.TOOL(areas=str(tmp_path / "areas.gpkg"), weights=weights, dem=case.dem, count=50, output=releases)
+    logs = gpd.read_file(releases, layer="releases")
+    assert logs.geometry.within(found.areas.union_all().buffer(1e-6)).all()
+    sample_releases.TOOL(weights=weights, dem=case.dem, count=200, output=releases, overwrite=True)
+    logs = gpd.read_file(releases, layer="releases")
+    row, column = (
+        ((at - low) // CELL_M).astype(int) for at, low in ((logs.geometry.y, NORTH), (logs.geometry.x, EAST))
+    )
+    assert (found["starts"][row, column] > 0.0).all()
+    assert len(found.outcome.then.split("--areas")) == 2
+    assert "--dbh-cm 40" in found.outcome.then
+
+
+def test_deadwood_is_split_by_the_ground_and_its_decay_stands_beside(case, tmp_path, said):
+    """Three on the steep slope, whatever their decay, one on the flat, one off the DEM."""
     logs = write_layer(
-        tmp_path / "logs.gpkg", [Point(30.0, 25.0)] * 5, years_dead=[9.0] * 5,
+        tmp_path / "logs.gpkg", points((30.0, 75.0), (30.0, 85.0), (25.0, 75.0), (30.0, 15.0), (90.0, 75.0)),
+        tree_id=list("abcde"), decay_stage=["late II", "V", None, "late II", "2"],
+    )  # fmt: skip
+    found = Assessed(tmp_path / "out", said, dem=case.dem, deadwood=logs, logs_per_cell=3, threshold=0.5)
+    good, others = found.logs("candidates"), found.logs("others")
+    assert dict(zip(good["tree_id"], good["decay"], strict=True)) == {"a": "critical", "b": "outside", "c": "unknown"}
+    assert dict(zip(others["tree_id"], others["reason"], strict=True)) == {"d": "ground", "e": "off_dem"}
+    assert good["starts"].tolist() == pytest.approx([float(found["starts"][r, c]) for r, c in ((7, 3), (8, 3), (7, 2))])
+    assert found.areas["n_candidates"].sum() == 3
+    assert any("the decay of 1 of 5 points is unknown" in note for note in said.notes)
+
+
+def test_what_is_not_known_of_a_species_is_reported(case, tmp_path, said):
+    """The decay of beech snags is unknown; unknown species and those without rate are reported."""
+    logs = write_layer(
+        tmp_path / "logs.gpkg", points(*[(30.0, 75.0)] * 5), years_dead=[9.0] * 5,
         species=["Buche", "Buche", "Buche", "sapin", "Mammutbaum"], standing=[1, 0, None, 1, 1],
     )  # fmt: skip
-    found = Assessed(tmp_path, said, dem=dem, deadwood=logs)
-    assert found.logs("candidates")["decay"].tolist() == ["unknown"]
-    assert len(found.logs("others")) == 4
+    found = Assessed(tmp_path / "out", said, dem=case.dem, deadwood=logs, logs_per_cell=1)
+    assert found.logs("candidates")["decay"].tolist() == ["unknown", *["outside"] * 4]
     told = " ".join(said.notes)
-    assert "Mammutbaum: unknown species; the years of spruce are used" in told
-    assert "no rate of decay is known for sapin; that of spruce is used" in told
-    assert "1 snag is not of spruce" in told
-    assert "1 point not of spruce is rated by rates of decay of downed wood" in told
+    assert "sapin" in told
+    assert "Mammutbaum" in told
 
 
-def test_fields_of_other_names_and_numbers_as_stages(tmp_path):
-    dem = write_raster(tmp_path / "dem.tif", plane(40.0))
-    logs = write_layer(
-        tmp_path / "logs.gpkg",
-        [Point(30.0, 25.0)] * 3,
-        class_=[3.0, 2.75, 1.0],
-        dead=[9.0, 9.0, 3.0],
-        art=["Buche"] * 3,
+def test_fields_of_other_names_and_numbers_as_stages(case, tmp_path):
+    columns = {"class_": [3.0, 2.75, 1.0], "dead": [9.0, 2.5, 3.0], "art": ["Buche"] * 3}
+    logs = write_layer(tmp_path / "logs.gpkg", points(*[(30.0, 75.0)] * 3), **columns)
+    values = {"dem": case.dem, "deadwood": logs, "logs_per_cell": 1}
+    found = Assessed(tmp_path / "stage", stage_field="class_", **values)
+    assert found.logs("candidates")["decay"].tolist() == ["possible", "critical", "outside"]
+    found = Assessed(
+        tmp_path / "years", years_field="dead", species_field="art", years_from=4.0, years_to=5.0, **values
     )
-    found = Assessed(tmp_path, dem=dem, deadwood=logs, stage_field="class_")
-    assert found.logs("candidates")["decay"].tolist() == ["possible", "critical"]
-    values = {"years_field": "dead", "species_field": "art", "years_from": 4.0, "years_to": 5.0}
-    found = Assessed(tmp_path, dem=dem, deadwood=logs, **values)
     # beech: 2.4 to 3.1 years
-    assert found.logs("candidates")["dead"].tolist() == [3.0]
+    assert found.logs("candidates")["decay"].tolist() == ["outside", "critical", "critical"]
 
 
 # --- errors
 
 
-def points(folder: Path, **columns) -> str:
-    return write_layer(folder / "logs.gpkg", [Point(30.0, 25.0)], **columns)
+def one(folder: Path, **columns) -> str:
+    return write_layer(folder / "logs.gpkg", points((30.0, 75.0)), **columns)
 
 
 BAD = {
-    "slopes": (lambda _: {"slope_none_deg": 40.0}, "--slope-none-deg 40 is above --slope-full-deg 35"),
+    "a range": (
+        lambda _: {"friction_range": "0.2 to 0.3"},
+        "--friction-range is '0.2 to 0.3', but must be two numbers",
+    ),
+    "a range elsewhere": (lambda _: {"friction_range": "0.3-0.4"}, "with --friction 0.25 between them"),
+    "a range of a layer": (
+        lambda f: {"friction_range": "0.2-0.3", "friction": write_layer(f / "mu.gpkg", [], mu=[])},
+        "--friction-range is of a number, but --friction is",
+    ),
+    "no lines": (lambda _: {"areas_by": "reaches"}, "--areas-by reaches needs --lines"),
+    "a size": (lambda _: {"length_m": 0.001}, "--length-m: 0.001 is not"),
+    "ground elsewhere": (
+        lambda f: {"within": write_layer(f / "w.gpkg", [shapely.box(900.0, 0.0, 950.0, 9.0)])},
+        "w.gpkg: no log can be released there",
+    ),
     "years": (lambda _: {"years_to": 1.0}, "--years-from 2 is above --years-to 1"),
     "nothing to judge": (lambda f: {"assessed": str(f / "x.gpkg")}, "--assessed needs --deadwood"),
-    "no judgement": (lambda f: {"deadwood": points(f)}, "--deadwood needs --assessed"),
+    "no judgement": (lambda f: {"deadwood": one(f)}, "--deadwood needs --assessed"),
     "a stage": (
-        lambda f: {"deadwood": points(f, decay_stage=["rotten"]), "assessed": str(f / "x.gpkg")},
+        lambda f: {"deadwood": one(f, decay_stage=["rotten"]), "assessed": str(f / "x.gpkg")},
         "logs.gpkg, layer 'logs', field 'decay_stage', row 1: 'rotten' is not a stage of decay",
     ),
     "years of text": (
-        lambda f: {"deadwood": points(f, years_dead=[-1.0]), "assessed": str(f / "x.gpkg")},
+        lambda f: {"deadwood": one(f, years_dead=[-1.0]), "assessed": str(f / "x.gpkg")},
         "field 'years_dead', row 1: -1 is not a number at least 0",
     ),
     "a field": (
-        lambda f: {"deadwood": points(f, a=[1]), "assessed": str(f / "x.gpkg"), "stage_field": "b"},
+        lambda f: {"deadwood": one(f, a=[1]), "assessed": str(f / "x.gpkg"), "stage_field": "b"},
         "there is no field 'b' (--stage-field); it has the fields a",
     ),
     "another country": (
-        lambda f: {"deadwood": write_layer(f / "l.gpkg", [Point(9e5, 0)]), "assessed": str(f / "x.gpkg")},
+        lambda f: {"deadwood": write_layer(f / "l.gpkg", points((9e5, 0.0))), "assessed": str(f / "x.gpkg")},
         "no point lies on the DEM",
     ),
-    "friction that ends": (
-        lambda f: {"friction": write_layer(f / "mu.gpkg", [box(0, 0, 30, 60)], mu=[0.3])},
-        "the friction does not cover the DEM",
-    ),
-    "negative friction": (
-        lambda f: {"friction": write_raster(f / "mu.tif", np.full((NY, NX), -0.1))},
-        "mu.tif: the friction coefficient is -0.1 somewhere",
-    ),
-    "friction without field": (
-        lambda f: {"friction": write_layer(f / "mu.gpkg", [box(0, 0, 90, 90)], m=[0.3])},
-        "need a field 'friction' or 'mu'; rename the one that holds it",
-    ),
-    "a window too large": (lambda _: {"window_m": 70.0}, "no cell has a whole window of 70 m around it"),
     "a threshold": (lambda _: {"threshold": 0.0}, "--threshold is 0, but must be greater than 0"),
     "a name": (lambda f: {"release_areas": str(f / "areas.shp")}, "the output must be a .gpkg file"),
 }
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_reported_in_one_line_and_leaves_nothing(tmp_path, name):
+def test_bad_input_is_reported_in_one_line_and_leaves_nothing(case, tmp_path, name):
     make, said_of_it = BAD[name]
-    dem = write_raster(tmp_path / "dem.tif", plane(40.0))
-    values = {"dem": dem, "output": str(tmp_path / "s.tif")} | make(tmp_path)
+    values = {"dem": case.dem, "output": str(tmp_path / "m.tif")} | make(tmp_path)
     before = sorted(tmp_path.iterdir())
     with pytest.raises(UserError) as raised:
         assess_mobilisation.TOOL(**values)
     assert said_of_it in str(raised.value)
     assert "\n" not in str(raised.value)
     assert sorted(tmp_path.iterdir()) == before
-
-
-def test_a_window_of_less_than_three_cells_is_widened_with_a_warning(tmp_path, said):
-    dem = write_raster(tmp_path / "dem.tif", plane(40.0)[::10, ::10], cell=5.0)
-    found = Assessed(tmp_path, said, dem=dem, window_m=5.0)
-    assert "--window-m 5 is too small for cells of 5 m; 15 m is taken" in said.warnings[0]
-    assert np.isfinite(found.value).sum() == 8 * 10
-
-
-def test_the_worked_example_runs(tmp_path):
-    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
-    text = assess_mobilisation.TOOL.description.replace("\\\n", " ")
-    lines = [shlex.split(line)[1:] for line in text.splitlines() if line.startswith("    deadwood-tool ")]
-    assert len(lines) == 3
-    for words in lines:
-        command = [sys.executable, "-m", "deadwood_toolbox", *words]
-        ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-        assert ran.returncode == 0, ran.stderr
-    assert len(gpd.read_file(tmp_path / "releases.gpkg", layer="releases")) > 100
-    # Of the twelve mapped ones: in the window of decay, and on the steep slope.
-    judged = gpd.read_file(tmp_path / "deadwood.gpkg", layer="candidates")
-    assert judged["deadwood_id"].tolist() == [1, 2, 4, 5]
-    assert len(gpd.read_file(tmp_path / "releases_mapped.gpkg", layer="releases")) == 200

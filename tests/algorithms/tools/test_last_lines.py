@@ -139,14 +139,14 @@ def test_what_follows_a_spread_is_the_page_of_its_run_and_of_a_lone_layer_nothin
     assert alone.then == ""
 
 
-def test_what_follows_susceptibility_draws_from_the_areas_or_else_from_the_raster(case, tmp_path, monkeypatch):
-    areas, raster = str(tmp_path / "areas.gpkg"), str(tmp_path / "susceptibility.tif")
-    with_areas = assess_mobilisation.TOOL(dem=case.dem, release_areas=areas, output=raster)
+def test_what_follows_mobilisation_draws_from_the_areas_or_else_from_the_raster(case, tmp_path, monkeypatch):
+    areas, raster = str(tmp_path / "areas.gpkg"), str(tmp_path / "mobilisation.tif")
+    with_areas = assess_mobilisation.TOOL(dem=case.dem, release_areas=areas, output=raster, logs_per_cell=1)
     (drawn,) = pasted(with_areas, tmp_path, monkeypatch)
     assert drawn[drawn.index("--areas") + 1] == areas
     assert "--weights" not in drawn
     (tmp_path / "releases.gpkg").unlink()
-    without = assess_mobilisation.TOOL(dem=case.dem, output=raster, overwrite=True)
+    without = assess_mobilisation.TOOL(dem=case.dem, output=raster, overwrite=True, logs_per_cell=1)
     (drawn,) = pasted(without, tmp_path, monkeypatch)
     assert drawn[drawn.index("--weights") + 1] == raster
     assert "--areas" not in drawn

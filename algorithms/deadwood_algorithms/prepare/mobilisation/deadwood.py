@@ -1,10 +1,11 @@
-"""Mapped deadwood rated by its decay and by the ground on which it stands or lies.
+"""Mapped deadwood: its decay as experts rate it and, beside it, what logs do that start on its ground.
 
 For `assess_mobilisation`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import geopandas
@@ -13,13 +14,14 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
-from deadwood_algorithms.files.dem_windows import DemWindows
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import counted, none_of
 from deadwood_algorithms.params.presets import SPRUCE
 from deadwood_algorithms.params.species import species_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.mobilisation import decay
+from deadwood_algorithms.prepare.mobilisation.cells import Cells
+from deadwood_algorithms.prepare.mobilisation.slides import STARTS
 
 FIELDS = {
     "stage_field": "decay_stage",
@@ -29,39 +31,31 @@ FIELDS = {
 }
 
 
-@dataclass
+@dataclass(frozen=True)
 class Deadwood:
-    """The mapped points, the DEM cell of each (-1: off the DEM), their decay, and the rating of the ground."""
+    """The mapped points, the number of the cell of each (-1: off the DEM), and their decay."""
 
     frame: geopandas.GeoDataFrame
-    row: NDArray[np.int64]
-    column: NDArray[np.int64]
+    cell: NDArray[np.int64]
     decay: NDArray[np.str_]
-    ground: dict[str, NDArray[np.float64]]
 
-    def look(self, rows: slice, columns: slice, **values: NDArray[np.floating]) -> None:
-        """Store the values of a window's cells for the points in it."""
-        here = (self.row >= rows.start) & (self.row < rows.stop)
-        here &= (self.column >= columns.start) & (self.column < columns.stop)
-        for name, cells in values.items():
-            self.ground[name][here] = cells[self.row[here] - rows.start, self.column[here] - columns.start]
+    def split(
+        self, chosen: NDArray[np.bool_], ground: Mapping[str, NDArray[np.float64]]
+    ) -> dict[str, geopandas.GeoDataFrame]:
+        """Two layers by the ground alone: ``candidates`` on the chosen cells, and ``others``, with the reason. The
+        rating of the decay stands beside.
 
-    def split(self, threshold: float) -> dict[str, geopandas.GeoDataFrame]:
-        """Two layers: ``candidates``, which could start to slide, and ``others``, with the reason why they could
-        not.
+        ground : columns, by cell number; a point on a cell without a log is as off the DEM
         """
         frame = self.frame.copy()
-        on = np.isfinite(self.ground["susceptibility"])
-        sound = self.decay != decay.OUTSIDE
-        steep = np.nan_to_num(self.ground["susceptibility"]) >= threshold
         frame["decay"] = self.decay.astype(object)
-        for name, values in self.ground.items():
-            frame[name] = values
-        reason = np.where(~on, "off_dem", np.where(sound, "ground", np.where(steep, "decay", "decay and ground")))
-        could = on & sound & steep
+        for name, values in ground.items():
+            frame[name] = np.where(self.cell >= 0, values[self.cell], np.nan)
+        on = np.isfinite(frame[STARTS].to_numpy())
+        could = (self.cell >= 0) & chosen[self.cell]
         account("deadwood", count_of(len(frame), on.sum(), {OFF_DEM: (~on).sum()}))
         candidates, others = (geopandas.GeoDataFrame(frame[which].reset_index(drop=True)) for which in (could, ~could))
-        others["reason"] = reason[~could].astype(object)
+        others["reason"] = np.where(on, "ground", "off_dem")[~could].astype(object)
         return {"candidates": candidates, "others": others}
 
 
@@ -78,21 +72,17 @@ class DecayFields:
 
 
 def read_deadwood(
-    path: str | None, crs: str | None, fields: DecayFields, dem: DemWindows, feedback: Feedback
+    path: str | None, crs: str | None, fields: DecayFields, cells: Cells, feedback: Feedback
 ) -> Deadwood | None:
     """The mapped points with their decay; None if no layer is given."""
     if path is None:
         return None
-    frame = read_vector(path, geometry=("point",), target_crs=dem.crs, crs=crs, what="deadwood", feedback=feedback)
-    column = np.floor((frame.geometry.x.to_numpy() - dem.bounds[0]) / dem.cell).astype(np.int64)
-    row = np.floor((frame.geometry.y.to_numpy() - dem.bounds[1]) / dem.cell).astype(np.int64)
-    off = (row < 0) | (row >= dem.shape[0]) | (column < 0) | (column >= dem.shape[1])
-    if off.all():
+    target = cells.dem.crs
+    frame = read_vector(path, geometry=("point",), target_crs=target, crs=crs, what="deadwood", feedback=feedback)
+    cell = cells.of_places(frame.geometry.x.to_numpy(), frame.geometry.y.to_numpy())
+    if (cell < 0).all():
         raise UserError(f"{where_of(frame)}: {none_of(len(frame), 'point')} lies on the DEM; check the CRS of both")
-    row[off] = -1
-    names = ("susceptibility", "slope_deg", "roughness_m", "gully")
-    ground = {name: np.full(len(frame), np.nan) for name in names}
-    return Deadwood(frame, row, column, _decay_of(frame, fields, feedback), ground)
+    return Deadwood(frame, cell, _decay_of(frame, fields, feedback))
 
 
 def _decay_of(frame: geopandas.GeoDataFrame, named: DecayFields, feedback: Feedback) -> NDArray[np.str_]:
