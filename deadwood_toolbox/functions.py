@@ -143,6 +143,18 @@ def assess_mobilisation(
     min_runout_m: float | None = None,
     seed: int = 0,
     crs: str | int | None = None,
+    friction_range: str | list[str] | None = None,
+    cell_m: float = 10.0,
+    logs_per_cell: int = 5,
+    logs: int | None = None,
+    within: LayerInput | None = None,
+    start_m: float = 5.0,
+    stage_field: str | None = None,
+    years_field: str | None = None,
+    species_field: str | None = None,
+    standing_field: str | None = None,
+    years_from: float = 2.0,
+    years_to: float = 5.0,
     threads: int | None = None,
     scheduler: str | list[str] | None = None,
     workers: int | None = None,
@@ -150,23 +162,11 @@ def assess_mobilisation(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
-    friction_range: str | list[str] | None = None,
-    cell_m: float = 10.0,
-    logs_per_cell: int = 5,
-    logs: int | None = None,
-    within: LayerInput | None = None,
-    start_m: float = 5.0,
     areas_by: Literal["starts", "goes_far", "reaches"] = "goes_far",
     threshold: float = 0.1,
     min_area_m2: float = 100.0,
     fidelity: Literal["draft", "standard", "fine", "reference"] = "draft",
     deadwood: LayerInput | None = None,
-    stage_field: str | None = None,
-    years_field: str | None = None,
-    species_field: str | None = None,
-    standing_field: str | None = None,
-    years_from: float = 2.0,
-    years_to: float = 5.0,
     output: str | os.PathLike[str] | None = None,
     release_areas: str | os.PathLike[str] | bool | None = None,
     assessed: str | os.PathLike[str] | bool | None = None,
@@ -298,6 +298,31 @@ def assess_mobilisation(
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
         CRS; local: metres on a local grid.
+    friction_range : optional
+        Range of the friction. Such as 0.2-0.3. Logs slide with both ends and with friction. Default: 0.8 to
+        1.2 times friction.
+    cell_m : m, > 0, default 10
+        Cell size of the result. Rounded to whole cells of the terrain model.
+    logs_per_cell : 1 <= x <= 10000, default 5
+        Logs released in each cell.
+    logs : >= 1
+        Logs to slide in all, at most. A random subset; cells without a log have no value. Default: all.
+    within : polygon
+        Ground on which logs start. Default: all of it.
+    start_m : m, >= 0, default 5
+        Distance that a log moves which starts.
+    stage_field : optional
+        Field of the stage of decay. Without it: decay_stage.
+    years_field : optional
+        Field of the years since death. Without it: years_dead.
+    species_field : optional
+        Field of the species. Without it: species.
+    standing_field : optional
+        Field that is 1 if it stands, 0 if it lies. Without it: standing.
+    years_from : >= 0, default 2
+        Years since death from which spruce is smooth.
+    years_to : >= 0, default 5
+        Years since death up to which spruce is strong.
     threads : >= 1
         Threads (default: every core).
     scheduler : optional
@@ -315,19 +340,6 @@ def assess_mobilisation(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
-    friction_range : optional
-        Range of the friction. Such as 0.2-0.3. Logs slide with both ends and with friction. Default: 0.8 to
-        1.2 times friction.
-    cell_m : m, > 0, default 10
-        Cell size of the result. Rounded to whole cells of the terrain model.
-    logs_per_cell : 1 <= x <= 10000, default 5
-        Logs released in each cell.
-    logs : >= 1
-        Logs to slide in all, at most. A random subset; cells without a log have no value. Default: all.
-    within : polygon
-        Ground on which logs start. Default: all of it.
-    start_m : m, >= 0, default 5
-        Distance that a log moves which starts.
     areas_by : one of starts, goes_far, reaches, default goes_far
         Outcome by which release areas are drawn.
     threshold : 0 < x <= 1, default 0.1
@@ -338,18 +350,6 @@ def assess_mobilisation(
         Speed against accuracy.
     deadwood : point
         Mapped deadwood.
-    stage_field : optional
-        Field of the stage of decay. Without it: decay_stage.
-    years_field : optional
-        Field of the years since death. Without it: years_dead.
-    species_field : optional
-        Field of the species. Without it: species.
-    standing_field : optional
-        Field that is 1 if it stands, 0 if it lies. Without it: standing.
-    years_from : >= 0, default 2
-        Years since death from which spruce is smooth.
-    years_to : >= 0, default 5
-        Years since death up to which spruce is strong.
     output : output, optional
         Shares of the logs by cell (.tif). Without it, in a temporary folder that lasts as long as the result.
     release_areas : output, optional

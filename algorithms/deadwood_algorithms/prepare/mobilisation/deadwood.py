@@ -21,6 +21,7 @@ from deadwood_algorithms.params.species import species_of
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.mobilisation import decay
 from deadwood_algorithms.prepare.mobilisation.cells import Cells
+from deadwood_algorithms.prepare.mobilisation.options import DecayFields
 from deadwood_algorithms.prepare.mobilisation.slides import STARTS
 
 FIELDS = {
@@ -57,18 +58,6 @@ class Deadwood:
         candidates, others = (geopandas.GeoDataFrame(frame[which].reset_index(drop=True)) for which in (could, ~could))
         others["reason"] = np.where(on, "ground", "off_dem")[~could].astype(object)
         return {"candidates": candidates, "others": others}
-
-
-@dataclass(frozen=True, kw_only=True)
-class DecayFields:
-    """The fields with the decay of mapped deadwood, and the years since death in which spruce is smooth and strong."""
-
-    stage_field: str | None
-    years_field: str | None
-    species_field: str | None
-    standing_field: str | None
-    years_from: float
-    years_to: float
 
 
 def read_deadwood(
