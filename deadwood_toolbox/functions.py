@@ -299,8 +299,8 @@ def assess_mobilisation(
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
         CRS; local: metres on a local grid.
     friction_range : optional
-        Range of the friction. Such as 0.2-0.3. Logs slide with both ends and with friction. Default: 0.8 to
-        1.2 times friction.
+        Range of the friction. A-B: logs slide with both ends and with friction. Default: 20 % below it to 20
+        % above.
     cell_m : m, > 0, default 10
         Cell size of the result. Rounded to whole cells of the terrain model.
     logs_per_cell : 1 <= x <= 10000, default 5

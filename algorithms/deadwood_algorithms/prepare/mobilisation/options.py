@@ -20,7 +20,7 @@ class StartOptions(OpenScene):
     friction_range: str | None = tool.text(
         "Range of the friction",
         default=None,
-        help="Such as 0.2-0.3. Logs slide with both ends and with --friction. Default: 0.8 to 1.2 times --friction.",
+        help="A-B: logs slide with both ends and with --friction. Default: 20 % below it to 20 % above.",
     )
     dbh_cm: float = tool.number(
         "DBH of the logs", unit="cm", default=75.0, minimum=0.0, maximum=DBH_CM[1], exclusive=True
