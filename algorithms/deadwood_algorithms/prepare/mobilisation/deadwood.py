@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
+from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.counts import counted, none_of
 from deadwood_algorithms.params.presets import SPRUCE
 from deadwood_algorithms.params.species import species_of
-from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.prepare.mobilisation import decay
 from deadwood_algorithms.prepare.mobilisation.cells import Cells
 from deadwood_algorithms.prepare.mobilisation.options import DecayFields
@@ -34,7 +35,7 @@ FIELDS = {
 
 @dataclass(frozen=True)
 class Deadwood:
-    """The mapped points, the number of the cell of each (-1: off the DEM), and their decay."""
+    """The mapped points, the number of the cell of each (-1: off the DEM or on its nodata), and their decay."""
 
     frame: geopandas.GeoDataFrame
     cell: NDArray[np.int64]
@@ -68,7 +69,8 @@ def read_deadwood(
         return None
     target = cells.dem.crs
     frame = read_vector(path, geometry=("point",), target_crs=target, crs=crs, what="deadwood", feedback=feedback)
-    cell = cells.of_places(frame.geometry.x.to_numpy(), frame.geometry.y.to_numpy())
+    x, y = frame.geometry.x.to_numpy(), frame.geometry.y.to_numpy()
+    cell = np.where(DemBlocks(cells.dem, Quiet()).contains(x, y), cells.of_places(x, y), -1)
     if (cell < 0).all():
         raise UserError(f"{where_of(frame)}: {none_of(len(frame), 'point')} lies on the DEM; check the CRS of both")
     return Deadwood(frame, cell, _decay_of(frame, fields, feedback))

@@ -125,7 +125,7 @@ class Distances:
         runout, reach, reason = (np.stack([joined(parts, name) for parts in slid]) for name in WANTED)
         left = left_dem(reason)
         starts = (runout > falls + self.start_m) | left
-        return {STARTS: starts, FAR: (runout > far) | left, REACH: reach.any(axis=2)}, reach, left
+        return {STARTS: starts, FAR: (runout > far) | left, REACH: np.asarray(reach.any(axis=2))}, reach, left
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,8 @@ def places_of(options: StartOptions, cells: Cells, feedback: Feedback) -> list[P
     if options.logs is None:
         return found
     kept = np.sort(log_id[keep_by_hash(log_id, options.logs, options.seed)])
-    return [tuple(part[np.isin(each[0], kept)] for part in each) for each in found]
+    mine = [np.isin(log_id, kept) for log_id, _, _ in found]
+    return [(log_id[on], x[on], y[on]) for (log_id, x, y), on in zip(found, mine, strict=True)]
 
 
 def say_cost(cells: Cells, places: list[Places], times: int, feedback: Feedback) -> None:

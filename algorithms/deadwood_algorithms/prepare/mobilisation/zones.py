@@ -27,8 +27,8 @@ def zones(
     number = np.zeros(chosen.shape, np.int32)
     if shapes:
         numbered = zip(shapes, range(1, len(shapes) + 1), strict=True)
-        number = rasterio.features.rasterize(numbered, out=number, transform=grid.transform)[::-1]
-    area = np.where(chosen, number.astype(np.int64) - 1, -1).ravel()
+        rasterio.features.rasterize(numbered, out=number, transform=grid.transform)
+    area = np.where(chosen, number[::-1].astype(np.int64) - 1, -1).ravel()
     logs, found = shares.of(area, len(shapes))
     inside = area >= 0
     cells = np.bincount(area[inside], minlength=len(shapes))
