@@ -156,15 +156,10 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
             else:
                 done, chosen, pilot_cpu_s = slide_logs(prepared, ask.until_ci), None, 0.0
         settings = RunSettings(
-            scene=tool.taken(ask, ReleasedScene),
-            fidelity=chosen.option.fidelity if chosen else ask.fidelity,
-            keeps_poses=kept_count != 0,
-            danger_least=ask.danger_least,
-            danger_counts=ask.danger_counts,
-            capacity=capacity,
-            auto=chosen.record if chosen else None,
-            pilot_cpu_s=pilot_cpu_s,
-        )
+            scene=tool.taken(ask, ReleasedScene), keeps_poses=kept_count != 0, capacity=capacity,
+            fidelity=chosen.option.fidelity if chosen else ask.fidelity, auto=chosen.record if chosen else None,
+            danger_least=ask.danger_least, danger_counts=ask.danger_counts, pilot_cpu_s=pilot_cpu_s,
+        )  # fmt: skip
         outcome = write_results(folder, Path(ask.output), outputs, settings, done, feedback, geoparquet=ask.geoparquet)
         outcome = replace(outcome, outputs={**outcome.outputs, **added(ask, folder, done, feedback)})
     done.remove()
