@@ -382,7 +382,16 @@ def sample_releases(
     logs_per_ha: float | None = None,
     radius_m: float = 10.0,
     release_id_field: str | None = None,
-    preset: Literal["klosters", "rothenbrunnen", "spruce-critical", "beech-critical", "pine-critical"] = "klosters",
+    preset: Literal[
+        "klosters",
+        "rothenbrunnen",
+        "spruce-critical",
+        "spruce-critical-wet",
+        "beech-critical",
+        "beech-critical-wet",
+        "pine-critical",
+        "pine-critical-wet",
+    ] = "klosters",
     dbh_cm: float | None = None,
     dbh_sd_cm: float = 0.0,
     length_m: float | None = None,
@@ -445,14 +454,21 @@ def sample_releases(
         Radius of the circle around a point.
     release_id_field : optional
         Field with the names of the areas. Without it: release_id, else the row number from 1.
-    preset : one of klosters, rothenbrunnen, spruce-critical, beech-critical, pine-critical, default klosters
+    preset : one of klosters, rothenbrunnen, spruce-critical, spruce-critical-wet, beech-critical,
+      beech-critical-wet, pine-critical, pine-critical-wet, default klosters
         Properties of the logs, by name. klosters: the logs of Klosters 2022 (dbh_cm 75, length_m 30,
         density_kg_m3 300); rothenbrunnen: the log of Rothenbrunnen 2022 (dbh_cm 30, length_m 15, density_kg_m3
         300); spruce-critical: spruce without bark and branches that does not break yet, 2 to 5 years after
-        death: 374 to 339 kg/m³ (density_kg_m3 357); beech-critical: beech without bark and branches that does
-        not break yet, 1.2 to 3.1 years after death: 543 to 492 kg/m³ (density_kg_m3 517); pine-critical: pine
-        without bark and branches that does not break yet, 2.1 to 5.2 years after death: 393 to 356 kg/m³
-        (density_kg_m3 375).
+        death, moisture 0 % of the dry mass: 374 to 339 kg/m³ (density_kg_m3 357); spruce-critical-wet: spruce
+        without bark and branches that does not break yet, 2 to 5 years after death, moisture 30 % of the dry
+        mass: 487 to 441 kg/m³ (density_kg_m3 464); beech-critical: beech without bark and branches that does
+        not break yet, 1.2 to 3.1 years after death, moisture 0 % of the dry mass: 543 to 492 kg/m³
+        (density_kg_m3 517); beech-critical-wet: beech without bark and branches that does not break yet, 1.2 to
+        3.1 years after death, moisture 30 % of the dry mass: 706 to 639 kg/m³ (density_kg_m3 673);
+        pine-critical: pine without bark and branches that does not break yet, 2.1 to 5.2 years after death,
+        moisture 0 % of the dry mass: 393 to 356 kg/m³ (density_kg_m3 375); pine-critical-wet: pine without bark
+        and branches that does not break yet, 2.1 to 5.2 years after death, moisture 30 % of the dry mass: 511
+        to 463 kg/m³ (density_kg_m3 487).
     dbh_cm : cm, 0 < x <= 1500
         DBH. Default: that of the preset.
     dbh_sd_cm : cm, >= 0, default 0
@@ -585,11 +601,11 @@ def import_trees(
     their centroids (or at the named columns) and crown diameters from their area.
 
     A missing DBH is computed from the height by DBH[cm] = a * H[m]^b, a missing height from the DBH by the same
-    law; a tree with neither is dropped. The law is that of ``dbh_a`` and ``dbh_b``, a published one
-    (``dbh_law``), that of the zone polygon in which the tree stands, or one fitted to measured trees
-    (``dbh_sample``; the logarithms are fitted, with the correction exp(s^2 / 2)). A single law misjudges stems
-    by up to a factor of two: use a law of your region. ``dbh_source`` distinguishes ``measured`` from
-    ``modelled``. What was filled in, dropped or merged is counted in notes.
+    law; a tree with neither is dropped. The law is that of ``dbh_a`` and ``dbh_b``, a named one (``dbh_law``),
+    that of the zone polygon in which the tree stands, or one fitted to measured trees (``dbh_sample``; the
+    logarithms are fitted, with the correction exp(s^2 / 2)). A single law misjudges stems by up to a factor of
+    two: use a law of your region. ``dbh_source`` distinguishes ``measured`` from ``modelled``. What was filled
+    in, dropped or merged is counted in notes.
 
     Dead standing trees and snags are kept out of the trees, because they are future logs: ``snags`` writes them
     as a releases layer (upright, where they stand, with their DBH and height). Lying or removed trees are
@@ -620,14 +636,15 @@ def import_trees(
     - ``fint-ch``: DBH[cm] = 2.52 * H[m]^0.84; FINT-CH, for all of Switzerland; the default
     - ``fint``: DBH[cm] = 1 * H[m]^1.25; pyFINT's default until March 2021; since then it is that of fint-ch (50
       cm instead of 85 for 35 m)
-    - ``chablais-spruce``: DBH[cm] = 1.357 * H[m]^1.071; Chablais 3, spruce, 29 trees, rmse 6.4 cm
-    - ``chablais-fir``: DBH[cm] = 0.786 * H[m]^1.256; fir, 21 trees, 4.3 cm
-    - ``chablais-beech``: DBH[cm] = 3.823 * H[m]^0.551; beech, 47 trees, 3.8 cm
-    - ``chablais-all``: DBH[cm] = 1.527 * H[m]^0.987; all species, 110 trees, 6.5 cm
-    - ``oregon-silver-fir``: DBH[cm] = 0.868 * H[m]^1.111; Oregon WEF, SF, rmse 1.7 cm (its heights look
-      modelled)
-    - ``oregon-western-hemlock``: DBH[cm] = 1.729 * H[m]^0.972; WH, 7.0 cm
-    - ``oregon-douglas-fir``: DBH[cm] = 0.82 * H[m]^1.244; DF, 18.5 cm
+    - ``chablais-spruce``: DBH[cm] = 1.357 * H[m]^1.071; made for this project, a fit to the inventory Chablais
+      3: spruce, 29 trees, rmse 6.4 cm
+    - ``chablais-fir``: DBH[cm] = 0.786 * H[m]^1.256; the same, fir, 21 trees, 4.3 cm
+    - ``chablais-beech``: DBH[cm] = 3.823 * H[m]^0.551; the same, beech, 47 trees, 3.8 cm
+    - ``chablais-all``: DBH[cm] = 1.527 * H[m]^0.987; the same, all species, 110 trees, 6.5 cm
+    - ``oregon-silver-fir``: DBH[cm] = 0.868 * H[m]^1.111; made for this project, a fit to the inventory WEF
+      (Oregon): SF, 1.7 cm, heights modelled
+    - ``oregon-western-hemlock``: DBH[cm] = 1.729 * H[m]^0.972; the same, WH, 7.0 cm
+    - ``oregon-douglas-fir``: DBH[cm] = 0.82 * H[m]^1.244; the same, DF, 18.5 cm
     - ``jucker-global``: DBH[cm] = 0.5579 * (H[m] * crown diameter[m])^0.809; Jucker et al. 2017, with the
       crown: global
     - ``jucker-conifer-forest-gymnosperm``: DBH[cm] = 0.974 * (H[m] * crown diameter[m])^0.748; Palearctic
@@ -694,7 +711,8 @@ def import_trees(
       oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir, jucker-global,
       jucker-conifer-forest-gymnosperm, jucker-conifer-forest-angiosperm, jucker-mixed-forest-gymnosperm,
       jucker-mixed-forest-angiosperm, jucker-boreal-gymnosperm, jucker-boreal-angiosperm
-        Published law in place of a and b. The description lists them. With a law that needs the crown, a and b
+        Named law in place of a and b. fint* and jucker* are published; chablais* and oregon* were made for this
+        project, as fits to inventories. The description lists them. With a law that needs the crown, a and b
         are used for trees whose crown is unknown.
     dbh_zones : polygon
         Zones with different laws. Fields dbh_a and dbh_b, or dbh_law.
@@ -812,7 +830,8 @@ def find_trees(
         b of DBH[cm] = a * H[m]^b.
     dbh_law : one of fint-ch, fint, chablais-spruce, chablais-fir, chablais-beech, chablais-all,
       oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir
-        Published law in place of a and b. import-trees lists them.
+        Named law in place of a and b. fint* and jucker* are published; chablais* and oregon* were made for this
+        project, as fits to inventories. import-trees lists them.
     crs : optional
         CRS of inputs without one. An authority code such as EPSG:2056, for a DEM or layer whose file holds no
         CRS; local: metres on a local grid.
@@ -928,7 +947,8 @@ def generate_forest(
         b of DBH[cm] = a * H[m]^b.
     dbh_law : one of fint-ch, fint, chablais-spruce, chablais-fir, chablais-beech, chablais-all,
       oregon-silver-fir, oregon-western-hemlock, oregon-douglas-fir
-        Published law in place of a and b. For heights that are not given; import-trees lists the laws.
+        Named law in place of a and b. For heights that are not given. fint* and jucker* are published;
+        chablais* and oregon* were made for this project, as fits to inventories. import-trees lists the laws.
     seed : >= 0, default 0
         Seed of the random draws.
     crs : optional
@@ -1226,8 +1246,12 @@ class SlideLogsResult(Run):
     reached_by = LayerPart("run.gpkg", "reached_by")
     """One row for each log and line that it reached, where the log was released: where do arrivals come
     from?"""
+    barrier_arrivals = LayerPart("run.gpkg", "barrier_arrivals")
+    """Every log that comes to a barrier, whether it hits it, jumps over it or passes beside it; at its centre
+    of mass when it comes there"""
     barrier_hits = LayerPart("run.gpkg", "barrier_hits")
-    """Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without contact"""
+    """Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without contact.
+    Logs that jump over it are only in barrier_arrivals"""
     tree_hits = LayerPart("run.gpkg", "tree_hits")
     """Every tree that was hit, and the energy and impulse that it absorbed: its protective value"""
     lying_hits = LayerPart("run.gpkg", "lying_hits")
@@ -1997,8 +2021,7 @@ def design_values(
     lines: LayerInput | None = None,
     percentiles: NumbersInput = (50.0, 90.0, 95.0, 99.0),
     confidence: float = 95.0,
-    barrier_classes: Literal["etag-027", "swiss-2001", None] = None,
-    rule: Literal["uni-11211-fine", "uni-11211-coarse", "onr-24810-cc1", "onr-24810-cc2", "onr-24810-cc3", None] = None,
+    barrier_classes: Literal["etag-027", None] = None,
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     progress: bool = False,
@@ -2013,26 +2036,31 @@ def design_values(
     - `energy`: kinetic energy of translation and rotation together; `translation` and `rotation`: each
       separately;
     - `speed`: of the centre of mass;
-    - `height`: at a barrier, the height above the terrain of the point that is hit; at a line, that of the
-      upper edge of   the log where it first touches the line, which a barrier there would have to exceed;
+    - `height_needed`: the height above the terrain of the log's upper edge in the plane of the barrier or line,
+      which a   barrier there must exceed.
+
+    These are of all logs that come there, whether the barrier stops them or not: what the place needs, and the
+    same for a barrier and for a line in its place. What the barrier of the chosen height receives is stated
+    beside it, of the logs that hit it, just before the hit, the largest of each log:
+
+    - `energy_hit`, `speed_hit`; `height_hit`: the height of the point that is hit, never more than the
+      barrier's own, so it   says nothing about the height that is needed;
     - `impulse`: the momentum that the barrier takes up in a hit. A line has none, because nothing is hit there.
 
-    At a barrier the values are those just before a hit, the largest of each log; they are stored in every run.
-    At a line they are those of the first touch, from stored trajectories: energies of rotation are within a few
-    percent of the run's own.
+    At a barrier all of them are stored in every run. At a line they come from stored trajectories. Energies of
+    rotation are within a few percent of the run's own, except those of hits, which are the run's own.
 
     The interval of a percentile is exact, by order statistics: the binomial distribution gives the two sorted
-    values that enclose it with at least 95 % probability, whatever the distribution. Where the hits are too few
-    for an upper bound, `ci_high` is empty and `note` states how many more hits are needed: 72 in total for 95
-    %, 368 for 99 %.
+    values that enclose it with at least 95 % probability, whatever the distribution. Where the logs are too few
+    for an upper bound, `ci_high` is empty and `note` states how many more are needed: 72 in total for 95 %, 368
+    for 99 %.
 
-    `rule` derives design values from one percentile each of energy and height, with the factors of a national
-    rule, and states which of its numbers were read in the source and which are from memory. `barrier_classes`
-    names the weakest class of rockfall nets that holds each percentile of the energy and the upper end of its
-    interval, with the rule's factor where it has one.
+    `barrier_classes` names the weakest class of rockfall nets that holds each percentile of the energy and the
+    upper end of its interval.
 
     The percentiles hold for the logs that were released: heavier logs or another friction give others. Barriers
-    are rigid, so impulses are those of a wall, not of a net that deforms. Percentiles include no safety factor.
+    are rigid, so impulses are those of a wall, not of a net that deforms. Percentiles include no safety factor:
+    the factors of the standard that applies (UNI 11211-4, ONR 24810) are the engineer's to apply.
 
     Parameters
     ----------
@@ -2045,21 +2073,11 @@ def design_values(
         Percentiles.
     confidence : %, 50 <= x <= 99.9, default 95
         Probability with which an interval holds its percentile, at least.
-    barrier_classes : one of etag-027, swiss-2001
+    barrier_classes : one of etag-027
         Classes of barriers, to find the weakest that holds the energies. etag-027: classes of rockfall
         protection kits by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ,
-        5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of
-        rockfall nets (1: 100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000
-        kJ, 9: 5000 kJ, none: more). They were made for rocks; whether they suit wood is for an expert to
-        decide.
-    rule : one of uni-11211-fine, uni-11211-coarse, onr-24810-cc1, onr-24810-cc2, onr-24810-cc3
-        Rule that derives design values from percentiles. uni-11211-fine: Italy, good survey and a calibrated
-        model (energy: 95 % times 1.104, height: 95 % times 1.04); uni-11211-coarse: Italy, coarse survey and a
-        model with values from the literature (energy: 95 % times 1.611, height: 95 % times 1.21);
-        onr-24810-cc1: Austria, consequence class 1 (energy: 99 % times 1, height: 95 % times 1.05);
-        onr-24810-cc2: Austria, consequence class 2 (energy: 99 % times 1.05, height: 95 % times 1.1);
-        onr-24810-cc3: Austria, consequence class 3 (energy: 99 % times 1.15, height: 95 % times 1.3). They were
-        made for rocks; whether they suit wood is for an expert to decide.
+        5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more). They were made for rocks; whether they suit wood is for an
+        expert to decide.
     output : output, optional
         Design values by barrier or line, quantity and percentile. Without it, in a temporary folder that lasts
         as long as the result.
@@ -2290,7 +2308,7 @@ def site_barriers(
     height_m: NumbersInput = (2.0, 4.0),
     places: int = 2,
     count: int = 1,
-    barrier_classes: Literal["etag-027", "swiss-2001", None] = None,
+    barrier_classes: Literal["etag-027", None] = None,
     logs: int | None = None,
     seed: int = 0,
     output: str | os.PathLike[str] | None = None,
@@ -2312,9 +2330,12 @@ def site_barriers(
 
     - `pareto.csv`: each candidate alone, and each chosen set: how many logs still reach a line, the interval of
       that and of   the gain (paired: the same logs), how many it holds and how many jump over or pass beside
-      it, and the 95 % percentile   of energy and height of its hits with exact intervals; `pareto` marks the
-      candidates that no other candidate of the   same or smaller length and height outperforms; with
-      `barrier_classes` the weakest class of rockfall nets that holds   that energy;
+      it. What its place needs are   the 95 % percentiles of energy and height of all logs that come there,
+      taken in its plane without its plate   (`height_needed_p95_m`, `energy_needed_p95_kj`, with exact
+      intervals): the same for each height of a place. Those of   the logs that hit the barrier of that height
+      stand beside them (`height_hit_p95_m`, never more than its height).   `pareto` marks the candidates that
+      no other candidate of the same or smaller length and height outperforms; with   `barrier_classes` the
+      weakest class of rockfall nets that holds the energy needed;
     - `barriers.gpkg`: the run's own barriers and those chosen, for slide-logs --barriers, with the effect of
       each once all   stand; `barriers.png`: a map, and remaining reach against length and height;
       `summary.json`.
@@ -2360,13 +2381,11 @@ def site_barriers(
         Places for each contour and length.
     count : >= 1, default 1
         Barriers to choose, at most.
-    barrier_classes : one of etag-027, swiss-2001
+    barrier_classes : one of etag-027
         Classes of barriers, to find the weakest that holds the energies. etag-027: classes of rockfall
         protection kits by maximum energy level (MEL) (0: 100 kJ, 1: 250 kJ, 2: 500 kJ, 3: 1000 kJ, 4: 1500 kJ,
-        5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more); swiss-2001: the nine classes of the Swiss type test of
-        rockfall nets (1: 100 kJ, 2: 250 kJ, 3: 500 kJ, 4: 750 kJ, 5: 1000 kJ, 6: 1500 kJ, 7: 2000 kJ, 8: 3000
-        kJ, 9: 5000 kJ, none: more). They were made for rocks; whether they suit wood is for an expert to
-        decide.
+        5: 2000 kJ, 6: 3000 kJ, 7: 4500 kJ, 8: more). They were made for rocks; whether they suit wood is for an
+        expert to decide.
     logs : >= 1
         Logs to use (default: all of the run). A random subset.
     seed : >= 0, default 0

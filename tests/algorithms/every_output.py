@@ -215,8 +215,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         lines=sample("lines"),
         output=at("reach-lines", "reached.gpkg"),
     )
-    rule = {"barrier_classes": "etag-027", "rule": "uni-11211-fine"}
-    run("design-values", run=slid, **rule, output=at("design-values", "design_values.csv"))
+    run("design-values", run=slid, barrier_classes="etag-027", output=at("design-values", "design_values.csv"))
     candidates = {"tree_id": [1], "dbh_cm": [60.0], "height_m": [20.0]}
     spot = shapely.points(*np.mean(np.reshape(frame.total_bounds, (2, 2)), axis=0))
     gpd.GeoDataFrame(candidates, geometry=[spot], crs=frame.crs).to_file(folder / "plant.gpkg", driver="GPKG")

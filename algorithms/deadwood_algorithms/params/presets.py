@@ -16,6 +16,8 @@ PAPER = "the paper"
 IPCC = "IPCC 2006 Guidelines 4, table 4.14 (density of sound wood, dry)"
 RATES_OF = "Herrmann et al. 2015, Forest Ecosystems 2:27 (rate of decay, of downed wood)"
 AMMANN = "Ammann 2006 in the paper, 6.1 (years)"
+WOOD_HANDBOOK = "Wood Handbook, FPL-GTR-190, 2010, ch. 4 (fibre saturation, on average at 30 % of the dry mass)"
+SATURATED = 0.3  # water that the cell walls hold, over the dry mass; wood keeps its fresh volume from there on
 STEINLIN = "Steinlin and Zehntner 1953, Mitt. Schweiz. Anst. Forstl. Versuchswes. 29/2"
 MEYERS = "Meyers Grosses Konversations-Lexikon 1905-1909, vol. 16, p. 925, 'Riesen'"
 FRICTION_CELL_M = 0.5  # cell size of the terrain model on which the paper's friction was found
@@ -30,7 +32,7 @@ class Preset:
     values: Mapping[str, float]
     source: str
     mind: str = ""  # caveats
-    law: str = ""  # of a wood: the published law between DBH and height (`trees.allometry`)
+    law: str = ""  # of a wood: the law between DBH and height (`trees.allometry`)
     cell_m: float = 0.0  # for a friction: cell size of the terrain model on which it was found; 0: it was measured
 
     @property
@@ -132,19 +134,30 @@ def critical_years(wood: Wood) -> tuple[float, float]:
     return low, high
 
 
-def _critical(wood: Wood) -> Preset:
+def _critical(wood: Wood) -> Iterator[Preset]:
+    """The dry wood, and as wet as the friction of wet logs supposes at least."""
     low, high = critical_years(wood)
     dense, light = (wood.density_kg_m3 * wood.kept(each) for each in (low, high))
     years = f"{low:.2g} to {high:.2g} years after death"
     reckoned = "" if wood is SPRUCE else ", which the rates carry over from spruce"
-    return Preset(
-        f"{wood.name}-critical",
-        f"{wood.name} without bark and branches that does not break yet, {years}: {dense:.0f} to {light:.0f} kg/m³",
-        {"density_kg_m3": float(round(0.5 * (dense + light)))},
-        f"reckoned, the middle of that range, from {IPCC}; {RATES_OF}; {AMMANN}{reckoned}",
-        f"it is the density of dry wood: water adds to it, and energies grow by as much{SNAGS if reckoned else ''}",
-        wood.law,
-    )
+    for suffix, moisture, source, mind in (
+        ("", 0.0, "", f"it is the density of dry wood: beside the friction of wet logs take {wood.name}-critical-wet"),
+        (
+            "-wet",
+            SATURATED,
+            f"; {WOOD_HANDBOOK}",
+            "free water in rotten or soaked wood adds to it, up to several times",
+        ),
+    ):
+        yield Preset(
+            f"{wood.name}-critical{suffix}",
+            f"{wood.name} without bark and branches that does not break yet, {years}, moisture {100 * moisture:.0f} % "
+            f"of the dry mass: {dense * (1 + moisture):.0f} to {light * (1 + moisture):.0f} kg/m³",
+            {"density_kg_m3": float(round(0.5 * (dense + light) * (1 + moisture)))},
+            f"reckoned, the middle of that range, from {IPCC}; {RATES_OF}; {AMMANN}{source}{reckoned}",
+            f"{mind}{SNAGS if reckoned else ''}",
+            wood.law,
+        )
 
 
 # --- the tables -----------------------------------------------------------------------------------------------------
@@ -164,7 +177,7 @@ LOGS = {
             {"dbh_cm": 30.0, "length_m": 15.0, "density_kg_m3": 300.0},
             f"{PAPER}, 4: estimated from photographs, the density assumed",
         ),
-        *(_critical(each) for each in WOODS.values()),
+        *(each for wood in WOODS.values() for each in _critical(wood)),
     )
 }
 FORESTS = {
@@ -194,7 +207,8 @@ FRICTIONS = {
             "a wet log without bark and branches on wet ground, 0.2 to 0.3",
             {"friction": 0.25},
             f"{PAPER}, 5.1 and 6.1: what reproduces its two events on cells of {FRICTION_CELL_M:g} m",
-            "its range is 0.2 to 0.3: slide both ends too, or vary it",
+            "its range is 0.2 to 0.3: slide both ends too, or vary it; wet logs are heavier than dry ones, see the "
+            "presets of logs with -wet",
             cell_m=FRICTION_CELL_M,
         ),
         Preset(
@@ -292,7 +306,6 @@ class BarrierClasses:
         return ", ".join(f"{name}: {holds:g} kJ" for name, holds in self.rows) + f", {self.above}: more"
 
 
-UNCHECKED = "from memory, not checked"
 TESTED = (
     "they are tested with compact blocks in the middle of a net: a slender log may pass through rings or load a net "
     "otherwise (the paper, 6.3): an expert must judge that"
@@ -309,90 +322,8 @@ BARRIERS = {
             "ETAG 027 (EOTA 2008), now EAD 340059-00-0106",
             TESTED,
         ),
-        BarrierClasses(
-            "swiss-2001",
-            "the nine classes of the Swiss type test of rockfall nets",
-            (("1", 100.0), ("2", 250.0), ("3", 500.0), ("4", 750.0), ("5", 1000.0), ("6", 1500.0), ("7", 2000.0),
-             ("8", 3000.0), ("9", 5000.0)),
-            "none",
-            "Gerber 2001 (BUWAL and WSL), tested until 2017; that there are nine, of 100 to 5000 kJ, is read "
-            f"(schutz-vor-naturgefahren.ch), the steps between are {UNCHECKED}",
-            TESTED,
-        ),
     )
 }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class DesignRule:
-    """How a national rule derives a design value from a percentile: the percentile, and its factor."""
-
-    name: str
-    about: str
-    percentiles: Mapping[str, float]  # by quantity [%]
-    factors: Mapping[str, float]
-    source: str
-    mind: str
-
-    @property
-    def values_shown(self) -> str:
-        return ", ".join(
-            f"{each}: {self.percentiles[each]:g} % times {self.factors[each]:.4g}" for each in self.factors
-        )
-
-    @property
-    def said(self) -> str:
-        """Source of the rule, and caveats."""
-        return f"--rule {self.name}: {self.values_shown}; {self.source}; {self.mind}"
-
-    def record(self, row: Mapping[str, Any]) -> dict[str, Any]:
-        """Columns for a row of percentiles: factor, design value, and that of the interval's upper end; NaN if it has
-        none.
-        """
-        mine = self.percentiles.get(row["quantity"]) == row["percentile"]
-        factor = self.factors[row["quantity"]] if mine else math.nan
-        values = {"design_value": factor * row["value"], "design_high": factor * row["ci_high"]}
-        return {"factor": factor} | values
-
-
-def _uni(name: str, gamma: float, what: str) -> DesignRule:
-    """Speed and height are multiplied by the factors of model and terrain, the mass by those of volume and unit weight
-    (1.0).
-    """
-    path = gamma * gamma
-    return DesignRule(
-        f"uni-11211-{name}",
-        f"Italy, {what}",
-        {"energy": 95.0, "height": 95.0},
-        {"energy": path * path * gamma, "height": path},
-        f"UNI 11211-4:2012: 95 % and coefficients of {gamma:g} for model, terrain and volume as in RocFall's manual; "
-        f"how they combine is {UNCHECKED}",
-        "the rule takes the percentile of the speed, here that of the energy; the free border (0.5 m at least) and the "
-        "coefficient of the net's resistance are not in it",
-    )
-
-
-def _onr(consequence: int, energy: float, height: float) -> DesignRule:
-    return DesignRule(
-        f"onr-24810-cc{consequence}",
-        f"Austria, consequence class {consequence}",
-        {"energy": 99.0, "height": 95.0},
-        {"energy": energy, "height": height},
-        f"ONR 24810: all its numbers are {UNCHECKED}",
-        "of actions only: what a net resists is reduced apart",
-    )
-
-
-RULES = {
-    each.name: each
-    for each in (
-        _uni("fine", 1.02, "good survey and a calibrated model"),
-        _uni("coarse", 1.10, "coarse survey and a model with values from the literature"),
-        _onr(1, 1.0, 1.05),
-        _onr(2, 1.05, 1.10),
-        _onr(3, 1.15, 1.30),
-    )
-}
 
 
 @dataclass(frozen=True)
@@ -425,10 +356,8 @@ def listed() -> Iterator[Listed]:
         yield Listed(
             "design-values, site-barriers", option, each.name, each.values_shown, each.about, each.source, each.mind
         )
-    for each in RULES.values():
-        yield Listed("design-values", flag_of("rule"), each.name, each.values_shown, each.about, each.source, each.mind)
 
 
-def choices_help(table: Mapping[str, Preset | BarrierClasses | DesignRule]) -> str:
+def choices_help(table: Mapping[str, Preset | BarrierClasses]) -> str:
     """The meaning of each name in a table, for the help of the option that takes it."""
     return "; ".join(f"{name}: {each.about} ({each.values_shown})" for name, each in table.items()) + "."

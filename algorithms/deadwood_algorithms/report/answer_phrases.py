@@ -38,7 +38,8 @@ ANSWER_PHRASES = {
     "length_height": "length × height [m]",
     "still_reach": "still reach a line",
     "kept_away": "kept away [points]",
-    "energy_p95": "energy of hits, 95 % [kJ]",
+    "energy_needed_p95": "energy of all that come, 95 % [kJ]",
+    "height_needed_p95": "height needed for 95 % [m]",
     "barrier_class": "class",
     "class_note": (
         "Class: the weakest of {name} that holds that energy, and the upper end of its interval ({source}). The "

@@ -100,7 +100,15 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
     if not chosen:
         parts.append(element("p", words.say("siting_none")))
     best = [row for row in facts["rows"] if row["pareto"] == "yes"]
-    names = ("length_height", "still_reach", "kept_away", "n_stopped", "n_overjumped", "energy_p95")
+    names = (
+        "length_height",
+        "still_reach",
+        "kept_away",
+        "n_stopped",
+        "n_overjumped",
+        "energy_needed_p95",
+        "height_needed_p95",
+    )
     head = [words.say("barrier"), words.say("tested_how"), *(words.say(each) for each in names)]
     classed = any(row.get("barrier_class") for row in [*chosen, *best])
     head += [words.say("barrier_class")] if classed else []
@@ -112,7 +120,8 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
             words.say("chosen", step=row["step"]) if row["step"] else words.say("alone"),
             size, shown_share(row, words),
             points(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"], words),
-            int(row["n_stopped"]), int(row["n_overjumped"]), energy_of(row, words),
+            int(row["n_stopped"]), int(row["n_overjumped"]),
+            needed_of(row, "energy", "kj", words), needed_of(row, "height", "m", words),
             *([class_of(row)] if classed else []),
         ])  # fmt: skip
     parts += [table(head, cells), element("p", words.say("siting_note"), class_="quiet")]
@@ -130,10 +139,12 @@ def place_of(row: Mapping[str, Any], words: Words) -> str:
     return words.say("candidate_place", above=decimal(row["above_m"], words), k=row["place"])
 
 
-def energy_of(row: Mapping[str, Any], words: Words) -> Any:
-    value, low, high = (number(row[f"energy_{name}_kj"]) for name in ("p95", "ci_low", "ci_high"))
+def needed_of(row: Mapping[str, Any], quantity: str, unit: str, words: Words) -> Any:
+    """What the place of a barrier needs, with its interval or how many logs are missing for one."""
+    ends = ("p95", "ci_low", "ci_high")
+    value, low, high = (number(row.get(f"{quantity}_needed_{name}_{unit}")) for name in ends)
     if np.isfinite(value) and not np.isfinite(high):
-        return remarked(shown_number(value, words), words.say("more_hits", n=int(row["n_more"])))
+        return remarked(shown_number(value, words), words.say("more_logs", n=int(row["n_more"])))
     return with_interval(value, low, high, words)
 
 

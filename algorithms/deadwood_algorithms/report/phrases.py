@@ -30,7 +30,7 @@ PHRASES = {
     "numbers": "The result in numbers",
     "value": "value",
     "arriving_energy": "energy at {line}, {level} % of the arriving logs stay below",
-    "arriving_height": "height at {line}, {level} % stay below",
+    "arriving_height_needed": "height at {line}, {level} % stay below",
     "difference_points": "difference of the reach [points]",
     "scenario_column": "scenario",
     "fewer_share": "fewer reach it [%]",
@@ -197,19 +197,22 @@ PHRASES = {
     ),
     "design": "Design values",
     "design_note": (
-        "Percentiles over the logs that hit a barrier (the largest of each log's hits, just before it) or touch a "
-        "line (at the first touch), with exact 95 % intervals from order statistics. Height: that of the point hit, "
-        "or of the log's upper edge at the line, above the terrain. No safety factor is included; deadwood-tool "
-        "design-values writes them as a table."
+        "Percentiles over all logs that come to a barrier or a line, whether the barrier stops them or not, with "
+        "exact 95 % intervals from order statistics; those of hits are of the logs that hit the barrier (the largest "
+        "of each log's hits, just before it). Needed height: that of the log's upper edge in the plane of the "
+        "barrier or line, above the terrain; a hit is never higher than the barrier. No safety factor is included; "
+        "deadwood-tool design-values writes them as a table."
     ),
-    "design_more": "further hits needed for an interval",
-    "more_hits": "{n} more hits for an interval",
+    "design_more": "further logs needed for an interval",
     "more_logs": "{n} more logs for an interval",
     "design_energy": "energy",
     "design_translation": "of translation",
     "design_rotation": "of rotation",
     "design_speed": "speed",
-    "design_height": "height",
+    "design_height": "height needed",
+    "design_energy_hit": "energy of hits",
+    "design_speed_hit": "speed of hits",
+    "design_height_hit": "height of hits",
     "design_impulse": "impulse",
     "arrivals_none": "No stored trajectory reaches a line.",
     "median": "median",
@@ -270,6 +273,8 @@ PHRASES = {
     "n_overjumped": "overjumped",
     "n_passed_beside": "passed beside",
     "n_hits": "hits",
+    "energy_needed": "largest energy of all that come [kJ]",
+    "height_needed": "largest height needed for all that come [m]",
     "energy_hit": "largest energy of a hit [kJ]",
     "height_hit": "largest height of a hit [m]",
     "wood": "obstacles",

@@ -40,7 +40,10 @@ DESIGN_PHRASES = {
     "translation": "design_translation",
     "rotation": "design_rotation",
     "speed": "design_speed",
-    "height": "design_height",
+    "height_needed": "design_height",
+    "energy_hit": "design_energy_hit",
+    "speed_hit": "design_speed_hit",
+    "height_hit": "design_height_hit",
     "impulse": "design_impulse",
 }
 Parts = list[Any]
@@ -227,7 +230,7 @@ def design(source: ReportedRun, words: Words) -> Parts:
         rows, more = [], [0] * len(DESIGN_LEVELS)
         for quantity, unit in UNITS.items():
             mine = [row for row in records if row["quantity"] == quantity]
-            if mine[0]["n"]:
+            if mine and mine[0]["n"]:
                 rows.append((f"{words.say(DESIGN_PHRASES[quantity])} [{unit}]", *design_cells(mine, words)))
                 more = [max(n, row["n_more"]) for n, row in zip(more, mine, strict=True)]
         if any(more):
@@ -319,12 +322,13 @@ def ledgers(source: ReportedRun, words: Words) -> Parts:
     barriers = source.summary["barriers"]
     if barriers:
         names = ("n_reached", "n_stopped", "n_overjumped", "n_passed_beside", "n_hits")
-        head = [words.say(each) for each in ("barrier", *names, "energy_hit", "height_hit")]
-        energies = shown_alike([each["energy_max_kj"] for each in barriers], words)
-        heights = shown_alike([each["height_max_m"] for each in barriers], words, 2)
+        largest = {"energy_needed": "energy_needed_max_kj", "height_needed": "height_needed_max_m"}
+        largest |= {"energy_hit": "energy_hit_max_kj", "height_hit": "height_hit_max_m"}
+        head = [words.say(each) for each in ("barrier", *names, *largest)]
+        columns = [shown_alike([each.get(key) for each in barriers], words, 2) for key in largest.values()]
         rows = [
-            (each["barrier_id"], *(each[name] for name in names), energy, height)
-            for each, energy, height in zip(barriers, energies, heights, strict=True)
+            (each["barrier_id"], *(each[name] for name in names), *cells)
+            for each, *cells in zip(barriers, *columns, strict=True)
         ]
         parts.append(table(head, rows))
     wood = [(name, source.summary.get(name)) for name in ("trees", "lying_logs", "blocks")]

@@ -17,7 +17,7 @@ SHEET_PHRASES = {
 QGIS_NAMES = (
     "Deadwood run", "Results", "Animation", "Scene", "Rasters", "Terrain",
     "Reach", "Reached by", "Deposits", "Deposited logs", "Trajectories",
-    "Barrier hits", "Tree hits", "Lying hits", "Block hits",
+    "Barrier arrivals", "Barrier hits", "Tree hits", "Lying hits", "Block hits",
     "Logs in motion", "Logs at rest",
     "Releases", "Barriers", "Lying logs", "Blocks", "Trees",
     "Hit count", "Reach probability", "Danger", "Danger count", "Deposit count", "Speed max", "Energy max", "Jump max",

@@ -112,7 +112,7 @@ def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
         records = [source.summary["reach"][k] if k < len(source.summary["reach"]) else None for source in sources]
         shares = [shown_share(record, words) if record else "–" for record in records]
         rows.append([words.say("quantity_reach", item=line), *shares])
-        for quantity in ("energy", "height"):
+        for quantity in ("energy", "height_needed"):
             cells = [arriving(source, line, quantity, words) for source in sources]
             if any(cell != "–" for cell in cells):
                 label = words.say(f"arriving_{quantity}", line=line, level=shown_number(100.0 * LEVEL, words))
@@ -141,7 +141,7 @@ def arriving(source: ReportedRun, line: str, quantity: str, words: Words) -> Any
         if each.kind == "line" and each.place_id == line and each.log_id.size:
             for row in design_rows(each, (LEVEL,), 0.95):
                 if row["quantity"] == quantity and row["n"]:
-                    return design_cell(row, "more_hits", words)
+                    return design_cell(row, "more_logs", words)
     return "–"
 
 

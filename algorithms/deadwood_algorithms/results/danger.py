@@ -86,7 +86,7 @@ def danger_of(
         if feedback.cancelled():
             raise Cancelled
         base, tip = ends_of(piece)
-        touch = first_touches(source, piece, lines, items)
+        touch = first_touches(piece, lines, items, source.radii(), (source.grid.x0, source.grid.y0))
         passed, reached = sweep_danger(piece["log_row"], base, tip, *source.radii(), touch, **place)
         count += passed
         danger += reached

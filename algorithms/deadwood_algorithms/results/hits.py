@@ -103,7 +103,7 @@ def barrier_hits_frame(
         "barrier_id": np.array(layers.barriers.ids)[barrier],
         "t_s": found["time"],
         "duration_s": found["duration"],
-        "height_m": found["height"],
+        "height_hit_m": found["height"],
         "speed_ms": found["speed"],
         "energy_kj": found["energy"] / 1000.0,
         "energy_taken_kj": found["energy_taken"] / 1000.0,
@@ -198,19 +198,6 @@ def block_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
         **{name: values[block] for name, values in total.items() if name != "n_above"},
     }
     return geopandas.GeoDataFrame(columns, geometry=shapely.points(solid.x[block], solid.y[block]), crs=crs)
-
-
-def ledger_records(records: list[dict[str, Any]], hits: geopandas.GeoDataFrame) -> list[dict[str, Any]]:
-    """The barriers' records of the summary, with the results of their hits; None for a barrier that was never hit."""
-    out = []
-    barrier, energy, height = (hits[name].to_numpy() for name in ("barrier_id", "energy_kj", "height_m"))
-    for record in records:
-        mine = barrier == record["barrier_id"]
-        largest = (float(values[mine].max()) if mine.any() else None for values in (energy, height))
-        out.append(
-            {**record, "n_hits": int(mine.sum()), **dict(zip(("energy_max_kj", "height_max_m"), largest, strict=True))}
-        )
-    return out
 
 
 def obstacle_record(hit: geopandas.GeoDataFrame, number: int) -> dict[str, Any]:

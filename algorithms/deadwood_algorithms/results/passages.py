@@ -1,8 +1,9 @@
-"""How logs arrive at a barrier or a line: energy, speed, height and impulse of each log, and percentiles of them.
+"""How logs arrive at a barrier or a line: energy, speed and height of each log, and percentiles of them.
 
-At a barrier these are the run's own records just before each hit; if a log hits it several times, the
-largest value counts, because the hits of a log are not independent. At a line, where nothing is hit, they are those
-of the log when its outline first touches the line, from its stored trajectory.
+They are those of every log that comes there, in the plane of the place, whether a barrier stops it or not: at a barrier
+as recorded by the run (`barrier_arrivals`), at a line those of the first touch, from stored trajectories. At a barrier
+there are also those of the logs that hit it, just before the hit, with the impulse; if a log hits it several times, the
+largest value counts, because the hits of a log are not independent.
 """
 
 from __future__ import annotations
@@ -12,28 +13,25 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas
-import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
-from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
+from deadwood_algorithms.results.arrivals import Arrived, find_arrivals, heights_over
 from deadwood_algorithms.results.edges import Edges
-from deadwood_algorithms.results.motion import bodies_of
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, input_paths, layers_in
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import read_lines
 from deadwood_algorithms.stats.order_statistics import percentile_record
-from deadwood_engine.log_body import MASS
 
 Array = NDArray[np.float64]
-UNITS = {"energy": "kJ", "translation": "kJ", "rotation": "kJ", "speed": "m/s", "height": "m", "impulse": "kN s"}
+ARRIVING = {"energy": "kJ", "translation": "kJ", "rotation": "kJ", "speed": "m/s", "height_needed": "m"}
+HITTING = {"energy_hit": "kJ", "speed_hit": "m/s", "height_hit": "m", "impulse": "kN s"}
+UNITS = ARRIVING | HITTING
 NO_IMPULSE = "nothing is hit at a line, so there is no impulse; draw it as a barrier and run slide-logs"
 NO_TERRAIN = "the run's terrain model no longer exists, above which heights are"
 NOT_STORED = "no trajectory was stored; run slide-logs with --trajectories all"
-STATIONS = 41  # places along a log at which its height above a line is evaluated
 
 
 @dataclass(frozen=True)
@@ -52,34 +50,36 @@ class Passages:
 
 
 def barrier_passages(source: Run) -> Iterator[Passages]:
-    """Each barrier of the run, also one that no log hit."""
+    """Each barrier of the run, also one that no log came to."""
     ids = [each["barrier_id"] for each in source.summary("barriers")["barriers"]]
-    if not ids:
-        return
-    if "barrier_hits" not in layers_in(source.path):
-        for each in ids:
-            yield Passages("barrier", str(each), np.zeros(0, np.int64), {name: np.zeros(0) for name in UNITS}, {})
-        return
-    hits: Any = read_table(f"{source.path / GEOPACKAGE}|layername=barrier_hits", what="barrier_hits")
-    mass: Any = pandas.Series(bodies_of(source)[:, MASS], index=source.deposits["log_id"].to_numpy())
-    moving = 0.5 * mass[hits["log_id"]].to_numpy() * hits["speed_ms"].to_numpy() ** 2 / 1000.0
-    total = hits["energy_kj"].to_numpy()
-    found: Any = pandas.DataFrame(
-        {
-            "energy": total,
-            "translation": moving,
-            "rotation": np.maximum(total - moving, 0.0),
-            "speed": hits["speed_ms"].to_numpy(),
-            "height": hits["height_m"].to_numpy(),
-            "impulse": hits["impulse_kns"].to_numpy(),
-        }
+    there = layers_in(source.path)
+    if "barrier_hits" in there and "barrier_arrivals" not in there:
+        raise UserError(
+            f"{source.path}: this run was written by an earlier version, which recorded only the logs that hit a "
+            "barrier, not those that jump over it; run slide-logs again"
+        )
+    came, hits = (
+        read_table(f"{source.path / GEOPACKAGE}|layername={name}", what=name) if name in there else None
+        for name in ("barrier_arrivals", "barrier_hits")
     )
-    place = hits["barrier_id"].astype(str).to_numpy()
     for each in ids:
-        mine = place == str(each)
-        largest = found[mine].groupby(hits["log_id"].to_numpy()[mine]).max()
-        values = {name: largest[name].to_numpy(np.float64) for name in UNITS}
-        yield Passages("barrier", str(each), largest.index.to_numpy(np.int64), values, {})
+        log_id, values = np.zeros(0, np.int64), {name: np.zeros(0) for name in UNITS}
+        if came is not None:
+            mine: Any = came[came["barrier_id"].astype(str) == str(each)]
+            log_id = mine["log_id"].to_numpy(np.int64)
+            values |= {
+                "energy": mine["energy_kj"].to_numpy(np.float64),
+                "translation": (mine["energy_kj"] - mine["rotation_kj"]).to_numpy(np.float64),
+                "rotation": mine["rotation_kj"].to_numpy(np.float64),
+                "speed": mine["speed_ms"].to_numpy(np.float64),
+                "height_needed": mine["height_needed_m"].to_numpy(np.float64),
+            }
+        if hits is not None:
+            largest: Any = hits[hits["barrier_id"].astype(str) == str(each)].groupby("log_id").max(numeric_only=True)
+            columns = {"energy_hit": "energy_kj", "speed_hit": "speed_ms", "height_hit": "height_hit_m"}
+            columns |= {"impulse": "impulse_kns"}
+            values |= {name: largest[column].to_numpy(np.float64) for name, column in columns.items()}
+        yield Passages("barrier", str(each), log_id, values, {})
 
 
 def passages_of_lines(source: Run, lines: str | None, feedback: Feedback) -> list[Passages]:
@@ -107,47 +107,28 @@ def line_passages(source: Run, arrived: Arrived, items: Items, edges: Edges) -> 
     """Each line, from the logs' first touches of it (`arrivals.find_arrivals`)."""
     table: Any = arrived.table
     log_id = source.deposits["log_id"].to_numpy(np.int64)
-    lacks = {"impulse": NO_IMPULSE} | ({} if edges.path else {"height": NO_TERRAIN})
+    lacks = {"impulse": NO_IMPULSE} | ({} if edges.path else {"height_needed": NO_TERRAIN})
     for number, line_id in enumerate(items.ids):
         mine = table[table["line"] == number]
         moving, turning = (mine[name].to_numpy(np.float64) for name in ("energy_kj", "rotation_kj"))
         values = {"energy": moving + turning, "translation": moving, "rotation": turning}
         values["speed"] = mine["speed_ms"].to_numpy(np.float64)
         if edges.path:
-            values["height"] = heights_over(mine, items.geometry[number], source.radii(), edges)
+            values["height_needed"] = heights_over(mine, items.geometry[number], source.radii(), edges.heights)
         yield Passages("line", str(line_id), log_id[mine["log"].to_numpy()], values, lacks)
 
 
 def unseen_lines(ids: Sequence[Any]) -> Iterator[Passages]:
     """Lines of a run that stored no trajectory."""
     for each in ids:
-        yield Passages("line", str(each), np.zeros(0, np.int64), {}, dict.fromkeys(UNITS, NOT_STORED))
-
-
-def heights_over(table: Any, shape: Any, radii: tuple[Array, Array], edges: Edges) -> Array:
-    """Height above the terrain of the top of each log where it touches a line [m], which a barrier there would need.
-
-    The log is evaluated at `STATIONS` places along its axis: those whose plan outline touches the line, or the
-    nearest one, count with their upper edge.
-    """
-    share = np.linspace(0.0, 1.0, STATIONS)
-    row = table["log"].to_numpy()
-    base, tip = (np.stack([table[f"{axis}{end}"].to_numpy(np.float64) for axis in "xyz"], axis=1) for end in "bt")
-    places = base[:, None, :] + share[None, :, None] * (tip - base)[:, None, :]
-    thick = radii[0][row][:, None] + share[None, :] * (radii[1] - radii[0])[row][:, None]
-    axis = (tip - base) / np.linalg.norm(tip - base, axis=1)[:, None]
-    line = shape.boundary if shapely.get_dimensions(shape) == 2 else shape
-    apart = shapely.distance(shapely.points(places[..., 0], places[..., 1]), line) - thick
-    touching = apart <= np.maximum(apart.min(axis=1), 0.0)[:, None]
-    x, y = places[..., 0].ravel(), places[..., 1].ravel()
-    ground = edges.heights(x, y).reshape(apart.shape)
-    top = places[..., 2] + thick * np.sqrt(np.maximum(1.0 - axis[:, 2:3] ** 2, 0.0)) - ground
-    return np.where(touching & np.isfinite(top), top, -np.inf).max(axis=1, initial=-np.inf)
+        yield Passages("line", str(each), np.zeros(0, np.int64), {}, dict.fromkeys([*ARRIVING, "impulse"], NOT_STORED))
 
 
 def design_rows(passages: Passages, levels: Sequence[float], confidence: float) -> Iterator[dict[str, Any]]:
     """Percentiles of each quantity with their intervals, and those that cannot be given, in words."""
     for quantity, unit in UNITS.items():
+        if quantity not in passages.values and quantity not in passages.lacks:
+            continue
         values = passages.values.get(quantity, np.zeros(0))
         values = values[np.isfinite(values)]
         for level in levels:
@@ -156,7 +137,7 @@ def design_rows(passages: Passages, levels: Sequence[float], confidence: float) 
             if lack:
                 record["n_more"] = 0
             words = (
-                f"needs {counted(int(record['n_more']), 'more hit')} for an upper bound" if record["n_more"] else lack
+                f"needs {counted(int(record['n_more']), 'more log')} for an upper bound" if record["n_more"] else lack
             )
             place = {"kind": passages.kind, "place_id": passages.place_id, "quantity": quantity, "unit": unit}
             yield place | {"percentile": round(100.0 * level, 9)} | record | {"note": words}

@@ -48,6 +48,7 @@ GROUPS = (
         (
             "reach",
             "reached_by",
+            "barrier_arrivals",
             "barrier_hits",
             "tree_hits",
             "lying_hits",

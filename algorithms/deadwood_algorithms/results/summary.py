@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import account
 from deadwood_algorithms.params.counts import counted, first_of, significant
+from deadwood_algorithms.results.barrier_arrivals import barrier_ledger
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
-from deadwood_algorithms.results.hits import ledger_records, obstacle_record
+from deadwood_algorithms.results.hits import obstacle_record
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, reach_records
 from deadwood_algorithms.results.modelled import in_words, modelled
 from deadwood_algorithms.results.run_settings import RunSettings
@@ -69,7 +70,9 @@ def summary_of(
         "reach": reach_records(layers.lines.ids, touched, left),
         "until_ci": queue.rule.record() if queue.rule else None,
         "spread": spread_records(releases, by_log["end_position"], left, settings.scene.min_runout_m),
-        "barriers": ledger_records(barrier_records(layers.barriers, by_log), hits["barrier_hits"]),
+        "barriers": barrier_ledger(
+            barrier_records(layers.barriers, by_log), hits["barrier_hits"], hits["barrier_arrivals"]
+        ),
         "trees": obstacle_record(hits["tree_hits"], len(layers.tree_ids)) if layers.tree_ids else None,
         "held": held_record(by_log["grip"]) if layers.tree_ids else None,
         "above_capacity": overload_record(settings.capacity, layers.lines, by_log, touched),
@@ -200,7 +203,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
         lines.append(
             f"barrier {record['barrier_id']}: {counted(record['n_reached'], 'log reaches', 'logs reach')} it, "
             f"{record['n_stopped']} stopped, {record['n_overjumped']} overjumped, {record['n_passed_beside']} passed "
-            "beside"
+            f"beside{needed_words(record)}"
         )
     lines += overload_lines(summary["above_capacity"])
     lines.append(f"speed: {mean_words(speed, logs['released'])}, max {speed['max_ms']:.1f} m/s")
@@ -210,6 +213,15 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
     )
     lines.append(scenario_line(summary["scenario"]))
     return tuple(lines)
+
+
+def needed_words(record: dict[str, Any]) -> str:
+    """The height that 95 % of the logs that come to a barrier do not exceed; empty if no upper end can be given."""
+    ends = [record[f"height_needed_{name}_m"] for name in ("p95", "ci_low", "ci_high")]
+    if None in ends:
+        return ""
+    value, low, high = (significant(each, 3) for each in ends)
+    return f"; 95 % of those that come there are within {value} m above the terrain ({low} to {high})"
 
 
 def spreadless_lines(records: list[dict[str, Any]]) -> list[str]:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.streams import Stream, write_geoparquet
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback, Outcome
+from deadwood_algorithms.results.barrier_arrivals import arrival_arrays, barrier_arrivals_frame
 from deadwood_algorithms.results.capacity import LOGS_ABOVE, TREES_ABOVE, Capacity, Overloads
 from deadwood_algorithms.results.checked import SUMMARY
 from deadwood_algorithms.results.hits import (
@@ -49,6 +50,7 @@ from deadwood_algorithms.simulate.columns import Columns
 from deadwood_algorithms.simulate.sinking import Sinking
 from deadwood_algorithms.stats.directions import azimuth
 from deadwood_algorithms.stats.endings import ended, left_dem, reasons_in_words
+from deadwood_engine import Logs
 
 PIECE = 2**14  # number of rows of a layer made at once
 COST = "cost_"  # prefix of arrays with one row for each chunk
@@ -96,10 +98,19 @@ def arrays_of(
 
 
 def kept_of(
-    result: Any, layers: SceneLayers, log_id: NDArray[np.int64], wall_s: float, overloads: Overloads | None = None
+    result: Any,
+    layers: SceneLayers,
+    logs: Logs,
+    keep: NDArray[np.bool_],
+    wall_s: float,
+    overloads: Overloads | None = None,
 ) -> tuple[dict[str, NDArray], pa.Table]:
-    """The stored results of a chunk, and the poses of its logs."""
-    return arrays_of(result, layers, log_id, wall_s, overloads), pose_table(result.poses, log_id, layers.dem.crs)
+    """The stored results of a chunk, and the poses of those of its logs that keep them."""
+    kept = arrays_of(result, layers, logs.log_id, wall_s, overloads)
+    if layers.barriers.ids:
+        kept |= arrival_arrays(result, layers, logs)
+    poses = pose_table(result.poses, logs.log_id, layers.dem.crs)
+    return kept, poses.filter(pa.array(keep[result.poses.log_row]))
 
 
 def keeper_of(capacity: Capacity, releases: Releases) -> Keeper:
@@ -140,8 +151,10 @@ def write_results(
             tables["reach"] = reach_frame(layers.lines, touched, left_dem(by_log), crs)
             if touched.any():
                 tables["reached_by"] = Stream("Point Z", partial(reached_by, layers, touched, by_log, releases))
+        plates = barrier_hits_frame(layers, releases, by_log, crs)
         hits = {
-            "barrier_hits": barrier_hits_frame(layers, releases, by_log, crs),
+            "barrier_arrivals": barrier_arrivals_frame(layers, releases, by_log, plates, crs),
+            "barrier_hits": plates,
             "tree_hits": tree_hits_frame(layers, by_log, crs),
             "lying_hits": lying_hits_frame(layers, by_log, crs),
             "block_hits": block_hits_frame(layers, by_log, crs),

@@ -146,17 +146,43 @@ POSES = Layer(
     ),
 )
 
+BARRIER_ARRIVALS = Layer(
+    name="barrier_arrivals",
+    geometry=("Point Z",),
+    meaning="Every log that comes to a barrier, whether it hits it, jumps over it or passes beside it; at its "
+    "centre of mass when it comes there",
+    columns=(
+        a_count("log_id", "The log"),
+        RELEASE,
+        an_id("barrier_id", "The barrier"),
+        a_number("t_s", "Time since the log's start", 0),
+        a_number("speed_ms", "Speed of its centre of mass", 0),
+        a_number("energy_kj", "Its kinetic energy, of translation and rotation", 0),
+        a_number("rotation_kj", "Of this, the energy of rotation", 0),
+        a_number(
+            "height_needed_m",
+            "Height above the terrain of its upper edge in the plane of the barrier, which a barrier there must exceed",
+        ),
+        a_count("hit", "1 if it hits the barrier, else 0"),
+        a_count("stopped", "1 if the barrier holds it at the end, else 0"),
+    ),
+)
+
 BARRIER_HITS = Layer(
     name="barrier_hits",
     geometry=("Point Z",),
-    meaning="Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without contact",
+    meaning="Every hit of a barrier, where the log first touched it; a hit lasts until 0.1 s pass without contact. "
+    "Logs that jump over it are only in barrier_arrivals",
     columns=(
         a_count("log_id", "The log"),
         RELEASE,
         an_id("barrier_id", "The barrier"),
         a_number("t_s", "Time of the first contact since the log's start", 0),
         a_number("duration_s", "From the first to the last contact of the hit", 0),
-        a_number("height_m", "Height of the place above the terrain"),
+        a_number(
+            "height_hit_m",
+            "Height of the place above the terrain, never more than the barrier's: not the height that is needed there",
+        ),
         a_number("speed_ms", "Speed of the log's centre of mass just before", 0),
         a_number("energy_kj", "Kinetic energy of the log just before, of translation and rotation", 0),
         a_number("energy_taken_kj", "Energy that the log lost to the barrier in this hit, by impact and friction"),
@@ -641,14 +667,21 @@ SITED_HITS = (
     a_number("n_stopped", "Logs that it holds", 0),
     a_number("n_overjumped", "Logs that pass above it", 0),
     a_number("n_passed_beside", "Logs that pass beside it", 0),
-    a_number("n_hit", "Logs that hit it; the percentiles are those of the largest hit of each", 0),
-    a_number("energy_p95_kj", "95 % percentile of the kinetic energy of the logs just before; empty without a hit", 0),
-    a_number("energy_ci_low_kj", "Lower end of its exact 95 % interval; empty where the logs are too few for one", 0),
-    a_number("energy_ci_high_kj", "Upper end", 0),
-    a_number("height_p95_m", "95 % percentile of the height of the hits above the terrain"),
-    a_number("height_ci_low_m", "Lower end of its exact 95 % interval"),
-    a_number("height_ci_high_m", "Upper end"),
-    a_number("n_more", "Number of further hits needed for upper ends; 0 where these exist", 0),
+    a_number("n_come", "Logs that come to its place, taken without its plate: the same for all heights of a place", 0),
+    a_number("energy_needed_p95_kj", "95 % percentile of their kinetic energy; empty without any", 0),
+    a_number("energy_needed_ci_low_kj", "Lower end of its exact 95 % interval; empty where the logs are too few", 0),
+    a_number("energy_needed_ci_high_kj", "Upper end", 0),
+    a_number("height_needed_p95_m", "95 % percentile of the height of their upper edges there, above the terrain"),
+    a_number("height_needed_ci_low_m", "Lower end of its exact 95 % interval"),
+    a_number("height_needed_ci_high_m", "Upper end"),
+    a_number("n_more", "Number of further logs needed for these upper ends; 0 where they exist", 0),
+    a_number("n_hit", "Logs that hit the barrier of this height; the percentiles are of the largest hit of each", 0),
+    a_number("energy_hit_p95_kj", "95 % percentile of the kinetic energy of these just before; empty without a hit", 0),
+    a_number("energy_hit_ci_low_kj", "Lower end of its exact 95 % interval; empty where the logs are too few", 0),
+    a_number("energy_hit_ci_high_kj", "Upper end", 0),
+    a_number("height_hit_p95_m", "95 % percentile of the height of the hits, never more than the barrier's own"),
+    a_number("height_hit_ci_low_m", "Lower end of its exact 95 % interval"),
+    a_number("height_hit_ci_high_m", "Upper end"),
     *BARRIER_CLASS,
 )
 SITED_GAIN = (
@@ -721,6 +754,7 @@ RESULTS = (
     DEPOSITED_LOGS,
     TRAJECTORIES,
     POSES,
+    BARRIER_ARRIVALS,
     BARRIER_HITS,
     TREE_HITS,
     LYING_HITS,

@@ -66,6 +66,7 @@ OF_RUN = (
     results.TRAJECTORIES,
     results.REACH_OF_RUN,
     results.REACHED_BY,
+    results.BARRIER_ARRIVALS,
     results.BARRIER_HITS,
     results.TREE_HITS,
     results.LYING_HITS,

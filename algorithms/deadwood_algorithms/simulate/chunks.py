@@ -24,7 +24,7 @@ from deadwood_algorithms.simulate.sliding import reporter, slide_batch
 from deadwood_algorithms.simulate.totals import Totals
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.windows import scene_again, wider_scene
-from deadwood_engine import Rasters, Result
+from deadwood_engine import Logs, Rasters, Result
 
 # Logs between two saved states: enough to keep 16 threads busy, few enough to lose or to hold in memory.
 CHUNK = 512
@@ -35,8 +35,9 @@ FIRST_CHUNKS = (32, 64, 128, 256)  # logs after which they end
 # the current chunk.
 CHECKPOINT_SHARE, CHECKPOINT_S = 0.05, 10.0
 
-# From a chunk's result, the scene, the ids and the seconds that it took: the values stored by log, and the poses.
-Keeper = Callable[[Result, SceneLayers, NDArray[np.int64], float], tuple[Mapping[str, NDArray], pa.Table]]
+# From a chunk's result, the scene, the logs, which of them keep their poses, and the seconds that it took: the values
+# stored by log, and the poses.
+Keeper = Callable[[Result, SceneLayers, Logs, NDArray[np.bool_], float], tuple[Mapping[str, NDArray], pa.Table]]
 
 
 @dataclass
@@ -147,8 +148,9 @@ class ChunkedRun:
         result, sides = slide_batch(slope.layers, batch, self.simulation, report, rasters=rasters, later=later)
         wall_s = time.perf_counter() - began
         if not sides:
-            log_id = self.releases.logs.log_id[queue.rows[queue.parts[chunk]]]
-            self.work.save(chunk, *self.keeper(result, slope.layers, log_id, wall_s))
+            rows = queue.rows[queue.parts[chunk]]
+            kept = self.keeper(result, slope.layers, self.releases.logs.take(rows), self.keep[rows], wall_s)
+            self.work.save(chunk, *kept)
         return sides
 
     def _batch(self, chunk: int) -> Batch:
@@ -156,7 +158,8 @@ class ChunkedRun:
         rows = self.queue.rows[part]
         layers = self.slope.layers
         inside = layers.by_scene_line(starts_inside(layers.lines, self.releases.take(rows)))
-        return Batch(self.releases.logs.take(rows), self.keep[rows], inside, part.start, self.queue.goal)
+        keep = self.keep[rows] | bool(layers.barriers.ids)  # of all logs it is then known how they come to a barrier
+        return Batch(self.releases.logs.take(rows), keep, inside, part.start, self.queue.goal)
 
 
 def queue_of(releases: Releases, *, target: float | None, line_ids: list[Any], seed: int) -> Queue:

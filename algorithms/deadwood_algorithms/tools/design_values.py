@@ -5,17 +5,23 @@ For each barrier of the run, and each line (a road, or a profile line across the
 
 - `energy`: kinetic energy of translation and rotation together; `translation` and `rotation`: each separately;
 - `speed`: of the centre of mass;
-- `height`: at a barrier, the height above the terrain of the point that is hit; at a line, that of the upper edge of
-  the log where it first touches the line, which a barrier there would have to exceed;
+- `height_needed`: the height above the terrain of the log's upper edge in the plane of the barrier or line, which a
+  barrier there must exceed.
+
+These are of all logs that come there, whether the barrier stops them or not: what the place needs, and the same for a
+barrier and for a line in its place. What the barrier of the chosen height receives is stated beside it, of the logs
+that hit it, just before the hit, the largest of each log:
+
+- `energy_hit`, `speed_hit`; `height_hit`: the height of the point that is hit, never more than the barrier's own, so it
+  says nothing about the height that is needed;
 - `impulse`: the momentum that the barrier takes up in a hit. A line has none, because nothing is hit there.
 
-At a barrier the values are those just before a hit, the largest of each log; they are stored in every run. At a line
-they are those of the first touch, from stored trajectories: energies of rotation are within a few percent of the run's
-own.
+At a barrier all of them are stored in every run. At a line they come from stored trajectories. Energies of rotation are
+within a few percent of the run's own, except those of hits, which are the run's own.
 
 The interval of a percentile is exact, by order statistics: the binomial distribution gives the two sorted values that
-enclose it with at least 95 % probability, whatever the distribution. Where the hits are too few for an upper bound,
-`ci_high` is empty and `note` states how many more hits are needed: 72 in total for 95 %, 368 for 99 %.
+enclose it with at least 95 % probability, whatever the distribution. Where the logs are too few for an upper bound,
+`ci_high` is empty and `note` states how many more are needed: 72 in total for 95 %, 368 for 99 %.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg
@@ -24,13 +30,12 @@ enclose it with at least 95 % probability, whatever the distribution. Where the 
         --output run
     deadwood-tool design-values --run run --output design_values.csv
 
-`--rule` derives design values from one percentile each of energy and height, with the factors of a national rule, and
-states which of its numbers were read in the source and which are from memory. `--barrier-classes` names the weakest
-class of rockfall nets that holds each percentile of the energy and the upper end of its interval, with the rule's
-factor where it has one.
+`--barrier-classes` names the weakest class of rockfall nets that holds each percentile of the energy and the upper end
+of its interval.
 
 The percentiles hold for the logs that were released: heavier logs or another friction give others. Barriers are rigid,
-so impulses are those of a wall, not of a net that deforms. Percentiles include no safety factor.
+so impulses are those of a wall, not of a net that deforms. Percentiles include no safety factor: the factors of the
+standard that applies (UNI 11211-4, ONR 24810) are the engineer's to apply.
 """
 
 from __future__ import annotations
@@ -71,13 +76,6 @@ class Ask:
         help=presets.choices_help(presets.BARRIERS)
         + " They were made for rocks; whether they suit wood is for an expert to decide.",
     )
-    rule: str | None = tool.choice(
-        "Rule that derives design values from percentiles",
-        *presets.RULES,
-        default=None,
-        help=presets.choices_help(presets.RULES)
-        + " They were made for rocks; whether they suit wood is for an expert to decide.",
-    )
     output: str = tool.output_table("Design values by barrier or line, quantity and percentile")
     overwrite: bool = tool.overwrite()
 
@@ -90,7 +88,6 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         class_record,
         lines_of,
         lost_before,
-        rule_lines,
     )
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.results.identity import writing
@@ -98,9 +95,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.run_folder import read_run
     from deadwood_algorithms.results.scenario import lines_of_run
 
-    rule = presets.RULES[ask.rule] if ask.rule else None
-    wanted = {*ask.percentiles, *(rule.percentiles.values() if rule else ())}
-    levels = [each / 100.0 for each in sorted(wanted)]
+    levels = [each / 100.0 for each in sorted(ask.percentiles)]
     with writing(TOOL, ask, feedback) as outputs:
         path = outputs.file("output", ".csv")
         source = read_run(ask.run, feedback=feedback)
@@ -110,11 +105,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         rows = [row for each in found for row in design_rows(each, levels, ask.confidence / 100.0)]
         lost = lost_before(source, found, feedback)
         rows = [row | {"n_lost": lost[row["kind"], row["place_id"]]} for row in rows]
-        rows = [row | (rule.record(row) if rule else {}) for row in rows]
         classes = presets.BARRIERS[ask.barrier_classes] if ask.barrier_classes else None
         rows = [row | (class_record(classes, row) if classes else {}) for row in rows]
         write_csv(path, pandas.DataFrame(rows))
-    shown = (*lines_of(found, rows), *rule_lines(rows, rule), *class_lines(rows, classes), *lines_of_run(source))
+    shown = (*lines_of(found, rows), *class_lines(rows, classes), *lines_of_run(source))
     return Outcome({"output": Path(ask.output)}, {"rows": rows}, shown)
 
 

@@ -37,7 +37,7 @@ from deadwood_algorithms import schemas
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
-from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS, with_name
+from deadwood_algorithms.prepare.trees.allometry import MADE_HERE, POWER_LAWS, with_name
 from deadwood_algorithms.prepare.trees.dbh_filling import chosen_law, warn_of_another_region
 from deadwood_algorithms.prepare.trees.tops import ROUNDED_M, WINDOWS, Tops, Window, find_tops
 from deadwood_algorithms.results.identity import writing
@@ -79,7 +79,7 @@ class Ask:
     dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True)
     dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True)
     dbh_law: str | None = tool.choice(
-        "Published law in place of a and b", *POWER_LAWS, default=None, help="import-trees lists them."
+        "Named law in place of a and b", *POWER_LAWS, default=None, help=f"{MADE_HERE} import-trees lists them."
     )
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()

@@ -40,7 +40,7 @@ import shapely
 from deadwood_algorithms.params import presets, tool
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
-from deadwood_algorithms.prepare.trees.allometry import POWER_LAWS, PowerLaw
+from deadwood_algorithms.prepare.trees.allometry import MADE_HERE, POWER_LAWS, PowerLaw
 from deadwood_algorithms.prepare.trees.dbh_filling import refuse_two_laws
 from deadwood_algorithms.prepare.trees.forest_sizes import (
     LEAST_DBH_CM,
@@ -97,11 +97,11 @@ class Ask:
     dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True, advanced=True)
     dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True, advanced=True)
     dbh_law: str | None = tool.choice(
-        "Published law in place of a and b",
+        "Named law in place of a and b",
         *POWER_LAWS,
         default=None,
         advanced=True,
-        help="For heights that are not given; import-trees lists the laws.",
+        help=f"For heights that are not given. {MADE_HERE} import-trees lists the laws.",
     )
     seed: int = tool.seed()
     crs: str | None = tool.crs()

@@ -8,7 +8,7 @@ recognises it by its columns or its name, and otherwise finds columns by their u
 diameters from their area.
 
 A missing DBH is computed from the height by DBH[cm] = a * H[m]^b, a missing height from the DBH by the same law; a tree
-with neither is dropped. The law is that of ``--dbh-a`` and ``--dbh-b``, a published one (``--dbh-law``), that of the
+with neither is dropped. The law is that of ``--dbh-a`` and ``--dbh-b``, a named one (``--dbh-law``), that of the
 zone polygon in which the tree stands, or one fitted to measured trees (``--dbh-sample``; the logarithms are fitted,
 with the correction exp(s^2 / 2)). A single law misjudges stems by up to a factor of two: use a law of your region.
 ``dbh_source`` distinguishes ``measured`` from ``modelled``. What was filled in, dropped or merged is counted in notes.

@@ -12,7 +12,7 @@ from pathlib import Path
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.presets import Listed, listed
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
-from deadwood_algorithms.prepare.trees.allometry import ABOUT, PUBLISHED, SOURCES_OF_LAWS
+from deadwood_algorithms.prepare.trees.allometry import ABOUT, NAMED_LAWS, SOURCES_OF_LAWS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +39,7 @@ def preset_rows() -> list[Listed]:
     tools = "import-trees, find-trees, generate-forest"
     laws = [
         Listed(tools, "--dbh-law", name, str(law), ABOUT[name], SOURCES_OF_LAWS[name])
-        for name, law in PUBLISHED.items()
+        for name, law in NAMED_LAWS.items()
     ]
     return [*listed(), *laws]
 

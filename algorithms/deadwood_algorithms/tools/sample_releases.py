@@ -54,7 +54,7 @@ from deadwood_algorithms.prepare.releases.logs import (
 )
 from deadwood_algorithms.prepare.releases.lying import lying_wood, warn_of_posture
 from deadwood_algorithms.prepare.releases.sizes import lines_of_sample, sizes_of
-from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
+from deadwood_algorithms.prepare.trees.allometry import NAMED_LAWS
 from deadwood_algorithms.prepare.trees.status import GONE_PATTERN
 from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.scene.memory import refuse_too_many
@@ -141,7 +141,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if taken.sets or ask.preset != DEFAULT_PRESET:  # for the default preset, only if it set something
             feedback.note(taken.said, code="preset")
         given = {"dbh_cm": ask.dbh_cm, "length_m": ask.length_m}
-        law = PUBLISHED[taken.preset.law] if taken.preset.law else None
+        law = NAMED_LAWS[taken.preset.law] if taken.preset.law else None
         sizes = sizes_of(given, taken, areas.frame, feedback, law=law, mapped=ask.deadwood is not None)
         of_area = columns_of_rows(areas.frame, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
         mapped = read_table(ask.deadwood, what="mapped deadwood") if ask.deadwood else None

@@ -16,10 +16,12 @@ addition, until there are --count, or none has an effect beyond chance.
 The folder holds
 
 - `pareto.csv`: each candidate alone, and each chosen set: how many logs still reach a line, the interval of that and of
-  the gain (paired: the same logs), how many it holds and how many jump over or pass beside it, and the 95 % percentile
-  of energy and height of its hits with exact intervals; `pareto` marks the candidates that no other candidate of the
-  same or smaller length and height outperforms; with `--barrier-classes` the weakest class of rockfall nets that holds
-  that energy;
+  the gain (paired: the same logs), how many it holds and how many jump over or pass beside it. What its place needs are
+  the 95 % percentiles of energy and height of all logs that come there, taken in its plane without its plate
+  (`height_needed_p95_m`, `energy_needed_p95_kj`, with exact intervals): the same for each height of a place. Those of
+  the logs that hit the barrier of that height stand beside them (`height_hit_p95_m`, never more than its height).
+  `pareto` marks the candidates that no other candidate of the same or smaller length and height outperforms; with
+  `--barrier-classes` the weakest class of rockfall nets that holds the energy needed;
 - `barriers.gpkg`: the run's own barriers and those chosen, for slide-logs --barriers, with the effect of each once all
   stand; `barriers.png`: a map, and remaining reach against length and height; `summary.json`.
 
@@ -52,7 +54,7 @@ if TYPE_CHECKING:
 
 TABLE, LAYER, PICTURE = "pareto.csv", "barriers.gpkg", "barriers.png"
 FACTS, MANIFEST = "summary.json", "manifest.json"
-TIMES = 8  # how often each log slides, approximately
+TIMES = 9  # how often each log slides, approximately
 MANY = 200  # above this number of candidates a message announces the work
 
 
@@ -149,9 +151,9 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
             siting.slid = 0
             alone = list(trials_alone(siting, now))
             steps, why = choose(siting, now, alone, ask.count, feedback)
-        table = with_classes(pandas.DataFrame(rows_of(siting, now, alone, steps)), ask.barrier_classes)
+            table = with_classes(pandas.DataFrame(rows_of(siting, now, alone, steps)), ask.barrier_classes)
+            frame = with_classes(layer_of(siting, layers, now, steps), ask.barrier_classes)
         write_csv(folder / TABLE, table)
-        frame = with_classes(layer_of(siting, layers, now, steps), ask.barrier_classes)
         write_vector(folder / LAYER, {"barriers": frame})
         draw(folder / PICTURE, source, siting, table, frame)
         n = int(rows.size)

@@ -18,10 +18,12 @@ from deadwood_algorithms.paper import klosters, rothenbrunnen
 from deadwood_algorithms.params import presets
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.prepare.mobilisation.decay import CRITICAL, OUTSIDE, of_years
-from deadwood_algorithms.prepare.trees.allometry import PUBLISHED
+from deadwood_algorithms.prepare.trees.allometry import NAMED_LAWS, SOURCES_OF_LAWS
 from deadwood_algorithms.tools import (
     design_values,
+    find_trees,
     generate_forest,
+    import_trees,
     list_presets,
     sample_releases,
     slide_logs,
@@ -68,6 +70,8 @@ def test_a_woods_density_is_that_of_its_critical_years(wood):
     low, high = presets.critical_years(wood)
     dense, light = (wood.density_kg_m3 * math.exp(-wood.rate * each) for each in (low, high))
     assert presets.LOGS[f"{wood.name}-critical"].values["density_kg_m3"] == pytest.approx((dense + light) / 2, abs=0.5)
+    wet = presets.LOGS[f"{wood.name}-critical-wet"].values["density_kg_m3"]  # fibre saturation: 30 % of the dry mass
+    assert wet == pytest.approx(1.3 * (dense + light) / 2, abs=0.5)
     # as far decayed as spruce after 2 and 5 years
     assert dense / wood.density_kg_m3 == pytest.approx(math.exp(-0.066))
     assert light / wood.density_kg_m3 == pytest.approx(math.exp(-0.165))
@@ -80,7 +84,7 @@ def test_a_woods_density_is_that_of_its_critical_years(wood):
 def test_every_preset_has_a_source_and_every_law_exists():
     rows = list(presets.listed())
     assert all(each.source and each.values and each.about for each in rows)
-    assert {each.law for each in presets.LOGS.values()} - {""} <= set(PUBLISHED)
+    assert {each.law for each in presets.LOGS.values()} - {""} <= set(NAMED_LAWS)
 
 
 def test_the_default_is_the_papers_log_and_is_reported(case, tmp_path, said):
@@ -106,7 +110,7 @@ def test_columns_of_the_areas_go_before_a_preset(case, tmp_path):
 
 
 def test_of_a_wood_one_size_follows_from_the_other(case, tmp_path, said):
-    law = PUBLISHED["chablais-spruce"]
+    law = NAMED_LAWS["chablais-spruce"]
     nowhere = np.array(np.nan)
     frame = sampled(case, tmp_path, said, preset="spruce-critical", dbh_cm=50.0)
     assert set(frame["length_m"]) == {round(float(law.height(np.array(50.0), nowhere)), 2)}
@@ -118,7 +122,7 @@ def test_of_a_wood_one_size_follows_from_the_other(case, tmp_path, said):
     assert (set(frame["dbh_cm"]), set(frame["length_m"])) == ({50.0}, {12.0})
     # areas that give one of the two sizes: the other follows, area by area
     frame = sampled(case, tmp_path, preset="beech-critical", areas=area(tmp_path, dbh_cm=[20.0, 40.0]), count=1)
-    heights = PUBLISHED["chablais-beech"].height(np.array([20.0, 40.0]), nowhere)
+    heights = NAMED_LAWS["chablais-beech"].height(np.array([20.0, 40.0]), nowhere)
     assert sorted(frame["length_m"]) == pytest.approx(sorted(heights), abs=0.006)
 
 
@@ -265,36 +269,32 @@ def test_a_measured_friction_is_not_bound_to_certain_cells(case, tmp_path, said)
     assert "was found on cells" not in told(said)
 
 
-def test_a_rule_multiplies_its_percentile_and_the_class_is_of_that(case, tmp_path):
+def test_the_class_is_that_of_the_energy_of_all_that_come(case, tmp_path):
     run = case.run(output=str(tmp_path / "run"), **case.everything())
-    given = {"run": str(run), "barrier_classes": "swiss-2001", "percentiles": "50"}
-    found = design_values.TOOL(output=str(tmp_path / "d.csv"), rule="onr-24810-cc3", **given)
+    design_values.TOOL(run=str(run), barrier_classes="etag-027", output=str(tmp_path / "d.csv"))
     rows: Any = pd.read_csv(tmp_path / "d.csv", encoding="utf-8-sig", dtype={"barrier_class": str})
-    assert set(rows["percentile"]) == {50.0, 95.0, 99.0}  # its own percentiles in addition to the requested ones
-    rule, classes = presets.RULES["onr-24810-cc3"], presets.BARRIERS["swiss-2001"]
-    ruled = rows[rows["factor"].notna()]
-    assert set(zip(ruled["quantity"], ruled["percentile"], strict=True)) == {("energy", 99.0), ("height", 95.0)}
-    for row in ruled.to_dict("records"):
-        assert row["design_value"] == pytest.approx(rule.factors[row["quantity"]] * row["value"], nan_ok=True)
-        if row["quantity"] == "energy" and row["n"]:
-            assert row["barrier_class"] == classes.class_of(row["design_value"])[0]
-    told = "\n".join(found.lines)
-    assert "99 % of the energy times 1.15: class" in told
-    assert "50 % of the energy without a factor: class" in told
-    assert "all its numbers are from memory, not checked" in told
-    assert "the steps between are from memory, not checked" in told
+    classed = rows[rows["barrier_class"].notna()]
+    assert set(classed["quantity"]) == {"energy"}
+    classes = presets.BARRIERS["etag-027"]
+    assert [classes.class_of(each)[0] for each in classed["value"]] == classed["barrier_class"].tolist()
 
 
-def test_what_is_from_memory_is_marked_wherever_a_rule_is_named():
-    assert presets.RULES["uni-11211-fine"].factors["energy"] == pytest.approx(1.02**5)
-    assert presets.RULES["uni-11211-coarse"].factors["height"] == pytest.approx(1.21)
-    for each in presets.RULES.values():
-        assert presets.UNCHECKED in each.said
-    rows = {each.name: each for each in presets.listed()}
-    assert presets.UNCHECKED in rows["onr-24810-cc1"].source
-    assert presets.UNCHECKED in rows["swiss-2001"].source
-    swiss = presets.BARRIERS["swiss-2001"]
-    assert (len(swiss.rows), swiss.rows[0][1], swiss.rows[-1][1]) == (9, 100.0, 5000.0)  # what was read
+def test_nothing_from_memory_can_be_selected(case, tmp_path):
+    run = case.run(output=str(tmp_path / "run"), barriers=case.barriers)
+    for given in ({"rule": "onr-24810-cc2"}, {"barrier_classes": "swiss-2001"}):
+        with pytest.raises(UserError):
+            design_values.TOOL(run=str(run), output=str(tmp_path / "d.csv"), **given)
+    assert not [each for each in presets.listed() if "memory" in each.source + each.mind]
+
+
+def test_a_law_is_published_or_says_who_made_it():
+    made = {name for name, source in SOURCES_OF_LAWS.items() if "made for this project" in source}
+    assert made == {name for name in NAMED_LAWS if name.startswith(("chablais", "oregon"))}
+    assert len(made) == 7
+    for tool in (import_trees, find_trees, generate_forest):
+        (law,) = (each for each in tool.TOOL.parameters() if each.name == "dbh_law")
+        assert "made for this project" in law.help
+        assert "ublished law" not in law.label + law.help
 
 
 def test_the_list_has_every_name_that_a_tool_offers(tmp_path):

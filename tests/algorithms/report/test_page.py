@@ -519,7 +519,7 @@ def test_axes_have_the_decimal_sign_of_the_language(language, sign, other):
 
 def test_a_number_with_a_remark_is_no_sentence():
     """Its column is right-aligned and as narrow as the others; the markup of a cell is not read."""
-    remark = remarked("721", "32 more hits for an interval")
+    remark = remarked("721", "32 more logs for an interval")
     assert len(remark) > LONG
     assert 'class="text"' not in table(["quantity", "today"], [("energy", remark)])
     assert 'class="text"' in table(["line", "error"], [("road", "a sentence " * 5)])

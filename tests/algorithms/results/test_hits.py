@@ -51,16 +51,16 @@ def test_a_shot_at_a_plate(case, tmp_path):
     assert first["speed_ms"] == pytest.approx(np.hypot(20.0, G * t), rel=0.005)
     assert first["angle_deg"] == pytest.approx(np.degrees(np.arctan2(G * t, 20.0)), abs=0.3)
     middle = deposit["release_z"] - 1000.0 - 0.5 * G * t * t
-    assert first["height_m"] == pytest.approx(middle, abs=0.25)  # somewhere on the tip's face, 0.2 m across
+    assert first["height_hit_m"] == pytest.approx(middle, abs=0.25)  # somewhere on the tip's face, 0.2 m across
     mass = 300.0 * np.pi * 6.0 / 3.0 * (0.2**2 + 0.2 * 0.1 + 0.1**2)
     assert first["energy_kj"] == pytest.approx(0.5e-3 * mass * (20.0**2 + (G * t) ** 2), rel=0.01)
     assert 0.9 < first["energy_taken_kj"] / (0.5e-3 * mass * 20.0**2) < 1.1
     assert first["impulse_kns"] == pytest.approx(1e-3 * mass * 20.0, rel=0.05)
     assert (first.geometry.x - EAST, first.geometry.y - NORTH) == pytest.approx((30.0, 40.0), abs=0.11)
-    assert first.geometry.z - 1000.0 == pytest.approx(first["height_m"], abs=1e-4)
+    assert first.geometry.z - 1000.0 == pytest.approx(first["height_hit_m"], abs=1e-4)
     record = summary(run)["barriers"][0]
     assert record["n_hits"] == len(hits)
-    assert record["energy_max_kj"] == hits["energy_kj"].max()
+    assert record["energy_hit_max_kj"] == hits["energy_kj"].max()
 
 
 def test_the_ledgers_agree_with_the_deposits(full):

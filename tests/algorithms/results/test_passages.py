@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 import shapely
 
-from deadwood_algorithms.results.passages import STATIONS, heights_over
+from deadwood_algorithms.results.arrivals import STATIONS, heights_over
 
 LINE = shapely.LineString([(0.0, -50.0), (0.0, 50.0)])
 
 
 def ground(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return 0.3 * x + 0.1 * y
-
-
-EDGES = cast("Any", SimpleNamespace(heights=ground))
 
 
 def table_of(base: np.ndarray, tip: np.ndarray) -> pd.DataFrame:
@@ -53,7 +49,7 @@ def test_the_height_of_a_tilted_log_is_that_of_its_upper_edge(tilt_deg):
     way = np.column_stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.full(n, np.cos(tilt))])
     base = np.column_stack([rng.uniform(-3.0, 0.5, n), rng.uniform(-20.0, 20.0, n), rng.uniform(0.0, 8.0, n)])
     tip = base + 9.0 * way
-    found = heights_over(table_of(base, tip), LINE, (np.full(n, radii[0]), np.full(n, radii[1])), EDGES)
+    found = heights_over(table_of(base, tip), LINE, (np.full(n, radii[0]), np.full(n, radii[1])), ground)
     expected = [by_rings(base[k], tip[k], radii, LINE) for k in range(n)]
     assert found == pytest.approx(expected, abs=1e-4)
 
@@ -62,7 +58,7 @@ def test_an_upright_log_is_as_high_as_its_tip_and_a_lying_one_half_its_thickness
     base = np.array([[0.0, 0.0, 2.0], [-2.0, 0.0, 2.0]])
     tip = np.array([[0.0, 0.0, 7.0], [2.0, 0.0, 2.0]])
     radii = np.full(2, 0.4), np.full(2, 0.4)
-    upright, lying = heights_over(table_of(base, tip), LINE, radii, EDGES)
+    upright, lying = heights_over(table_of(base, tip), LINE, radii, ground)
     assert upright == pytest.approx(7.0)
     # Places up to 0.4 m beside the line touch it; the ground falls to the west of it.
     assert lying == pytest.approx(2.4 + 0.3 * 0.4, abs=1e-9)
@@ -71,7 +67,7 @@ def test_an_upright_log_is_as_high_as_its_tip_and_a_lying_one_half_its_thickness
 def test_a_log_that_only_comes_near_counts_where_it_is_nearest():
     """Outlines of stored poses may end just before the line that the log reached between two poses."""
     base, tip = np.array([[-6.0, 0.0, 1.0]]), np.array([[-2.0, 0.0, 5.0]])
-    (found,) = heights_over(table_of(base, tip), LINE, (np.array([0.3]), np.array([0.3])), EDGES)
+    (found,) = heights_over(table_of(base, tip), LINE, (np.array([0.3]), np.array([0.3])), ground)
     assert found == pytest.approx(5.0 + 0.3 * np.sqrt(0.5) + 0.6)
 
 
@@ -80,7 +76,6 @@ def test_of_a_polygon_the_outline_counts_and_unknown_ground_does_not():
     house = shapely.box(-10.0, -5.0, 0.0, 5.0)
     base, tip = np.array([[-5.0, 0.0, 1.0]]), np.array([[0.0, 0.0, 3.0]])
     radii = np.array([0.2]), np.array([0.2])
-    (found,) = heights_over(table_of(base, tip), house, radii, EDGES)
+    (found,) = heights_over(table_of(base, tip), house, radii, ground)
     assert found == pytest.approx(by_rings(base[0], tip[0], (0.2, 0.2), LINE), abs=1e-4)
-    off = cast("Any", SimpleNamespace(heights=lambda x, y: np.full(x.shape, np.nan)))
-    assert heights_over(table_of(base, tip), house, radii, off).tolist() == [-np.inf]
+    assert heights_over(table_of(base, tip), house, radii, lambda x, y: np.full(x.shape, np.nan)).tolist() == [-np.inf]

@@ -14,7 +14,9 @@ import shapely
 from slope_case import Case, arrivals, assert_same_file, layer, points, summary, write_layer
 
 from deadwood_algorithms.evaluate.protection.siting import flux_of
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.params.tool import Quiet, UserError
+from deadwood_algorithms.results.passages import passages_of_lines
+from deadwood_algorithms.results.run_folder import read_run
 from deadwood_algorithms.stats.order_statistics import percentile_record
 from deadwood_algorithms.stats.statistics import paired_interval, wilson_interval
 from deadwood_algorithms.tools import site_barriers
@@ -67,12 +69,12 @@ def check(row: Any, before: Path, after: Path, barrier_id: str) -> None:
     for name in ("n_stopped", "n_overjumped", "n_passed_beside"):
         assert getattr(row, name) == record[name], name
     hits: Any = layer(after, "barrier_hits")
-    largest = hits[hits["barrier_id"].astype(str) == barrier_id].groupby("log_id")[["energy_kj", "height_m"]].max()
+    largest = hits[hits["barrier_id"].astype(str) == barrier_id].groupby("log_id")[["energy_kj", "height_hit_m"]].max()
     assert row.n_hit == len(largest)
-    for column, name, unit in (("energy_kj", "energy", "kj"), ("height_m", "height", "m")):
+    for column, name, unit in (("energy_kj", "energy", "kj"), ("height_hit_m", "height", "m")):
         told = percentile_record(largest[column].to_numpy(), 0.95)
-        assert getattr(row, f"{name}_p95_{unit}") == pytest.approx(told["value"], nan_ok=True)
-        assert getattr(row, f"{name}_ci_low_{unit}") == pytest.approx(told["ci_low"], nan_ok=True)
+        assert getattr(row, f"{name}_hit_p95_{unit}") == pytest.approx(told["value"], nan_ok=True)
+        assert getattr(row, f"{name}_hit_ci_low_{unit}") == pytest.approx(told["ci_low"], nan_ok=True)
 
 
 @pytest.mark.parametrize("trees", [True, False])
@@ -108,6 +110,28 @@ def test_what_is_left_is_what_whole_runs_leave(case, bare, lines, tmp_path, tree
             assert mine[name] == record[name]
     by_line = {each["line_id"]: each["n_reach"] for each in facts["reach_by_line_after"]}
     assert by_line == {each["line_id"]: each["n_reach"] for each in summary(then)["reach"]}
+
+
+def test_what_a_place_needs_is_the_same_for_every_height_and_that_of_a_line_there(case, tmp_path):
+    """Before, the heights were those of hits, cut off at the height that was tried."""
+    more = {"friction": "0.1", "trajectories": "all"}
+    place = shapely.LineString([(8.0, 45.0), (44.0, 46.0)])
+    along = write_layer(tmp_path / "place.gpkg", [place], line_id=["place"])
+    run = case.run(output=str(tmp_path / "run"), lines=case.lines, **more)
+    could = write_layer(tmp_path / "could.gpkg", [place], barrier_id=["place"])
+    table, frame, _ = site(run, tmp_path / "out", candidates=could, height_m="0.1,1,4", count=1)
+    alone = table[table["step"] == 0].set_index("height_m")
+    needed = [each for each in table if "_needed_" in each]
+    assert (alone[needed].drop_duplicates().shape[0], len(needed)) == (1, 6)
+    assert alone.loc[0.1, "height_hit_p95_m"] < 0.3 < alone.loc[0.1, "height_needed_p95_m"]
+    (came,) = (each for each in passages_of_lines(read_run(str(run), feedback=Quiet()), along, Quiet()))
+    assert alone["n_come"].eq(came.log_id.size).all()
+    for quantity, column in (("energy", "energy_needed_{}_kj"), ("height_needed", "height_needed_{}_m")):
+        told = percentile_record(came.values[quantity], 0.95)
+        for end, value in (("p95", told["value"]), ("ci_low", told["ci_low"]), ("ci_high", told["ci_high"])):
+            assert alone[column.format(end)].iloc[0] == pytest.approx(value, abs=0.02, nan_ok=True)
+    chosen = frame[frame["step"] == 1].iloc[0]
+    assert chosen["height_needed_p95_m"] == alone["height_needed_p95_m"].iloc[0]
 
 
 @pytest.mark.parametrize("fidelity", ["draft", "standard"])

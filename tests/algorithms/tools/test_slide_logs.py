@@ -363,7 +363,13 @@ def test_an_overjumped_barrier_is_counted_so(case, tmp_path):
     )
     told = summary(case.run(releases=one, barriers=wall, output=str(tmp_path / "run"), time_limit_s=20.0))
     counts = {"barrier_id": 7, "n_reached": 1, "n_stopped": 0, "n_overjumped": 1, "n_passed_beside": 0, "n_hits": 0}
-    assert told["barriers"] == [{**counts, "energy_max_kj": None, "height_max_m": None}]
+    (record,) = told["barriers"]
+    assert record.items() >= {**counts, "energy_hit_max_kj": None, "height_hit_max_m": None}.items()
+    # level at 15 m/s from 10 m before: in free flight for what is left after half its length
+    (arrival,) = layer(tmp_path / "run", "barrier_arrivals").to_dict("records")
+    assert (arrival["hit"], arrival["stopped"]) == (0, 0)
+    assert record["height_needed_max_m"] == arrival["height_needed_m"] > 5.0
+    assert record["energy_needed_max_kj"] == arrival["energy_kj"]
 
 
 def test_logs_released_through_a_barrier_are_counted(case, tmp_path):

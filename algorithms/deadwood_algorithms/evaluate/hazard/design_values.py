@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from deadwood_algorithms.params import presets
-from deadwood_algorithms.params.counts import counted, significant
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.lost import many, warn_of_lost
 from deadwood_algorithms.results.passages import Passages
@@ -32,12 +31,10 @@ def lost_before(source: Run, found: Sequence[Passages], feedback: Feedback) -> d
 
 
 def class_record(classes: presets.BarrierClasses, row: dict[str, Any]) -> dict[str, str]:
-    """Barrier classes that hold an energy: the design value if a rule gives one, else the unmodified percentile."""
+    """Barrier classes that hold a percentile of the energy of all logs that come there, and its upper end."""
     if row["quantity"] != "energy":
         return {"barrier_class": "", "barrier_class_high": ""}
-    designed = row.get("factor", math.nan) == row.get("factor", math.nan)
-    names = ("design_value", "design_high") if designed else ("value", "ci_high")
-    return classes.record(*(row[name] for name in names))
+    return classes.record(row["value"], row["ci_high"])
 
 
 def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
@@ -45,7 +42,7 @@ def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple
     shown = []
     for each in found:
         mine = [row for row in rows if (row["kind"], row["place_id"]) == (each.kind, each.place_id)]
-        shown.append(f"{each.kind} {each.place_id}: {counted(each.log_id.size, 'log reaches', 'logs reach')} it")
+        shown.append(f"{each.kind} {each.place_id}: {counted(each.log_id.size, 'log comes', 'logs come')} there")
         by_quantity = {
             row["quantity"]: row for row in mine if row["n"] and not row["n_more"]
         }  # the highest whose interval has both ends
@@ -58,23 +55,6 @@ def lines_of(found: Sequence[Passages], rows: Sequence[dict[str, Any]]) -> tuple
     return tuple(shown)
 
 
-def rule_lines(rows: Sequence[dict[str, Any]], rule: presets.DesignRule | None) -> list[str]:
-    """The design values of each place, the source of the rule, and its caveats."""
-    if rule is None:
-        return []
-    shown = []
-    for row in rows:
-        if not math.isnan(row["design_value"]):
-            most = row["design_high"]
-            high = "no upper end can be given" if math.isnan(most) else f"up to {significant(most, 3)}"
-            shown.append(
-                f"{row['kind']} {row['place_id']}, design value of the {row['quantity']}: "
-                f"{significant(row['design_value'], 3)} {row['unit']} ({high}), {row['percentile']:g} % times "
-                f"{row['factor']:.4g}"
-            )
-    return [*shown, rule.said]
-
-
 def class_lines(rows: Sequence[dict[str, Any]], classes: presets.BarrierClasses | None) -> list[str]:
     """For each place the class that holds each percentile of the energy; then the source of the classes, and a
     caveat.
@@ -82,18 +62,11 @@ def class_lines(rows: Sequence[dict[str, Any]], classes: presets.BarrierClasses 
     if classes is None:
         return []
     shown = [
-        f"{row['kind']} {row['place_id']}, {row['percentile']:g} % of the energy{factor_words(row)}: "
-        f"{classes.words(row)}"
+        f"{row['kind']} {row['place_id']}, {row['percentile']:g} % of the energy without a factor: {classes.words(row)}"
         for row in rows
         if row["barrier_class"]
     ]
     return [*shown, classes.said]
-
-
-def factor_words(row: dict[str, Any]) -> str:
-    """The factor applied to a percentile before it is classed."""
-    factor = row.get("factor", math.nan)
-    return " without a factor" if math.isnan(factor) else f" times {factor:.4g}"
 
 
 def value_words(row: dict[str, Any]) -> str:

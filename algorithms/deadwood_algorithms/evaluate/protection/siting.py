@@ -24,6 +24,7 @@ from deadwood_algorithms.evaluate.protection.candidate_barriers import Candidate
 from deadwood_algorithms.evaluate.protection.rerun import Rerun, without
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.results.barrier_arrivals import piece_of, states_at
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import reached, starts_inside
@@ -44,6 +45,7 @@ AHEAD = 16  # candidates whose logs a scheduler's workers may start to slide whi
 CHANCE = 0.05  # a gain that chance produces more often than this, among this number of candidates, counts as none
 OVERLAP_M = 3.0  # length of a candidate that may lie within OVERLAP_WITHIN of a chosen one: it may adjoin, not overlap
 OVERLAP_WITHIN = 1.0  # [m]
+COMING = ("energy", "height")
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class LogOutcomes:
     left : (n,), left the terrain model
     reach : (n, lines); near, flux : (n, shapes), comes near a candidate's line; touches it and afterwards a line
     held, met, crossed : (n, candidates); energy [kJ], height [m] : of the largest hit of each candidate, NaN without
-    one
+    one; of what comes to its place whether it hits or not, see `Coming`
     """
 
     left: NDArray[np.bool_]
@@ -78,6 +80,14 @@ class LogOutcomes:
     @property
     def any_line(self) -> NDArray[np.bool_]:
         return np.atleast_1d(self.reach.any(axis=1))
+
+
+@dataclass(frozen=True)
+class Coming:
+    """Energy [kJ] and height of the upper edge [m] of each log that comes to a place, taken without a plate there."""
+
+    energy: Array
+    height: Array
 
 
 def as_lines(shapes: Sequence[Any]) -> tuple[Lines, Items]:
@@ -174,6 +184,7 @@ class Siting:
         self.place = np.array([list(shapes).index(key) for key in keys], np.int64)  # of each candidate among the shapes
         self.shapes = list(shapes.values())
         self.slid = 0  # logs slid again
+        self._coming: dict[tuple[int, ...], dict[int, Coming]] = {}  # by the barriers that stand, then by place
         self.on(layers)
 
     def on(self, layers: SceneLayers) -> None:
@@ -230,21 +241,68 @@ class Siting:
         what: str,
         later: Sequence[tuple[NDArray[np.int64], Sequence[int]]],
     ) -> dict[str, NDArray]:
+        """Slide logs and keep what becomes of them."""
+        result = self._result(rows, chosen, what, later)
+        return {**vars(self.outcomes_of(result, rows)), "end": result.end_position}
+
+    def _result(
+        self,
+        rows: NDArray[np.int64],
+        chosen: Sequence[int],
+        what: str,
+        later: Sequence[tuple[NDArray[np.int64], Sequence[int]]] = (),
+        *,
+        poses: bool = False,
+    ) -> Result:
         """Slide logs; if they come near the window's sides, again on a wider one."""
         simulation = self.rerun.simulation
         report = reporter(self.feedback, rows.size, what)
+        keep = np.full(rows.size, poses)
         while True:
-            batch = self.batch(rows, chosen)
+            batch = replace(self.batch(rows, chosen), keep=keep)
             if simulation.where.scheduler:
                 ahead = (self.batch(*each) for each in later)
                 result, sides = slide_batch(self.watched, batch, simulation, report, later=ahead)
             else:
-                result, sides = slide_once(self.with_only(chosen), batch.logs, simulation, report)
+                result, sides = slide_once(self.with_only(chosen), batch.logs, simulation, report, keep_poses=keep)
             if not sides:
                 break
             self.on(wider_scene(simulation, self.plain, sides, self.feedback))
         self.feedback.progress(rows.size, rows.size, what)
-        return {**vars(self.outcomes_of(result, rows)), "end": result.end_position}
+        return result
+
+    def coming(self, outcomes: LogOutcomes, standing: Sequence[int], number: int) -> Coming:
+        """How logs come to the place of a candidate while others stand, but not itself nor any other of its place.
+
+        outcomes : with those that stand; with the candidate too, the same logs come near its place, and no others
+        """
+        place, key = int(self.place[number]), tuple(sorted(standing))
+        found = self._coming.setdefault(key, {})
+        if place not in found:
+            # without any the answers of all places are needed, and most logs come to several
+            found |= self._states(outcomes, key, [place] if key else list(range(len(self.shapes))))
+        return found[place]
+
+    def _states(self, outcomes: LogOutcomes, standing: tuple[int, ...], places: list[int]) -> dict[int, Coming]:
+        near = np.flatnonzero(outcomes.near[:, places].any(axis=1))
+        polylines, items = as_lines([self.shapes[each] for each in places])
+        parts: list[dict[str, NDArray]] = []
+        for first in range(0, near.size, changed_scenes.CHUNK):
+            rows = near[first : first + changed_scenes.CHUNK]
+            parts.append(
+                self.steps.take(rows.size, lambda rows=rows: self._states_of(rows, standing, polylines, items))
+            )
+            self.slid += rows.size
+        of = {name: np.concatenate([np.zeros(0), *(each[name] for each in parts)]) for name in ("item", *COMING)}
+        return {place: Coming(*(of[name][of["item"] == k] for name in COMING)) for k, place in enumerate(places)}
+
+    def _states_of(
+        self, rows: NDArray[np.int64], standing: tuple[int, ...], polylines: Lines, items: Items
+    ) -> dict[str, NDArray]:
+        result = self._result(rows, standing, "following logs to the places of barriers", poses=True)
+        grid, ground = self.plain.dem.frame, self.plain.scene.terrain_height
+        found = states_at(piece_of(result.poses), polylines, items, self.start.body[rows], ground, (grid.x0, grid.y0))
+        return {"item": found["item"], "energy": found["translation"] + found["rotation"], "height": found["height"]}
 
     def outcomes_of(self, result: Result, rows: NDArray[np.int64]) -> LogOutcomes:
         layers, count, n = self.watched, len(self.shapes), rows.size

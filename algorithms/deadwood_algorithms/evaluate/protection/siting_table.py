@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.evaluate.protection.candidate_barriers import contour_angle
-from deadwood_algorithms.evaluate.protection.siting import LogOutcomes, Siting, Step, Trial
+from deadwood_algorithms.evaluate.protection.siting import Coming, LogOutcomes, Siting, Step, Trial
 from deadwood_algorithms.params import presets
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Feedback
@@ -21,32 +21,28 @@ from deadwood_algorithms.stats.statistics import lost_words, percent_with_interv
 
 
 def with_classes(frame: Any, name: str | None) -> Any:
-    """A table of barriers with the class that holds 95 % of the hits of each, and the class for the interval's upper
-    end.
+    """A table of barriers with the class that holds the energy of 95 % of the logs that come to each, and the class for
+    the interval's upper end.
     """
     if name is None:
         return frame
-    energies = zip(frame["energy_p95_kj"].astype(float), frame["energy_ci_high_kj"].astype(float), strict=True)
+    energies = zip(*(frame[f"energy_needed_{each}_kj"].astype(float) for each in ("p95", "ci_high")), strict=True)
     records = [presets.BARRIERS[name].record(*each) for each in energies]
     return frame.assign(**{column: [each[column] for each in records] for column in NO_CLASS})
 
 
 def rows_of(siting: Siting, now: LogOutcomes, alone: Sequence[Trial], steps: Sequence[Step]) -> list[dict[str, Any]]:
     """One row for each single candidate, sorted by the remaining reach, and one per chosen set."""
-    n = len(now.reach)
     rows = []
     for trial in alone:
         outcomes = now.with_rows(trial.rows, trial.outcomes)
-        flux = int(now.flux[:, siting.place[trial.number]].sum())
-        rows.append({"step": 0, **row_of(siting, (trial.number,), trial, outcomes, flux, n)})
+        rows.append({"step": 0, **row_of(siting, (trial.number,), trial, now, outcomes)})
     for row in rows:
         row["pareto"] = "yes" if not any(beats(other, row) for other in rows) else "no"
     rows.sort(key=lambda row: row["n_reach"])
     before = now
     for number, step in enumerate(steps, 1):
-        flux = int(before.flux[:, siting.place[step.trial.number]].sum())
-        row = row_of(siting, step.chosen, step.trial, step.outcomes, flux, n)
-        rows.append({"step": number, **row, "pareto": ""})
+        rows.append({"step": number, **row_of(siting, step.chosen, step.trial, before, step.outcomes), "pareto": ""})
         before = step.outcomes
     return rows
 
@@ -58,8 +54,9 @@ def beats(one: dict[str, Any], other: dict[str, Any]) -> bool:
 
 
 def row_of(
-    siting: Siting, chosen: Sequence[int], trial: Trial, outcomes: LogOutcomes, flux: int, n: int
+    siting: Siting, chosen: Sequence[int], trial: Trial, before: LogOutcomes, outcomes: LogOutcomes
 ) -> dict[str, Any]:
+    """The last of the chosen barriers; ``before``: the outcomes without it."""
     each = siting.candidates[trial.number]
     return {
         "barriers": " + ".join(siting.candidates[k].id for k in chosen),
@@ -69,17 +66,17 @@ def row_of(
         "above_m": each.above,
         "place": each.place,
         "angle_deg": contour_angle(each.shape, siting.plain.scene.terrain_height),
-        "n_flux": flux,
+        "n_flux": int(before.flux[:, siting.place[trial.number]].sum()),
         "n_near": int(trial.rows.size),
         **share_if_lost(outcomes.any_line, outcomes.left),
-        **trial.gain_record(n),
-        **what_it_does(outcomes, trial.number),
+        **trial.gain_record(len(before.reach)),
+        **what_it_does(outcomes, trial.number, siting.coming(before, chosen[:-1], trial.number)),
     }
 
 
-def what_it_does(outcomes: LogOutcomes, number: int) -> dict[str, Any]:
-    """Logs that a barrier holds, that jump over it and that pass beside it; 95 % percentiles of its hits' energy and
-    height.
+def what_it_does(outcomes: LogOutcomes, number: int, coming: Coming) -> dict[str, Any]:
+    """Logs that a barrier holds, that jump over it and that pass beside it; 95 % percentiles of energy and height of
+    all that come to its place, which needs them, and of those that hit it.
     """
     held = outcomes.held[:, number]
     over = outcomes.crossed[:, number] & ~held
@@ -88,19 +85,23 @@ def what_it_does(outcomes: LogOutcomes, number: int) -> dict[str, Any]:
         "n_stopped": int(held.sum()),
         "n_overjumped": int(over.sum()),
         "n_passed_beside": int(beside.sum()),
+        "n_come": coming.energy.size,
     }
+    needed, more = percentiles("needed", coming.energy, coming.height)
     hit = np.isfinite(outcomes.energy[:, number])
-    record["n_hit"] = int(hit.sum())
-    more = 0
-    for name, unit, values in (("energy", "kj", outcomes.energy), ("height", "m", outcomes.height)):
-        percentile = percentile_record(values[hit, number], 0.95)
-        record |= {
-            f"{name}_p95_{unit}": percentile["value"],
-            f"{name}_ci_low_{unit}": percentile["ci_low"],
-            f"{name}_ci_high_{unit}": percentile["ci_high"],
-        }
-        more = percentile["n_more"]
-    return record | {"n_more": more}
+    of_hits, _ = percentiles("hit", outcomes.energy[hit, number], outcomes.height[hit, number])
+    return record | needed | {"n_more": more, "n_hit": int(hit.sum())} | of_hits
+
+
+def percentiles(kind: str, energy: Any, height: Any) -> tuple[dict[str, float], int]:
+    """95 % percentiles of energy and height with their intervals, and how many logs are missing for upper ends."""
+    record, more = {}, 0
+    for name, unit, values in ((*each, values) for each, values in zip(QUANTITIES, (energy, height), strict=True)):
+        found = percentile_record(values[np.isfinite(values)], 0.95)
+        ends = {"p95": found["value"], "ci_low": found["ci_low"], "ci_high": found["ci_high"]}
+        record |= {f"{name}_{kind}_{end}_{unit}": value for end, value in ends.items()}
+        more = max(more, int(found["n_more"]))
+    return record, more
 
 
 def layer_of(siting: Siting, layers: SceneLayers, now: LogOutcomes, steps: Sequence[Step]) -> geopandas.GeoDataFrame:
@@ -121,19 +122,22 @@ def layer_of(siting: Siting, layers: SceneLayers, now: LogOutcomes, steps: Seque
         facts = {"length_m": each.length, "above_m": each.above}
         facts |= {"angle_deg": contour_angle(each.shape, siting.plain.scene.terrain_height)}
         facts |= {"n_flux": int(now.flux[:, siting.place[k]].sum())}
+        does = what_it_does(final, k, siting.coming(final, [each for each in number if each != k], k))
         for part in shapely.get_parts(each.shape):
             record = {"barrier_id": each.id, "height_m": each.height, "step": number[k]}
-            rows.append(record | facts | gain | what_it_does(final, k))
+            rows.append(record | facts | gain | does)
             shapes.append(part)
     columns = ["barrier_id", "height_m", "step", "length_m", "above_m", "angle_deg", "n_flux", *COUNTS]
     frame = geopandas.GeoDataFrame(rows, columns=columns, geometry=shapes, crs=layers.dem.plan_crs)
     return frame.astype({name: float for name in columns if name not in ("barrier_id", "step")})
 
 
+QUANTITIES = (("energy", "kj"), ("height", "m"))
 COUNTS = (
-    "gain_logs", "gain_p", "gain_ci_low", "gain_ci_high", "n_stopped", "n_overjumped", "n_passed_beside", "n_hit",
-    "energy_p95_kj", "energy_ci_low_kj", "energy_ci_high_kj", "height_p95_m", "height_ci_low_m", "height_ci_high_m",
-    "n_more",
+    "gain_logs", "gain_p", "gain_ci_low", "gain_ci_high", "n_stopped", "n_overjumped", "n_passed_beside", "n_come",
+    *(f"{name}_needed_{end}_{unit}" for name, unit in QUANTITIES for end in ("p95", "ci_low", "ci_high")),
+    "n_more", "n_hit",
+    *(f"{name}_hit_{end}_{unit}" for name, unit in QUANTITIES for end in ("p95", "ci_low", "ci_high")),
 )  # fmt: skip
 
 
@@ -167,12 +171,12 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
             f"{row['step']}. {row['barrier_id']}: {counted(row['gain_logs'], 'fewer log', 'fewer logs')}, {points} "
             f"points; {row['n_reach']} still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"
         )
-        if row["n_hit"]:
-            more = f" ({row['n_more']:.0f} more hits are needed for upper bounds)" if row["n_more"] else ""
+        if row["n_come"]:
+            more = f" ({row['n_more']:.0f} more logs are needed for upper bounds)" if row["n_more"] else ""
             shown.append(
-                f"   95 % of its {counted(int(row['n_hit']), 'hit')}: up to "
-                f"{significant(row['energy_p95_kj'], 3)} kJ and {significant(row['height_p95_m'], 2)} m above "
-                f"the terrain{more}"
+                f"   95 % of the {counted(int(row['n_come']), 'log')} that come there: up to "
+                f"{significant(row['energy_needed_p95_kj'], 3)} kJ and {significant(row['height_needed_p95_m'], 2)} m "
+                f"above the terrain{more}; {row['n_hit']} hit it"
             )
             if classes:
                 shown.append(f"   without a factor: {presets.BARRIERS[classes].words(row)}")

@@ -107,7 +107,7 @@ class LawsByTree:
         return np.stack(sizes)[self.zone, np.arange(self.zone.size)]
 
 
-PUBLISHED: dict[str, PowerLaw | CrownLaw] = {
+NAMED_LAWS: dict[str, PowerLaw | CrownLaw] = {
     "fint-ch": PowerLaw(2.52, 0.84),
     "fint": PowerLaw(1.0, 1.25),
     "chablais-spruce": PowerLaw(1.357, 1.071),
@@ -125,17 +125,17 @@ PUBLISHED: dict[str, PowerLaw | CrownLaw] = {
     "jucker-boreal-gymnosperm": CrownLaw(1.43, 0.649),
     "jucker-boreal-angiosperm": CrownLaw(0.467, 0.839),
 }
-POWER_LAWS = {name: law for name, law in PUBLISHED.items() if isinstance(law, PowerLaw)}
+POWER_LAWS = {name: law for name, law in NAMED_LAWS.items() if isinstance(law, PowerLaw)}
 ABOUT = {
     "fint-ch": "FINT-CH, for all of Switzerland; the default",
     "fint": "pyFINT's default until March 2021; since then it is that of fint-ch (50 cm instead of 85 for 35 m)",
-    "chablais-spruce": "Chablais 3, spruce, 29 trees, rmse 6.4 cm",
-    "chablais-fir": "fir, 21 trees, 4.3 cm",
-    "chablais-beech": "beech, 47 trees, 3.8 cm",
-    "chablais-all": "all species, 110 trees, 6.5 cm",
-    "oregon-silver-fir": "Oregon WEF, SF, rmse 1.7 cm (its heights look modelled)",
-    "oregon-western-hemlock": "WH, 7.0 cm",
-    "oregon-douglas-fir": "DF, 18.5 cm",
+    "chablais-spruce": "made for this project, a fit to the inventory Chablais 3: spruce, 29 trees, rmse 6.4 cm",
+    "chablais-fir": "the same, fir, 21 trees, 4.3 cm",
+    "chablais-beech": "the same, beech, 47 trees, 3.8 cm",
+    "chablais-all": "the same, all species, 110 trees, 6.5 cm",
+    "oregon-silver-fir": "made for this project, a fit to the inventory WEF (Oregon): SF, 1.7 cm, heights modelled",
+    "oregon-western-hemlock": "the same, WH, 7.0 cm",
+    "oregon-douglas-fir": "the same, DF, 18.5 cm",
     "jucker-global": "Jucker et al. 2017, with the crown: global",
     "jucker-conifer-forest-gymnosperm": "Palearctic temperate coniferous forests",
     "jucker-conifer-forest-angiosperm": "the same",
@@ -150,9 +150,10 @@ _FINT = "HAFL-WWI/pyFINT"
 _CHABLAIS = "a fit to the inventory Chablais 3 (French Alps, 1350 m; lidaRtRee), made for this project"
 _OREGON = "a fit to the inventory WEF (Oregon; spBayes), made for this project"
 _JUCKER = "Jucker et al. 2017, Global Change Biology 23:177, as coded in itcSegment"
+MADE_HERE = "fint* and jucker* are published; chablais* and oregon* were made for this project, as fits to inventories."
 SOURCES_OF_LAWS = {
     name: {"fint": _FINT, "chablais": _CHABLAIS, "oregon": _OREGON, "jucker": _JUCKER}[name.split("-")[0]]
-    for name in PUBLISHED
+    for name in NAMED_LAWS
 }
 
 
@@ -181,20 +182,20 @@ REGIONS = {
 }
 
 
-def published_name(law: Law) -> str:
-    """The name of a published law; empty if it is the user's own."""
-    return next((name for name, known in PUBLISHED.items() if known == law), "")
+def name_of_law(law: Law) -> str:
+    """The name of a law; empty if it is the user's own."""
+    return next((name for name, known in NAMED_LAWS.items() if known == law), "")
 
 
 def with_name(law: Law) -> str:
     """A law as a formula, and its name if it has one."""
-    name = published_name(law)
+    name = name_of_law(law)
     return f"{law} ({name})" if name else str(law)
 
 
 def outside_region(law: Law, longitude: float, latitude: float) -> str:
-    """A note that a published law was derived elsewhere; empty if it was not, or if the law is the user's own."""
-    name = published_name(law)
+    """A note that a named law was derived elsewhere; empty if it was not, or if the law is the user's own."""
+    name = name_of_law(law)
     region = next((each for start, each in REGIONS.items() if name.startswith(start)), None)
     if region is None or region.holds(longitude, latitude):
         return ""
@@ -233,5 +234,5 @@ def _positive(crown: np.ndarray) -> np.ndarray:
 
 
 def laws_described() -> str:
-    """The published laws as lines of a list, for the tool's description."""
-    return "\n".join(f"- ``{name}``: {law}; {ABOUT[name]}" for name, law in PUBLISHED.items())
+    """The named laws as lines of a list, for the tool's description."""
+    return "\n".join(f"- ``{name}``: {law}; {ABOUT[name]}" for name, law in NAMED_LAWS.items())

@@ -19,7 +19,7 @@ from deadwood_algorithms.prepare.trees import allometry
 from deadwood_algorithms.prepare.trees.allometry import (
     FEW_TO_FIT,
     FEWEST_TO_FIT,
-    PUBLISHED,
+    NAMED_LAWS,
     FittedLaw,
     Law,
     LawsByTree,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import geopandas
     import pyproj
 
-DEFAULT = PUBLISHED["fint-ch"]
+DEFAULT = NAMED_LAWS["fint-ch"]
 
 
 @dataclass(frozen=True)
@@ -65,16 +65,16 @@ def fill_sizes(
 
 
 def chosen_law(name: str | None, a: float, b: float, sample: FittedLaw | None) -> Law:
-    """The layer's law: fitted, published by name, or a and b; more than one of them is rejected."""
+    """The layer's law: fitted, named, or a and b; more than one of them is rejected."""
     if sample is not None and (name or PowerLaw(a, b) != DEFAULT):
         raise UserError("--dbh-sample fits the law that --dbh-law or --dbh-a and --dbh-b would name; give one of them")
     refuse_two_laws(name, a, b)
-    return sample or (PUBLISHED[name] if name else PowerLaw(a, b))
+    return sample or (NAMED_LAWS[name] if name else PowerLaw(a, b))
 
 
 def refuse_two_laws(name: str | None, a: float, b: float) -> None:
     """Reject a and b beside a named power law; beside a law with the crown they are for trees without a known crown."""
-    if name and isinstance(PUBLISHED[name], PowerLaw) and PowerLaw(a, b) not in (DEFAULT, PUBLISHED[name]):
+    if name and isinstance(NAMED_LAWS[name], PowerLaw) and PowerLaw(a, b) not in (DEFAULT, NAMED_LAWS[name]):
         raise UserError(f"--dbh-law {name} and --dbh-a {a:g}, --dbh-b {b:g} are two laws; give one of them")
 
 
@@ -138,7 +138,7 @@ def zoned(
 
 
 def warn_of_another_region(law: Law, places: np.ndarray, crs: pyproj.CRS | None, feedback: Feedback) -> None:
-    """Warn if a published law is used far from the trees from which it was derived."""
+    """Warn if a named law is used far from the trees from which it was derived."""
     import pyproj
 
     laws = law.laws if isinstance(law, LawsByTree) else (law,)
@@ -157,11 +157,11 @@ def zone_laws(zones: geopandas.GeoDataFrame) -> list[Law]:
     if "dbh_law" in zones:
         words = [str(word).strip().lower() for word in zones["dbh_law"]]
         for row, word in enumerate(words):
-            if word not in PUBLISHED:
+            if word not in NAMED_LAWS:
                 raise UserError(
-                    f"{where_of(zones)}, field 'dbh_law', row {row + 1}: '{word}' is none of {', '.join(PUBLISHED)}"
+                    f"{where_of(zones)}, field 'dbh_law', row {row + 1}: '{word}' is none of {', '.join(NAMED_LAWS)}"
                 )
-        return [PUBLISHED[word] for word in words]
+        return [NAMED_LAWS[word] for word in words]
     if "dbh_a" not in zones or "dbh_b" not in zones:
         raise UserError(
             f"{where_of(zones)}: zones need the fields dbh_a and dbh_b, or dbh_law; it has {field_names(zones)}"

@@ -105,11 +105,11 @@ class LawOptions:
     dbh_a: float = tool.number("a of DBH[cm] = a * H[m]^b", default=2.52, minimum=0.0, exclusive=True)
     dbh_b: float = tool.number("b of DBH[cm] = a * H[m]^b", default=0.84, minimum=0.0, exclusive=True)
     dbh_law: str | None = tool.choice(
-        "Published law in place of a and b",
-        *allometry.PUBLISHED,
+        "Named law in place of a and b",
+        *allometry.NAMED_LAWS,
         default=None,
-        help="The description lists them. With a law that needs the crown, a and b are used for trees whose crown is "
-        "unknown.",
+        help=f"{allometry.MADE_HERE} The description lists them. With a law that needs the crown, a and b are used for "
+        "trees whose crown is unknown.",
     )
     dbh_zones: str | None = tool.vector(
         "Zones with different laws", "polygon", default=None, help="Fields dbh_a and dbh_b, or dbh_law."

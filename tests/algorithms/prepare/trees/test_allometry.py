@@ -9,7 +9,7 @@ import pytest
 
 from deadwood_algorithms.prepare.trees.allometry import (
     ABOUT,
-    PUBLISHED,
+    NAMED_LAWS,
     CrownLaw,
     LawsByTree,
     PowerLaw,
@@ -36,12 +36,12 @@ def one(value: float) -> np.ndarray:
     ],
 )
 def test_the_published_laws(name, height, crown, dbh):
-    assert PUBLISHED[name].dbh(one(height), one(crown))[0] == pytest.approx(dbh, rel=2e-3)
+    assert NAMED_LAWS[name].dbh(one(height), one(crown))[0] == pytest.approx(dbh, rel=2e-3)
 
 
-@pytest.mark.parametrize("name", PUBLISHED)
+@pytest.mark.parametrize("name", NAMED_LAWS)
 def test_each_law_undoes_itself_and_gives_a_tree(name):
-    law, crown = PUBLISHED[name], one(4.0)
+    law, crown = NAMED_LAWS[name], one(4.0)
     dbh = law.dbh(one(20.0), crown)
     assert law.height(dbh, crown)[0] == pytest.approx(20.0, rel=1e-12)
     assert 8 < dbh[0] < 70  # at 20 m; the laws differ by more than a factor of two, as the description warns
@@ -49,7 +49,7 @@ def test_each_law_undoes_itself_and_gives_a_tree(name):
 
 
 def test_each_law_is_described():
-    assert list(ABOUT) == list(PUBLISHED)
+    assert list(ABOUT) == list(NAMED_LAWS)
 
 
 def test_the_law_with_the_crown_knows_nothing_without_one():
@@ -132,8 +132,8 @@ def test_laws_by_tree():
     ],
 )  # fmt: skip
 def test_a_law_used_far_from_its_trees_is_reported(name, place, words):
-    assert words in outside_region(PUBLISHED[name], *place)
-    assert bool(words) == bool(outside_region(PUBLISHED[name], *place))
+    assert words in outside_region(NAMED_LAWS[name], *place)
+    assert bool(words) == bool(outside_region(NAMED_LAWS[name], *place))
 
 
 def test_the_users_own_laws_have_no_region():

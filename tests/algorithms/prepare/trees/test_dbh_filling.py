@@ -8,7 +8,7 @@ import pytest
 from shapely import Point, box
 
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.prepare.trees.allometry import PUBLISHED, CrownLaw, PowerLaw
+from deadwood_algorithms.prepare.trees.allometry import NAMED_LAWS, CrownLaw, PowerLaw
 from deadwood_algorithms.prepare.trees.dbh_filling import fill_sizes
 
 EAST, NORTH = 2_783_050.0, 1_190_050.0
@@ -70,7 +70,7 @@ def test_the_crown_of_a_polygon_serves_the_law(imported):
     diameter = 2 * np.sqrt(20 / np.pi)
     assert frame["crown_diameter_m"][0] == pytest.approx(diameter)
     assert frame["dbh_cm"][0] == pytest.approx(
-        PUBLISHED["jucker-global"].dbh(np.array([20.0]), np.array([diameter]))[0]
+        NAMED_LAWS["jucker-global"].dbh(np.array([20.0]), np.array([diameter]))[0]
     )
 
 
