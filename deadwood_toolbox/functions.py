@@ -2413,9 +2413,11 @@ class MapIntensityResult(Result):
     """Class of the share of the logs that pass, from 1; 0 where no log passed; classes.json has the meaning of
     each"""
     return_class = RasterPart("return_class.tif")
-    """Class of the return period, from 1; 0 where no log passed; classes.json has the meaning of each"""
+    """Class of the return period of any passage, from 1; 0 where no log passed; classes.json has the meaning of
+    each"""
     matrix = RasterPart("matrix.tif")
-    """Class of both, from 1; 0 where no log passed; classes.json has the meaning of each"""
+    """Highest class of intensity over the scenarios with the first scenario that has it, from 1; 0 where no log
+    passed; classes.json has the meaning of each"""
     return_period = RasterPart("return_period.tif")
     """Mean time between events that reach the cell; NaN where no log passed"""
     lines = TablePart("lines.csv")
@@ -2449,17 +2451,21 @@ def map_intensity(
     The folder holds, for the ground that any log passed:
 
     - `intensity.tif`: class of the energy that at least `least_passage` of the logs (1 %) bring to the cell,
-      from stored   trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ; 0 where fewer pass. More
-      logs make its areas more   precise but not larger, in contrast to those of the largest energy of all logs
-      (`least_passage 0`).   `energy_raster` takes another energy, such as the 95 % quantile of `count-hits`,
-      where enough logs pass;
+      from   stored trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ; 0 where fewer pass. With
+      few logs the areas   of rare classes come out too large, so an area is stated only from the number of logs
+      that supports it (`n_needed`:   about 9500 for 1 %), before that only its interval;   `energy_raster`
+      takes another energy, such as the 95 % quantile of `count-hits`, where enough logs pass;
     - `passage.tif`: class of the share of logs that passed: 1 below 0.1 %, 2 to 1 %, 3 to 10 %, 4 from 10 %;
     - `process_area.gpkg`: the outline of the ground that at least this share of the logs passes, an indication
       map;
-    - `matrix.tif`: both, where there is a class of intensity: 10 times that class, plus the other; with a
-      frequency, the   other is that of the return period;
-    - with a frequency, `return_period.tif` (years, and the ends of the 95 % interval) and `return_class.tif`: 1
-      up to 30   years, 2 up to 100, 3 up to 300, 4 beyond;
+    - with a frequency, `intensity_30_years.tif`, `intensity_100_years.tif`, `intensity_300_years.tif`: for each
+      scenario   the class of the energy that comes to the cell at least once in its return period, as
+      `lines.csv` has it for lines;
+    - `matrix.tif`: with a frequency, of all scenarios the highest class of intensity with the shortest return
+      period that   reaches it: 10 times that class, plus 1 for 30 years, 2 for 100, 3 for 300; without one, 10
+      times the class of   intensity plus that of passage;
+    - with a frequency, `return_period.tif` (of any passage: years, and the ends of the 95 % interval) and
+      `return_class.tif`: 1 up to 30 years, 2 up to 100, 3 up to 300, 4 beyond;
     - `lines.csv`: for each line the number of logs that reach it with at least 0, 30, 300 kJ, their share and
       its return   period, each with its interval;
     - `classes.json`: the meaning and the area of every class.
@@ -2469,11 +2475,11 @@ def map_intensity(
     areas differ in frequency, their hits are counted separately, from stored trajectories.
 
     The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations for
-    rockfall (BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which
-    hazard a field of the matrix stands for, is an expert's decision. A cell is classed by its estimate;
-    `classes.json` has the 95 % interval of the area of each class of energy and those above it. A cell that no
-    log passed is empty, which is not a guarantee: `classes.json` states how probable a passage there may still
-    be, and how short its return period.
+    rockfall (BRP, BWW and BUWAL 1997; BAFU 2016), as published by the canton of Valais (vs.ch). They were made
+    for rock: whether they suit wood, and which hazard a field of the matrix stands for, is an expert's
+    decision. A cell is classed by its estimate; `classes.json` has the 95 % interval of the area of each class
+    of energy and those above it. A cell that no log passed is empty, which is not a guarantee: `classes.json`
+    states how probable a passage there may still be, and how short its return period.
 
     Parameters
     ----------

@@ -168,16 +168,20 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
         if not mine:
             continue
         parts += [element("h4", words.say(title)), figure_of(drawings.get(name), card=True)]
-        unit, size = area_unit([each["area_m2"] for each in mine])
-        areas = shown_alike([each["area_m2"] / size for each in mine], words)
+        ground = [number(each["area_m2"]) for each in mine]
+        unit, size = area_unit([each for each in ground if np.isfinite(each)])
+        areas = shown_alike([each / size for each in ground], words)
         rows = [[words.of_class(each), area] for each, area in zip(mine, areas, strict=True)]
         head = [words.say(title), f"{words.say('class_ground')} [{unit}]"]
         if "at_least_m2" in mine[0]:
             head.append(f"{words.say('class_and_above')} [{unit}]")
             for row, each in zip(rows, mine, strict=True):
                 area, low, high = (number(each[f"at_least_{end}m2"]) / size for end in ("", "ci_low_", "ci_high_"))
-                row.append(with_interval(area, low, high, words))
+                ends = {"low": shown_number(low, words, 2), "high": shown_number(high, words, 2)}
+                row.append(with_interval(area, low, high, words) if np.isfinite(area) else words.say("from_to", **ends))
         parts.append(table(head, rows))
+        if not np.isfinite(ground).all():
+            parts.append(element("p", words.say("area_needs", n=mine[0]["n_needed"]), class_="quiet"))
         if name == "intensity" and (least := facts.get("least_passage")):
             say = "least_passage" if least["share"] else "largest_energy"
             parts.append(element("p", words.say(say, share=shown_number(100 * least["share"], words)), class_="quiet"))

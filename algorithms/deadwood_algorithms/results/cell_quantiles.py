@@ -71,6 +71,25 @@ def largest_by_rank(
     return out
 
 
+def counts_above(
+    source: Run,
+    chosen: NDArray[np.int64],
+    counts: NDArray[np.uint32],
+    grid: Grid,
+    quantity: str,
+    bounds: Sequence[float],
+    feedback: Feedback,
+) -> NDArray[np.uint32]:
+    """Rasters of how many of the chosen logs bring at least each of these values to a cell, shape (bounds, ny, nx)."""
+    out = np.zeros((len(bounds), *grid.shape), np.uint32)
+    for rows, peaks in peaks_by_rows(source, chosen, counts, grid, [quantity], feedback):
+        cell = np.repeat(np.arange(peaks.start.size - 1), np.diff(peaks.start))
+        for k, bound in enumerate(bounds):
+            found = np.bincount(cell[peaks.peaks[0] >= bound], minlength=peaks.start.size - 1)
+            out[k, rows] = found.reshape(rows.stop - rows.start, -1)
+    return out
+
+
 def peaks_by_rows(
     source: Run,
     chosen: NDArray[np.int64],

@@ -187,8 +187,9 @@ RETURN = RasterFile(
 INTENSITY_MAPS = (
     _classes("intensity", "Class of the ENERGY"),
     _classes("passage", "Class of the share of the logs that pass"),
-    _classes("return_class", "Class of the return period"),
-    _classes("matrix", "Class of both"),
+    _classes("return_class", "Class of the return period of any passage"),
+    _classes("intensity_YEARS_years", "For each scenario: class of the energy that comes at least once in YEARS years"),
+    _classes("matrix", "Highest class of intensity over the scenarios with the first scenario that has it"),
     RETURN,
 )
 
@@ -840,8 +841,9 @@ INTENSITY_FACTS = JsonFile(
         _key("classes[].high", "Its upper bound; likewise"),
         _key("classes[].unit", "Their unit: kJ, % of the logs, or years"),
         _key("classes[].cells", "Cells that have it"),
-        _key("classes[].area_m2", "Their area [m²]"),
-        _key("classes[].at_least_m2", "For intensity: area of this class and those above it [m²]"),
+        _key("classes[].area_m2", "Their area [m²]; null where the logs are fewer than it needs"),
+        _key("classes[].n_needed", "For intensities: the number of logs from which areas are stated"),
+        _key("classes[].at_least_m2", "For intensity: area of this class and those above it [m²]; likewise null"),
         _key(
             "classes[].at_least_ci_low_m2",
             "Lower end of its 95 % interval: cells whose own intervals lie in these classes; null for the "

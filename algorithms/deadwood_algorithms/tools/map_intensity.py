@@ -2,16 +2,20 @@
 
 The folder holds, for the ground that any log passed:
 
-- `intensity.tif`: class of the energy that at least `--least-passage` of the logs (1 %) bring to the cell, from stored
-  trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ; 0 where fewer pass. More logs make its areas more
-  precise but not larger, in contrast to those of the largest energy of all logs (`--least-passage 0`).
+- `intensity.tif`: class of the energy that at least `--least-passage` of the logs (1 %) bring to the cell, from
+  stored trajectories: 1 below 30 kJ, 2 from 30 to 300 kJ, 3 from 300 kJ; 0 where fewer pass. With few logs the areas
+  of rare classes come out too large, so an area is stated only from the number of logs that supports it (`n_needed`:
+  about 9500 for 1 %), before that only its interval;
   `--energy-raster` takes another energy, such as the 95 % quantile of `count-hits`, where enough logs pass;
 - `passage.tif`: class of the share of logs that passed: 1 below 0.1 %, 2 to 1 %, 3 to 10 %, 4 from 10 %;
 - `process_area.gpkg`: the outline of the ground that at least this share of the logs passes, an indication map;
-- `matrix.tif`: both, where there is a class of intensity: 10 times that class, plus the other; with a frequency, the
-  other is that of the return period;
-- with a frequency, `return_period.tif` (years, and the ends of the 95 % interval) and `return_class.tif`: 1 up to 30
-  years, 2 up to 100, 3 up to 300, 4 beyond;
+- with a frequency, `intensity_30_years.tif`, `intensity_100_years.tif`, `intensity_300_years.tif`: for each scenario
+  the class of the energy that comes to the cell at least once in its return period, as `lines.csv` has it for lines;
+- `matrix.tif`: with a frequency, of all scenarios the highest class of intensity with the shortest return period that
+  reaches it: 10 times that class, plus 1 for 30 years, 2 for 100, 3 for 300; without one, 10 times the class of
+  intensity plus that of passage;
+- with a frequency, `return_period.tif` (of any passage: years, and the ends of the 95 % interval) and
+  `return_class.tif`: 1 up to 30 years, 2 up to 100, 3 up to 300, 4 beyond;
 - `lines.csv`: for each line the number of logs that reach it with at least 0, 30, 300 kJ, their share and its return
   period, each with its interval;
 - `classes.json`: the meaning and the area of every class.
@@ -27,10 +31,11 @@ frequency, their hits are counted separately, from stored trajectories.
     deadwood-tool map-intensity --run run --events-per-year 0.1 --output intensity
 
 The classes of 30 and 300 kJ and of 30, 100 and 300 years are those of the Swiss federal recommendations for rockfall
-(BRP, BWW and BUWAL 1997; BAFU 2016). They were made for rock: whether they suit wood, and which hazard a field of the
-matrix stands for, is an expert's decision. A cell is classed by its estimate; `classes.json` has the 95 % interval of
-the area of each class of energy and those above it. A cell that no log passed is empty, which is not a guarantee:
-`classes.json` states how probable a passage there may still be, and how short its return period.
+(BRP, BWW and BUWAL 1997; BAFU 2016), as published by the canton of Valais (vs.ch). They were made for rock: whether
+they suit wood, and which hazard a field of the matrix stands for, is an expert's decision. A cell is classed by its
+estimate; `classes.json` has the 95 % interval of the area of each class of energy and those above it. A cell that no
+log passed is empty, which is not a guarantee: `classes.json` states how probable a passage there may still be, and
+how short its return period.
 """
 
 from __future__ import annotations
@@ -46,7 +51,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
 
 RULE = (
     "30 and 300 kJ, and 30, 100 and 300 years, are the classes of the Swiss federal recommendations for rockfall "
-    "(BRP, BWW, BUWAL 1997; BAFU 2016); other bounds are the user's"
+    "(BRP, BWW, BUWAL 1997; BAFU 2016; canton of Valais, vs.ch); other bounds are the user's"
 )
 DECIDES = "an expert decides which hazard a field of the matrix stands for, and whether these classes suit wood"
 LINES, FACTS, OUTLINE = "lines.csv", "classes.json", "process_area.gpkg"
@@ -106,9 +111,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.hazard.class_maps import ClassMaps, write_years, years_of
     from deadwood_algorithms.evaluate.hazard.frequencies import release_areas
     from deadwood_algorithms.evaluate.hazard.hazard_lines import lines_of, lost_of_run, warn_of_small_sample
-    from deadwood_algorithms.evaluate.hazard.least_passage import areas_of, energies_of_share, process_area
+    from deadwood_algorithms.evaluate.hazard.least_passage import areas_of, energies_of_share, needed_for, process_area
     from deadwood_algorithms.evaluate.hazard.line_passages import line_rows
     from deadwood_algorithms.evaluate.hazard.rates import period_class, rising_class
+    from deadwood_algorithms.evaluate.hazard.scenarios import intensities, joint, logs_needed, periods_of_energies
     from deadwood_algorithms.files.tables import write_csv
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.results.identity import result_folder
@@ -130,7 +136,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         names = legend.rising_labels(strong, "kJ")
         weights = rising_class(np.where(passed, energies.estimate, np.nan), strong)
         warm = legend.class_rows(names, legend.WARM)
-        maps.write("intensity", weights, warm, f"Class of the {energies.what}", (strong, "kJ"))
+        enough = energies.facts["n_logs"], needed_for(ask.least_passage / 100.0)
+        maps.write("intensity", weights, warm, f"Class of the {energies.what}", (strong, "kJ"), logs=enough)
         for row, area_facts in zip(maps.classes, areas_of(energies, strong, grid.cell), strict=True):
             row.update(area_facts)
         passages = rising_class(np.where(passed, 100.0 * hits / n_logs, np.nan), shares)
@@ -143,19 +150,32 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts["least_passage"] = energies.facts
         facts["logs"] = n_logs
         facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
-        other, rarest_first = passages, True
+        both, pairs = np.where(weights > 0, 10 * weights + passages, 0).astype(np.uint8), (often, True)
         if areas:
             years, shortest = years_of(source, areas, ask.logs_per_event, grid, hits, feedback)
             facts["areas"] = [vars(each) for each in areas]
             facts["logs_per_event"] = ask.logs_per_event
             facts["no_hit"]["return_ci_low_years"] = shortest
             write_years(folder / "return_period.tif", years, grid)
-            other, rarest_first, often = period_class(years[0], periods), False, legend.period_labels(periods)
-            about, rows = "Class of the return period", legend.class_rows(often, legend.COLD[::-1])
-            maps.write("return_class", other, rows, about, (periods, "years"))
+            often = legend.period_labels(periods)
+            about, rows = "Class of the return period of any passage", legend.class_rows(often, legend.COLD[::-1])
+            maps.write("return_class", period_class(years[0], periods), rows, about, (periods, "years"))
             warn_of_small_sample(facts, areas, ask.logs_per_event, periods, feedback)
-        both = np.where((weights > 0) & (other > 0), 10 * weights + other, 0).astype(np.uint8)
-        maps.write("matrix", both, legend.matrix_rows(names, often, rarest_first=rarest_first), "Class of both")
+            if source.stored_log_ids.size:
+                energetic = periods_of_energies(source, areas, ask.logs_per_event, grid, strong, feedback)
+                by_scenario = intensities(years[0], energetic, periods)
+                for scenario, classes in zip(periods, by_scenario, strict=True):
+                    about = f"Class of the energy that comes at least once in {scenario:g} years"
+                    enough = source.stored_log_ids.size, logs_needed(areas, ask.logs_per_event, scenario)
+                    maps.write(f"intensity_{scenario:g}_years", classes, warm, about, (strong, "kJ"), logs=enough)
+                both, pairs = joint(by_scenario), ([f"once in {each:g} years" for each in periods], False)
+            else:
+                both = np.zeros_like(both)
+                feedback.warn(
+                    f"{source.path}: no trajectory is stored, so there are no intensities of scenarios and no matrix; "
+                    "run slide-logs with --trajectories all"
+                )
+        maps.write("matrix", both, legend.matrix_rows(names, pairs[0], rarest_first=pairs[1]), "Class of both")
         facts["classes"] = maps.classes
         found = passages_of_lines(source, ask.lines, feedback)
         rows = line_rows(source, found, areas, ask.logs_per_event, strong, periods, of_run=ask.lines is None)

@@ -149,7 +149,7 @@ def test_the_height_that_a_place_needs_is_not_cut_off_at_the_barriers_own(thrown
             assert needed["value"] == pytest.approx(told["value"], abs=0.1)
             for quantity in ("energy", "speed"):
                 there, bare = (each.loc[("place", quantity, percentile), "value"] for each in (found, line))
-                assert there == pytest.approx(bare, rel=0.02), quantity
+                assert there == pytest.approx(bare, rel=0.05), quantity  # from poses 0.1 s apart; of hits the run's own
 
 
 def test_arrivals_are_every_log_and_those_that_hit_are_marked(thrown):

@@ -34,15 +34,22 @@ class ClassMaps:
         rows: Sequence[tuple[int, str, str]],
         about: str,
         scale: tuple[Sequence[float], str] | None = None,
+        *,
+        logs: tuple[int, int] | None = None,
     ) -> None:
-        """``scale``: the bounds of the classes and their unit; None for the matrix, whose classes are pairs."""
+        """``scale``: the bounds of the classes and their unit; None for the matrix, whose classes are pairs.
+
+        logs : of the run, and how many an area needs; with fewer none is stated, because it would be too large
+        """
+        needs = {"n_needed": logs[1]} if logs else {}
         write_classes(self.folder / f"{name}.tif", values, self.grid, rows, meaning=about)
         count = np.bincount(values.ravel(), minlength=256)
         ends = ranges_of(scale[0]) if scale else [None] * len(rows)
         for (value, _, label), end in zip(rows, ends, strict=True):
             between = {"low": end[0], "high": end[1], "unit": scale[1]} if scale and end else {}
-            ground = {"cells": int(count[value]), "area_m2": float(count[value] * self.grid.cell**2)}
-            self.classes.append({"map": name, "class": value, "meaning": label} | between | ground)
+            area = float(count[value] * self.grid.cell**2) if not logs or logs[0] >= logs[1] else None
+            ground = {"cells": int(count[value]), "area_m2": area}
+            self.classes.append({"map": name, "class": value, "meaning": label} | between | ground | needs)
 
 
 def years_of(

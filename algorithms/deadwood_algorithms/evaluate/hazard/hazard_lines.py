@@ -46,10 +46,13 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
     """The area of each class, the lines, what an empty cell means, and the source of the rule."""
     shown = []
     for name in dict.fromkeys(each["map"] for each in facts["classes"]):
-        lines = [f"{each['meaning']}: {significant(each['area_m2'] / 1e4, 3)} ha" for each in facts["classes"]
-                if each["map"] == name and each["cells"]]  # fmt: skip
+        mine = [each for each in facts["classes"] if each["map"] == name and each["cells"]]
+        lines = [f"{each['meaning']}: {significant(each['area_m2'] / 1e4, 3)} ha" for each in mine
+                 if each["area_m2"] is not None]  # fmt: skip
+        if len(lines) < len(mine):
+            lines = [f"areas need {mine[0]['n_needed']} logs"]
         if name != "matrix":
-            what = f"intensity, {facts['energy']}" if name == "intensity" else name
+            what = f"intensity, {facts['energy']}" if name == "intensity" else name.replace("_", " ")
             shown.append(f"{what}: {'; '.join(lines)}")
     for row in rows:
         if row["n_reach"] is not None:
