@@ -2329,21 +2329,19 @@ def site_barriers(
     The folder holds
 
     - `pareto.csv`: each candidate alone, and each chosen set: how many logs still reach a line, the interval of
-      that and of   the gain (paired: the same logs), how many it holds and how many jump over or pass beside
-      it. What its place needs are   the 95 % percentiles of energy and height of all logs that come there,
-      taken in its plane without its plate   (`height_needed_p95_m`, `energy_needed_p95_kj`, with exact
-      intervals): the same for each height of a place. Those of   the logs that hit the barrier of that height
-      stand beside them (`height_hit_p95_m`, never more than its height).   `pareto` marks the candidates that
-      no other candidate of the same or smaller length and height outperforms; with   `barrier_classes` the
-      weakest class of rockfall nets that holds the energy needed;
+      that and of   the gain (paired), how many it holds and how many jump over or pass beside it. What its
+      place needs are the 95 %   percentiles of energy and height of all logs that come there, without its plate
+      (`height_needed_p95_m`,   `energy_needed_p95_kj`, with exact intervals): the same for each height of a
+      place. Those of the logs that hit the   barrier stand beside them (`height_hit_p95_m`, never more than its
+      height). `pareto` marks the candidates that no   other of the same or smaller length and height
+      outperforms; `barrier_classes` adds the weakest class of rockfall   nets that holds the energy needed;
     - `barriers.gpkg`: the run's own barriers and those chosen, for slide-logs --barriers, with the effect of
       each once all   stand; `barriers.png`: a map, and remaining reach against length and height;
       `summary.json`.
 
-    The results are exact for the logs of the run: the same, log by log, as a separate run with those barriers.
-    But the best of many was selected on these logs and has a slightly smaller effect on others; slide others
-    (another seed) to see how much. Barriers are rigid and infinitely strong. Where a barrier can be founded,
-    and at what cost, is for an expert to decide.
+    The results are exact for the logs of the run: the same as a separate run with those barriers. But the best
+    of many was selected on these logs and has a slightly smaller effect on others (another seed). Barriers are
+    rigid and infinitely strong. Where one can be founded, and at what cost, is for an expert to decide.
 
     Parameters
     ----------

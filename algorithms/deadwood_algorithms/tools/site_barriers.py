@@ -16,19 +16,18 @@ addition, until there are --count, or none has an effect beyond chance.
 The folder holds
 
 - `pareto.csv`: each candidate alone, and each chosen set: how many logs still reach a line, the interval of that and of
-  the gain (paired: the same logs), how many it holds and how many jump over or pass beside it. What its place needs are
-  the 95 % percentiles of energy and height of all logs that come there, taken in its plane without its plate
-  (`height_needed_p95_m`, `energy_needed_p95_kj`, with exact intervals): the same for each height of a place. Those of
-  the logs that hit the barrier of that height stand beside them (`height_hit_p95_m`, never more than its height).
-  `pareto` marks the candidates that no other candidate of the same or smaller length and height outperforms; with
-  `--barrier-classes` the weakest class of rockfall nets that holds the energy needed;
+  the gain (paired), how many it holds and how many jump over or pass beside it. What its place needs are the 95 %
+  percentiles of energy and height of all logs that come there, without its plate (`height_needed_p95_m`,
+  `energy_needed_p95_kj`, with exact intervals): the same for each height of a place. Those of the logs that hit the
+  barrier stand beside them (`height_hit_p95_m`, never more than its height). `pareto` marks the candidates that no
+  other of the same or smaller length and height outperforms; `--barrier-classes` adds the weakest class of rockfall
+  nets that holds the energy needed;
 - `barriers.gpkg`: the run's own barriers and those chosen, for slide-logs --barriers, with the effect of each once all
   stand; `barriers.png`: a map, and remaining reach against length and height; `summary.json`.
 
-The results are exact for the logs of the run: the same, log by log, as a separate run with those barriers. But the best
-of many was selected on these logs and has a slightly smaller effect on others; slide others (another seed) to see how
-much. Barriers are rigid and infinitely strong. Where a barrier can be founded, and at what cost, is for an expert to
-decide.
+The results are exact for the logs of the run: the same as a separate run with those barriers. But the best of many was
+selected on these logs and has a slightly smaller effect on others (another seed). Barriers are rigid and infinitely
+strong. Where one can be founded, and at what cost, is for an expert to decide.
 """
 
 from __future__ import annotations
@@ -156,9 +155,8 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
         write_csv(folder / TABLE, table)
         write_vector(folder / LAYER, {"barriers": frame})
         draw(folder / PICTURE, source, siting, table, frame)
-        n = int(rows.size)
         facts: dict[str, Any] = {
-            "logs": n,
+            "logs": int(rows.size),
             "slid_again": siting.slid,
             "candidates": len(found),
             "reach": share_if_lost(now.any_line, now.left),
