@@ -46,11 +46,12 @@ def test_a_process_area_has_the_cells_that_this_number_of_logs_pass():
 def test_the_ground_of_a_class_is_that_of_its_lower_bound_and_above():
     rng = np.random.default_rng(6)
     estimate, low, high = (rng.choice([np.nan, 10.0, 30.0, 299.0, 300.0], (6, 7)).astype(np.float32) for _ in range(3))
-    facts: dict[str, Any] = {"share": 0.01}
+    facts: dict[str, Any] = {"share": 0.01, "n_logs": 9508}  # 1.96² 0.99 / (0.01 0.2²), rounded up
     rows = areas_of(Energies(estimate, low, high, "", facts), (30.0, 300.0), 2.0)
     for row, bound in zip(rows, (0.0, 30.0, 300.0), strict=True):
         counted = [sum(each >= bound for each in cells.ravel().tolist()) * 4.0 for cells in (estimate, low, high)]
         assert list(row.values()) == counted
     assert all(
-        np.isnan(row["at_least_ci_low_m2"]) for row in areas_of(Energies(low, low, low, "", {"share": 0}), (), 1.0)
+        np.isnan(row["at_least_ci_low_m2"])
+        for row in areas_of(Energies(low, low, low, "", facts | {"share": 0}), (), 1.0)
     )
