@@ -240,7 +240,7 @@ def load(name: str, setting: Setting) -> Sample | None:
 def _arc(deposits: NDArray) -> float:
     away = np.hypot(deposits[:, 0] - scenes.RELEASE[0], deposits[:, 1] - scenes.RELEASE[1]) > LEAST_RUNOUT
     dx, dy = (deposits[away, :2] - scenes.RELEASE).T
-    return quantile_arc(np.degrees(np.arctan2(dx, dy)))
+    return quantile_arc(np.degrees(np.arctan2(dx, dy)))["value"]
 
 
 def _top(values: NDArray) -> float:

@@ -64,7 +64,7 @@ def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
             typed = {}
             for each, value in values.items():
                 if parameters[each].path_like or parameters[each].is_input:
-                    if is_in_memory(value):
+                    if is_in_memory(value) or (temporary is None and _is_unsaved_file(value)):
                         value = _as_file(value, each, _folder_of_inputs(places.get("output"), temporary), made)
                     typed[each] = _as_path(parameters[each], value)
                 elif not parameters[each].is_output:
@@ -163,6 +163,15 @@ def _results_in(value: Any) -> Iterator[Result]:
         yield value
     elif isinstance(value, list | tuple):
         yield from (each for each in value if isinstance(each, Result))
+
+
+def _is_unsaved_file(value: Any) -> bool:
+    """Whether a value is a result of one file that vanishes with it, though a kept output would name it."""
+    if not isinstance(value, Result):
+        return False
+    file = Path(value)
+    folders = (each.path for each in value.held if isinstance(each, TemporaryFolder))
+    return file.is_file() and any(file.is_relative_to(each) for each in folders)
 
 
 def _folder_of_result(parameters: Mapping[str, Parameter], places: Mapping[str, Path]) -> Path:

@@ -1896,8 +1896,8 @@ def count_hits(
 
     speed, energy and jump write quantiles for each cell, one band each: of the largest value of each log in the
     cell, over the logs that pass it. Speed is that of the centre of mass; energy is the sum of translation and
-    rotation, from the stored poses (within a few percent of the run's); jump is the clearance between log and
-    terrain.
+    rotation, from the stored poses (within a few percent of the run's); jump is the clearance of the log. Cells
+    that too few logs pass are empty: 50 % needs 6, 95 % 72, 99 % 368.
 
     danger writes the share of passing logs that later reach a line of reaching (default: the run's own lines),
     at that moment or later: band 1 for any line, band 2 the number that passed, then a band for each line.
@@ -2620,7 +2620,7 @@ def lateral_spread(
     hardly moved is meaningless. The smallest angle grows with the number of logs, because single outliers
     decide it: `spread_half_deg`, its mean over random halves of the logs, shows by how much, and it has no
     interval. To compare runs of different size, use the range from the 5 % to the 95 % quantile, which has a 95
-    % interval by bootstrap over the logs.
+    % interval by order statistics, from 72 deposits on.
 
     Logs that left the terrain model would have moved on: the tool warns of them, and of logs that ended near
     its edge, where heights are least certain. For a layer of deposits that belongs to no run it needs dem.

@@ -136,7 +136,7 @@ class Result:
         self.tool, self.outputs, self.folder = tool, dict(outputs), folder
         self.facts, self.text, self.notes, self.warnings = dict(facts), text, notes, warnings
         self._read: dict[str, Any] = {}
-        self._held = held  # temporary folders that the files of this result refer to
+        self.held = held  # temporary folders that the files of this result refer to
 
     @property
     def path(self) -> Path:

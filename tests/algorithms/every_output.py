@@ -177,14 +177,15 @@ def run_every_tool(folder: Path) -> list[Found]:
     frame.assign(release_id=["west", "east"] * (len(frame) // 2)).to_file(halves, layer="releases", driver="GPKG")
     of_sites = common | {"releases": str(halves), "by": "release_id", "report": True}
     run("run-sites", **of_sites, output=folder / "run-sites")
-    # two frictions, and a tree that is not on the terrain model
+    # two frictions, a stump, and a tree that is not on the terrain model
     west, south, east, north = frame.total_bounds + np.array([-5e3, -5e3, 5e3, 5e3])
     middle = 0.5 * (west + east)
     halves_of_ground = [shapely.box(west, south, middle, north), shapely.box(middle, south, east, north)]
     ground = gpd.GeoDataFrame({"friction": [0.3, 0.35]}, geometry=halves_of_ground, crs=frame.crs)
     ground.to_file(folder / "ground.gpkg", driver="GPKG")
-    stems = gpd.GeoDataFrame({"dbh_cm": [40.0, 40.0], "height_m": [20.0, 20.0]}, crs=frame.crs,
-                             geometry=shapely.points([(middle, 0.5 * (south + north)), (east, north)]))  # fmt: skip
+    places = shapely.points([(middle, 0.5 * (south + north)), (middle + 2.0, 0.5 * (south + north)), (east, north)])
+    stems = {"dbh_cm": [40.0, 50.0, 40.0], "height_m": [20.0, 0.5, 20.0]}
+    stems = gpd.GeoDataFrame(stems, crs=frame.crs, geometry=places)
     stems.to_file(folder / "stems.gpkg", driver="GPKG")
     two = {
         "fidelity": "auto",

@@ -264,6 +264,21 @@ def test_what_is_kept_keeps_its_inputs(dem, releases, tmp_path: Path):
     assert "releases: same" in told
 
 
+def test_what_is_kept_keeps_the_results_that_were_not_saved(dem, tmp_path: Path):
+    """Before, the manifest named the temporary file of the releases, and check said that they were gone."""
+    area = geopandas.GeoDataFrame(geometry=[shapely.box(WEST + 5.0, NORTH - 22.0, WEST + 35.0, NORTH - 18.0)], crs=CRS)
+    drawn = dw.sample_releases(areas=area, dem=dem, count=3, length_m=8.0)
+    dw.slide_logs(dem=dem, releases=drawn, friction=0.3, fidelity="draft", output=tmp_path / "run")
+    del drawn
+    gc.collect()
+    told = dw.check(tmp_path / "run")
+    assert "releases: same" in told.text
+    assert any(each.name.startswith("releases-") for each in (tmp_path / "run_inputs").iterdir())
+    saved = dw.sample_releases(areas=area, dem=dem, count=3, length_m=8.0, output=tmp_path / "saved.gpkg")
+    dw.slide_logs(dem=dem, releases=saved, friction=0.3, fidelity="draft", output=tmp_path / "other")
+    assert not any(each.name.startswith("releases-") for each in (tmp_path / "other_inputs").iterdir())
+
+
 def test_a_call_that_fails_leaves_nothing(dem, releases, tmp_path: Path):
     with pytest.raises(dw.UserError, match="--friction is -1, but must be at least 0"):
         dw.slide_logs(dem=dem, releases=releases, friction=-1.0, output=tmp_path / "run")

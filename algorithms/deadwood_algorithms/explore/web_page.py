@@ -25,11 +25,13 @@ from deadwood_algorithms.schemas.looks import (
     RUNS,
     SOLIDS,
     STONE,
+    STUMP,
     TREE,
     WOOD,
     Look,
     rgb,
 )
+from deadwood_algorithms.schemas.obstacles import STUMP_BELOW_M
 
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 PAGE = resources.files("deadwood_algorithms.explore") / "page"
@@ -50,9 +52,11 @@ def facts() -> dict[str, Any]:
             dict(zip(("reason", "label", "colour", "shape"), (reason, *ENDS[reason]), strict=True))
             for reason in schemas.STOP_REASONS
         ],
+        "stump_below_m": STUMP_BELOW_M,
         "slope": [{"from": bound, "colour": colour} for bound, colour in SLOPE],
         "colours": {
             "tree": TREE,
+            "stump": STUMP,
             "barrier": BARRIER,
             "lying": WOOD,
             "block": STONE,

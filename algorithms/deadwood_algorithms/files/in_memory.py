@@ -7,6 +7,7 @@ The file is named by its content, so that the same data are the same input where
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -125,8 +126,14 @@ def crs_text(value: Any) -> str:
 
 
 def as_file(value: Any, name: str, folder: Path) -> Path:
-    """The file in ``folder`` with the data given for the parameter ``name``; written unless it exists."""
+    """The file in ``folder`` with the data given for the parameter ``name``, or a copy of a file that will not last;
+    written unless it exists.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    if isinstance(value, os.PathLike):
+        file = Path(value)
+        digest = content_of if file.suffix == ".gpkg" else sha256_of
+        return _kept(folder, name, file.suffix, digest, lambda path: shutil.copyfile(file, path))
     if _is_data_array(value):
         value = _of_data_array(value, name)
     if isinstance(value, Raster):
@@ -145,7 +152,7 @@ def _is_data_array(value: Any) -> bool:
 
 
 def _kept(
-    folder: Path, name: str, ending: str, digest_of: Callable[[Path], str | None], write: Callable[[Path], None]
+    folder: Path, name: str, ending: str, digest_of: Callable[[Path], str | None], write: Callable[[Path], Any]
 ) -> Path:
     made = folder / f".{name}-{os.getpid()}{ending}"
     try:

@@ -92,8 +92,8 @@ def marker(colour: str, size_mm: float, *, shape: str = "circle", edge: str = ED
     return Symbol("marker", tuple(facts.items()))
 
 
-def line(colour: str, width_mm: float, *, alpha: int = 255) -> Symbol:
-    facts = {"line_color": rgba(colour, alpha), "line_width": f"{width_mm:g}", "line_width_unit": "MM"}
+def line(colour: str, width: float, *, alpha: int = 255, unit: str = "MM") -> Symbol:
+    facts = {"line_color": rgba(colour, alpha), "line_width": f"{width:g}", "line_width_unit": unit}
     return Symbol("line", tuple((facts | {"capstyle": "round", "joinstyle": "round"}).items()))
 
 

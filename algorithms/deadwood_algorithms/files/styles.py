@@ -34,11 +34,13 @@ from deadwood_algorithms.schemas.looks import (
     RELEASE,
     ROAD,
     STONE,
+    STUMP,
     TREE,
     WOOD,
     WORTHS,
     Look,
 )
+from deadwood_algorithms.schemas.obstacles import STUMP_BELOW_M
 
 if TYPE_CHECKING:
     import geopandas
@@ -106,13 +108,17 @@ def _ends(kind: str) -> str:
 
 
 def _classes(field: str, bounds: Sequence[float], unit: str, symbol: Callable[[int], Symbol]) -> str:
+    return qml.graduated(field, _class_rows(bounds, unit, symbol))
+
+
+def _class_rows(bounds: Sequence[float], unit: str, symbol: Callable[[int], Symbol]) -> list[Class]:
     """One class from each bound to the next, and an open one above the last."""
     rows: list[Class] = []
     for k, low in enumerate(bounds):
         last = k == len(bounds) - 1
         high = 1e9 if last else bounds[k + 1]
         rows.append((low, high, Span(unit, low, None if last else high), symbol(k)))
-    return qml.graduated(field, rows)
+    return rows
 
 
 def _speeds(field: str, kind: str) -> str:
@@ -121,11 +127,16 @@ def _speeds(field: str, kind: str) -> str:
 
 
 def _trees(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    """Classes of DBH; stumps are a class of their own."""
     if kind != "marker" or "dbh_cm" not in frame:
         return Style(qml.single(_plain(kind, TREE)))
-    flat = _classes(
-        "dbh_cm", DBH_CM, DBH_UNIT, lambda k: marker(GREENS[k], 0.8 + 0.4 * k, edge=GREENS[-1], edge_mm=0.1)
-    )
+    stumps = "height_m" in frame and bool((frame["height_m"] < STUMP_BELOW_M).any())
+    rows = _class_rows(DBH_CM, DBH_UNIT, lambda k: marker(GREENS[k], 0.8 + 0.4 * k, edge=GREENS[-1], edge_mm=0.1))
+    field = "dbh_cm"
+    if stumps:
+        field = f'if("height_m" < {STUMP_BELOW_M:g}, -1, "dbh_cm")'
+        rows = [(-2.0, -0.5, "stump", marker(STUMP, 0.8)), *rows]
+    flat = qml.graduated(field, rows)
     return Style(flat + qml.cones_3d(_trunks(frame)) if "height_m" in frame else flat)
 
 
@@ -138,11 +149,20 @@ def _trunks(frame: geopandas.GeoDataFrame) -> Iterable[tuple[str, float, float, 
         inside = step == each
         low, radius = each * HEIGHT_STEP_M, float(np.nanmean(dbh[inside])) / 200.0
         condition = f'"height_m" >= {low:g} and "height_m" < {low + HEIGHT_STEP_M:g}'
-        yield condition, radius, 0.5 * radius, float(np.nanmean(height[inside])), TREE
+        low_ones = bool((height[inside] < STUMP_BELOW_M).all())
+        shape = (radius, STUMP) if low_ones else (0.5 * radius, TREE)
+        yield condition, radius, shape[0], float(np.nanmean(height[inside])), shape[1]
 
 
 def _trajectories(frame: geopandas.GeoDataFrame, kind: str) -> Style:
     return Style(_speeds("speed_max_ms", kind) + qml.ribbons_3d(ENERGY[3], 1.5))
+
+
+def _lying_logs(frame: geopandas.GeoDataFrame, kind: str) -> Style:
+    """Lines as thick as the logs, in metres of the map."""
+    named = next((each for each in ("diameter_cm", "dbh_cm") if each in frame), None)
+    width = 0.75 * float(np.nanmean(frame[named])) / 100.0 if named and len(frame) else 0.3  # half as thick at the tip
+    return Style(qml.single(line(WOOD, width, unit="RenderMetersInMapUnits") if kind == "line" else _plain(kind, WOOD)))
 
 
 def _barriers(frame: geopandas.GeoDataFrame, kind: str) -> Style:
@@ -252,7 +272,7 @@ _LAYERS: dict[str, Callable[[Any, str], Style]] = {
     "release_area": _in(RELEASE),
     "trees": _trees,
     "barriers": _barriers,
-    "lying_logs": _in(WOOD, 3.0),
+    "lying_logs": _lying_logs,
     "blocks": _blocks,
     "block_hits": _in(STONE, 3.0),
     "lines": _in(ROAD, 3.0),

@@ -143,8 +143,8 @@ def needed_of(row: Mapping[str, Any], quantity: str, unit: str, words: Words) ->
     """What the place of a barrier needs, with its interval or how many logs are missing for one."""
     ends = ("p95", "ci_low", "ci_high")
     value, low, high = (number(row.get(f"{quantity}_needed_{name}_{unit}")) for name in ends)
-    if np.isfinite(value) and not np.isfinite(high):
-        return remarked(shown_number(value, words), words.say("more_logs", n=int(row["n_more"])))
+    if row.get("n_come") and row["n_more"]:
+        return remarked("–", words.say("more_hits", n=int(row["n_more"])))
     return with_interval(value, low, high, words)
 
 

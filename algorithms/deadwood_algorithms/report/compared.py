@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.report.figures import Drawing, runout_figure
-from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, table
+from deadwood_algorithms.report.markup import Markup, element, figure_of, joined, remarked, table
 from deadwood_algorithms.report.plan import draw_differences
 from deadwood_algorithms.report.rounded import DIGITS, decimal, shown_alike, with_interval
 from deadwood_algorithms.report.sections import left_table
@@ -129,5 +129,8 @@ def _cells(rows: Sequence[Any], scale: float, words: Words) -> list[str]:
         texts = [
             "+" * (signed and value > 0.0) + text for (value, _, _, signed), text in zip(numbers, alike, strict=True)
         ]
+    known = [row for row in rows if row is not None]
+    if any(row.n_more for row in known) and not any(math.isfinite(value) for value, *_ in numbers):
+        return [remarked("–", words.say("more_hits", n=max(row.n_more for row in known))), *["–"] * (2 * len(rows) - 2)]
     found = iter(texts)
     return [next(found) if row is not None else "–" for k, row in enumerate(rows) for _ in range(2 if k else 1)]

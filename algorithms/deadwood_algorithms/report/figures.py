@@ -33,6 +33,7 @@ from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.schemas.looks import WOOD
 from deadwood_algorithms.stats.directions import spread_of_release
+from deadwood_algorithms.stats.order_statistics import LEAST_OF_A_FIGURE, quantiles
 
 INK = "#0a0b0c"  # stands for the page's text colour
 WIDTH = 7.2  # inches, of a figure as wide as the page
@@ -217,19 +218,27 @@ ARRIVAL_COLUMNS = {
 
 
 def _histogram(axes: Any, values: NDArray[np.float64], label: str, colour: str, words: Words) -> None:
-    """Number of logs by class, with the percentiles as lines."""
+    """Number of logs by class, with the percentiles as lines; of too few logs only how many are missing."""
     values = values[np.isfinite(values)]
     axes.set(xlabel=textwrap.fill(label, LABEL), ylabel=words.say("n_logs"))
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
-    if not values.size:
+    if values.size < LEAST_OF_A_FIGURE:
+        _needs_more(axes, values.size, words)
         return
     top = float(values.max())
     bins = max(5, min(24, round(2.0 * values.size ** (1 / 3))))
     low = 0.0 if values.min() >= 0.0 else float(values.min())
     axes.hist(values, bins=bins, range=(low, top if top > low else low + 1.0), color=colour, alpha=0.85)
     for style, levels in PERCENTILES.items():
-        for each in np.percentile(values, levels):
-            axes.axvline(float(each), color=INK, linewidth=1.2, linestyle=style)
+        for each in quantiles(values, [level / 100.0 for level in levels]):
+            if np.isfinite(each):
+                axes.axvline(float(each), color=INK, linewidth=1.2, linestyle=style)
+
+
+def _needs_more(axes: Any, n: int, words: Words) -> None:
+    """Says how many more logs a figure needs, in its middle."""
+    text = words.say("few_logs", n=n, more=LEAST_OF_A_FIGURE - n)
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=TEXT)
 
 
 def _legend_of_percentiles(figure: Figure) -> None:
@@ -241,7 +250,7 @@ def _legend_of_percentiles(figure: Figure) -> None:
 
 
 def counted_azimuths(source: ReportedRun) -> dict[str, NDArray[np.float64]]:
-    """Azimuths [deg] of the deposits that count for the spread, by release."""
+    """Azimuths [deg] of the deposits that count for the spread, by release; only of as many as a rose needs."""
     given = source.run.manifest.get("parameters", {}).get("min_runout_m")
     frame = source.deposits
     nearest = frame["length_m"].to_numpy(np.float64) if given is None else np.full(len(frame), float(given))
@@ -253,7 +262,7 @@ def counted_azimuths(source: ReportedRun) -> dict[str, NDArray[np.float64]]:
         mine = ids == release_id
         centre = float(release_x[mine].mean()), float(release_y[mine].mean())
         _, azimuths, counted = spread_of_release(centre, x[mine], y[mine], nearest[mine])
-        if counted.any():
+        if counted.sum() >= LEAST_OF_A_FIGURE:
             found[release_id] = azimuths[counted]
     return found
 
@@ -293,6 +302,10 @@ def runout_figure(sources: list[ReportedRun], words: Words) -> Figure:
     figure, (axes,) = _panels(1, 2.7)
     for each in sources:
         far = np.sort(each.column("runout_m"))
+        if far.size < LEAST_OF_A_FIGURE:
+            if len(sources) == 1:
+                _needs_more(axes, far.size, words)
+            continue
         share = 100.0 * (1.0 - np.arange(1, far.size + 1) / far.size)
         keep = np.unique(np.linspace(0, far.size - 1, min(far.size, 600)).astype(int))
         x, y = np.append(0.0, far[keep]), np.append(100.0, share[keep])

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import shapely
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
@@ -29,9 +29,10 @@ from deadwood_algorithms.files.pictures import (
     show_scale,
 )
 from deadwood_algorithms.report.figures import INK, TEXT, WIDTH, plain
-from deadwood_algorithms.report.sources import Extent, ReportedRun
+from deadwood_algorithms.report.sources import Extent, ReportedRun, lying_radii
 from deadwood_algorithms.report.words import Words
-from deadwood_algorithms.schemas.looks import BARRIER, ENDS, LOOKS, RELEASE, ROAD, STONE, TREE, WOOD
+from deadwood_algorithms.schemas.looks import BARRIER, ENDS, LOOKS, RELEASE, ROAD, STONE, STUMP, TREE, WOOD
+from deadwood_algorithms.schemas.obstacles import OBSTACLES
 from deadwood_algorithms.schemas.results import STOPS
 
 MOST_DOTS = 8000  # of each kind
@@ -46,7 +47,7 @@ SMALL = 0.55  # relative size of dots on a map beside others
 ABREAST, HIGHEST = 3, 4.4  # number of maps side by side, and height of all rows [inches]
 # The quantities shown over the map, and the look of each
 QUANTITIES = {"hits": "shares", "speed": "speed", "energy": "energy", "jump": "jump", "danger": "danger"}
-SHOWN_AT_FIRST = ("relief", "hits", "trees", "barriers", "lying_logs", "blocks", "lines", "releases", "deposits")
+SHOWN_AT_FIRST = ("relief", "hits", *(each.key for each in OBSTACLES), "lines", "releases", "deposits")
 
 
 def draw_map(source: ReportedRun, words: Words, *, every_layer: bool = False) -> Figure:
@@ -175,15 +176,17 @@ def thinned_rows(number: int, most: int, seed: int = 0) -> NDArray[np.int64]:
 def _scene(axes: Any, source: ReportedRun, words: Words, size: float = 1.0) -> list[Any]:
     """The obstacles; ``size`` is the relative size of their dots."""
     handles: list[Any] = []
-    if "trees" in source.scene:
-        x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
-        rows = trees_drawn(source)
-        show_dots(axes, x[rows], y[rows], 1.6 * size, TREE, gid="layer_trees", zorder=3.0)
-        handles.append(_dot(TREE, words.say("layer_trees")))
-    for name, colour, width in (("barriers", BARRIER, 2.2), ("lying_logs", WOOD, 1.6)):
+    for name, colour, share in (("trees", TREE, 1.6), ("stumps", STUMP, 0.7)):
         if name in source.scene:
-            show_lines(axes, lines_of_shapes(source.scene[name].geometry), width, colour, gid=f"layer_{name}")
-            handles.append(Line2D([], [], color=colour, linewidth=width, label=words.say(f"layer_{name}")))
+            x, y = shapely.get_coordinates(np.asarray(source.scene[name].geometry)).T
+            rows = points_drawn(source, name)
+            show_dots(axes, x[rows], y[rows], share * size, colour, gid=f"layer_{name}", zorder=3.0)
+            handles.append(_dot(colour, words.say(f"layer_{name}")))
+    if "barriers" in source.scene:
+        show_lines(axes, lines_of_shapes(source.scene["barriers"].geometry), 2.2, BARRIER, gid="layer_barriers")
+        handles.append(Line2D([], [], color=BARRIER, linewidth=2.2, label=words.say("layer_barriers")))
+    if "lying_logs" in source.scene:
+        handles.append(_lying_logs(axes, source, words))
     if "blocks" in source.scene:
         x, y = shapely.get_coordinates(np.asarray(source.scene["blocks"].geometry)).T
         rows = thinned_rows(x.size, MOST_DOTS)
@@ -200,9 +203,24 @@ def roads(axes: Any, source: ReportedRun, words: Words) -> list[Any]:
     return [Line2D([], [], color=ROAD, linewidth=2.0, label=words.say("layer_lines"))]
 
 
-def trees_drawn(source: ReportedRun) -> NDArray[np.int64]:
-    """Rows of the trees within the map, at most a given number."""
-    x, y = shapely.get_coordinates(np.asarray(source.scene["trees"].geometry)).T
+def _lying_logs(axes: Any, source: ReportedRun, words: Words) -> Any:
+    """Lying logs to scale: their outlines in plan, with a hairline so that none is invisible."""
+    frame = source.scene["lying_logs"]
+    outlines = [
+        part.exterior.coords
+        for shape, (thick, _) in zip(np.asarray(frame.geometry), lying_radii(source), strict=True)
+        for part in shapely.get_parts(shape.buffer(thick, cap_style="flat"))
+    ]
+    axes.add_collection(
+        PolyCollection(outlines, facecolor=WOOD, edgecolor=WOOD, linewidth=0.3, gid="layer_lying_logs", zorder=3.5),
+        autolim=False,
+    )
+    return Line2D([], [], color=WOOD, linewidth=1.6, label=words.say("layer_lying_logs"))
+
+
+def points_drawn(source: ReportedRun, name: str) -> NDArray[np.int64]:
+    """Rows of the trees or stumps within the map, at most a given number."""
+    x, y = shapely.get_coordinates(np.asarray(source.scene[name].geometry)).T
     west, south, east, north = source.extent
     inside = np.flatnonzero((x > west) & (x < east) & (y > south) & (y < north))
     return inside[thinned_rows(inside.size, MOST_DOTS)]
@@ -264,7 +282,7 @@ def layers_drawn(source: ReportedRun) -> list[str]:
     there = {
         "relief": source.ground is not None,
         **{name: name in source.rasters for name in ("hits", "speed", "energy", "jump", "danger")},
-        **{name: name in source.scene for name in ("trees", "barriers", "lying_logs", "blocks")},
+        **{name: name in source.scene for name in (each.key for each in OBSTACLES)},
         "lines": source.lines is not None,
         "releases": True,
         "trajectories": ways is not None and len(ways) > 0,

@@ -11,9 +11,10 @@ from deadwood_algorithms.report.rounded import decimal, in_signs, shown_number
 from deadwood_algorithms.report.sections import Parts
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.schemas.obstacles import OBSTACLES
 from deadwood_algorithms.stats.statistics import alike
 
-SELDOM = ("model_lying_logs", "model_blocks", "model_lines")  # no row in the box if no run has any
+SELDOM = ("model_stumps", "model_lying_logs", "model_blocks", "model_lines")  # no row in the box if no run has any
 
 
 def made_at(manifest: Mapping[str, Any]) -> str:
@@ -71,17 +72,17 @@ def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[ScenarioRow
     """The rows for one run."""
 
     def things(name: str, *sizes: tuple[str, str, str]) -> str:
-        each = scenario[name]
+        each = scenario.get(name, {"n": 0})  # older runs know no stumps
         shown = [shown_number(each["n"], words)]
         shown += [
             f"{words.say(phrase)} {span_words(each[size], words, unit)}" for size, phrase, unit in sizes if size in each
         ]
         return ", ".join(shown)
 
-    dbh, length, height = (("dbh_cm", "scenario_dbh", "cm"), ("length_m", "scenario_length", "m"),
-                           ("height_m", "scenario_height", "m"))  # fmt: skip
+    dbh, length = ("dbh_cm", "scenario_dbh", "cm"), ("length_m", "scenario_length", "m")
+    known = {"dbh_cm": dbh, "height_m": ("height_m", "scenario_height", "m")}
     rolling = scenario["rolling_friction"]
-    obstacles = {"trees": (dbh, height), "barriers": (height,), "lying_logs": (), "blocks": (), "lines": ()}
+    obstacles = {each.key: [known[size] for size in each.sizes] for each in OBSTACLES} | {"lines": []}
     return [
         ScenarioRow("model_logs", things("logs", length, dbh, ("density_kg_m3", "scenario_density", "kg/m³"))),
         ScenarioRow("scenario_posture", posture_words(scenario["logs"]["posture"], words)),
@@ -91,7 +92,7 @@ def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[ScenarioRow
         ),
         ScenarioRow("model_restitution", span_words(scenario["restitution"], words)),
         *(
-            ScenarioRow(f"model_{name}", things(name, *sizes), scenario[name]["n"] > 0)
+            ScenarioRow(f"model_{name}", things(name, *sizes), scenario.get(name, {"n": 0})["n"] > 0)
             for name, sizes in obstacles.items()
         ),
         ScenarioRow("scenario_fidelity", str(scenario["fidelity"])),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.schemas.looks import LOOKS
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
+from deadwood_algorithms.stats.order_statistics import missing, quantiles
 from deadwood_algorithms.stats.statistics import to_decimals
 
 TOP_TREES = 10
@@ -201,21 +203,25 @@ def arrivals(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words)
     if not len(source.arrivals):
         return [element("p", words.say("arrivals_none"))]
     parts: Parts = [element("p", words.say("arrivals_note"), class_="quiet"), figure_of(drawings.get("arrivals"))]
-    head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
     for line_id, mine in source.arrivals.groupby("line_id", sort=False):
-        rows = [
-            quantile_row(words.say(phrase), mine[name].to_numpy(float), words)
-            for name, phrase in ARRIVAL_COLUMNS.items()
-        ]
-        parts.append(table(head, rows, f"{words.say('line')} {line_id}"))
+        rows = [(words.say(phrase), mine[name].to_numpy(float)) for name, phrase in ARRIVAL_COLUMNS.items()]
+        parts.append(quantile_table(rows, words, f"{words.say('line')} {line_id}"))
     return parts
 
 
-def quantile_row(label: str, values: Any, words: Words) -> tuple[Any, ...]:
-    values = values[np.isfinite(values)]
-    if not values.size:
-        return (label, 0, *["–"] * (len(LEVELS) + 1))
-    return (label, values.size, *shown_alike([*np.percentile(values, LEVELS), values.max()], words))
+def quantile_table(rows: Sequence[tuple[str, Any]], words: Words, caption: str = "") -> Markup:
+    """Quantiles of named values and the largest; in the last row how many more logs those missing need."""
+    head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
+    levels, body, more = [each / 100.0 for each in LEVELS], [], [0] * len(LEVELS)
+    for label, values in rows:
+        known = values[np.isfinite(values)]
+        largest = known.max() if known.size else math.nan
+        body.append((label, known.size, *shown_alike([*quantiles(known, levels), largest], words)))
+        if known.size:
+            more = [max(n, missing(known.size, level)) for n, level in zip(more, levels, strict=True)]
+    if any(more):
+        body.append((words.say("design_more"), "", *(n or "–" for n in more), ""))
+    return table(head, body, caption)
 
 
 def design(source: ReportedRun, words: Words) -> Parts:
@@ -241,22 +247,16 @@ def design(source: ReportedRun, words: Words) -> Parts:
 
 
 def design_cells(rows: Sequence[Mapping[str, Any]], words: Words) -> list[str]:
-    """``310 (250 to 420)`` for each percentile of a quantity; without the interval if no upper bound can be given."""
-    alone = iter(shown_alike([row["value"] for row in rows if row["n_more"]], words))
-    return [
-        next(alone) if row["n_more"] else with_interval(row["value"], row["ci_low"], row["ci_high"], words)
-        for row in rows
-    ]
+    """``310 (250 to 420)`` for each percentile of a quantity; a dash for one that cannot be shown."""
+    return [with_interval(row["value"], row["ci_low"], row["ci_high"], words) for row in rows]
 
 
 def design_cell(row: Mapping[str, Any], more: str, words: Words) -> Any:
-    """``310 (250 to 420)``; if no upper bound can be given, the number of additional hits or logs needed (``more``),
-    on as many lines as the column needs.
+    """``310 (250 to 420)``; if it cannot be shown, the number of additional hits or logs needed (``more``), on as many
+    lines as the column needs.
     """
     (shown,) = design_cells([row], words)
-    if not row["n_more"]:
-        return shown
-    return remarked(shown, words.say(more, n=int(row["n_more"])))
+    return remarked(shown, words.say(more, n=int(row["n_more"]))) if row["n_more"] else shown
 
 
 def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
@@ -268,7 +268,7 @@ def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
             each["n"] - each["n_left_out"],
             each["n_left_out"],
             whole(each["spread_deg"]),
-            whole(each["p05_p95_deg"]),
+            middle_of(each, words),
         )
         for each in records
     ]
@@ -278,12 +278,21 @@ def spread(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
     return [shown, table(head, rows), element("p", words.say("spread_note"), class_="quiet")]
 
 
+def middle_of(record: Mapping[str, Any], words: Words) -> Any:
+    """The range from 5 to 95 % with its interval; runs of an older version have the value alone."""
+    if record.get("p05_p95_n_more"):
+        return remarked("–", words.say("more_logs", n=int(record["p05_p95_n_more"])))
+    if "p05_p95_n_more" not in record:
+        return whole(record["p05_p95_deg"])
+    value, low, high = (f"{float(record[f'p05_p95_{name}deg']):.0f}" for name in ("", "ci_low_", "ci_high_"))
+    return f"{value} ({low} {words.say('to')} {high})"
+
+
 def whole(value: Any) -> str:
     return "–" if value is None or not np.isfinite(value) else f"{value:.0f}"
 
 
 def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:
-    head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
     names = {
         "runout_axis": "runout_m",
         "max_speed_axis": "speed_max_ms",
@@ -293,7 +302,7 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
     rows = []
     for phrase, column in names.items():
         label = words.say(phrase) + (" [kJ]" if column.endswith("_kj") else "")
-        rows.append(quantile_row(label, source.column(column), words))
+        rows.append((label, source.column(column)))
     logs = source.summary["logs"]
     counts = {name: int(count) for name, count in logs["by_stop_reason"].items() if count}
     shares = shown_shares(list(counts.values()), int(logs["released"]), words)
@@ -301,7 +310,7 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
     return [
         figure_of(drawings.get("runout")),
         figure_of(drawings.get("distributions")),
-        table(head, rows),
+        quantile_table(rows, words),
         table([words.say("stops"), words.say("n_logs"), words.say("layer_hits")], ends),
     ]
 

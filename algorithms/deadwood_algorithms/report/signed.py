@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from deadwood_algorithms.report.compared import Comparison
-from deadwood_algorithms.report.markup import Markup, element, table
+from deadwood_algorithms.report.markup import Markup, element, remarked, table
 from deadwood_algorithms.report.rounded import (
     decimal,
     percent_if_lost,
@@ -156,7 +156,11 @@ def differences_table(compared: Comparison, names: Sequence[str], words: Words) 
             100.0 * row.difference, 100.0 * row.diff_ci_low, 100.0 * row.diff_ci_high, words, signed=True
         )
         fewer = bari.get((row.scenario, row.item))
-        kept = with_interval(100.0 * fewer.value, 100.0 * fewer.ci_low, 100.0 * fewer.ci_high, words) if fewer else "–"
+        kept: Any = "–"
+        if fewer and fewer.n_more:
+            kept = remarked("–", words.say("more_hits", n=fewer.n_more))
+        elif fewer:
+            kept = with_interval(100.0 * fewer.value, 100.0 * fewer.ci_low, 100.0 * fewer.ci_high, words)
         body.append([row.scenario, row.item, change, kept])
     head = [words.say(each) for each in ("scenario_column", "line", "difference_points", "fewer_share")]
     return table(head, body)

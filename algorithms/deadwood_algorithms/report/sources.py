@@ -33,6 +33,7 @@ from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, input_paths,
 from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.scene.layers import read_lines
 from deadwood_algorithms.schemas.looks import RUNS
+from deadwood_algorithms.schemas.obstacles import STUMP_BELOW_M
 
 MARGIN = 0.06  # margin around the area covered by logs, as a share of its longer side
 GROUND_CELLS = 800  # cells along the longer side of the terrain on the page
@@ -125,6 +126,10 @@ def read_reported_run(path: str, name: str, feedback: Feedback) -> ReportedRun:
         found = _input(run, each, lacks, lambda place, kind=kind, each=each: _vector(place, kind, each, run))
         if found is not None:
             scene[each] = found
+    if "trees" in scene and "height_m" in scene["trees"]:
+        low = scene["trees"]["height_m"] < STUMP_BELOW_M
+        kinds = {"trees": scene["trees"][~low], "stumps": scene.pop("trees")[low]}
+        scene |= {kind: rows for kind, rows in kinds.items() if len(rows)}
     reached = _layer(run.path, "reached_by")
     if not run.stored_log_ids.size:
         lacks.append(("lacks_poses", {}))
@@ -374,3 +379,13 @@ def read_over_runs(path: Path, sources: Any) -> tuple[NDArray[np.float64], Exten
     (west, south), (east, north) = sides[:, :2].min(axis=0), sides[:, 2:].max(axis=0)
     with rasterio.open(path) as source:
         return thinned_raster(source, (west, south, east, north), np.nanmean)
+
+
+def lying_radii(source: ReportedRun) -> NDArray[np.float64]:
+    """Radii of the lying logs at the base and at the tip [m], shape (n, 2)."""
+    frame = source.scene["lying_logs"]
+    default = float(source.run.manifest.get("parameters", {}).get("lying_diameter_cm") or 40.0)
+    named = next((each for each in ("diameter_cm", "dbh_cm") if each in frame), None)
+    base = frame[named].fillna(default).to_numpy(np.float64) if named else np.full(len(frame), default)
+    tip = frame["tip_diameter_cm"].to_numpy(np.float64) if "tip_diameter_cm" in frame else 0.5 * base
+    return np.column_stack([base, tip]) / 200.0

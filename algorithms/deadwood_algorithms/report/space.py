@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pandas
 import shapely
 from numpy.typing import NDArray
 from PIL import Image
@@ -19,8 +20,9 @@ from PIL import Image
 from deadwood_algorithms.files.pictures import colours_of, hillshade, lines_of_shapes
 from deadwood_algorithms.report.markup import picture_address
 from deadwood_algorithms.report.plan import thinned_rows
-from deadwood_algorithms.report.sources import ReportedRun, mean_of_blocks, paths_by_log
+from deadwood_algorithms.report.sources import ReportedRun, lying_radii, mean_of_blocks, paths_by_log
 from deadwood_algorithms.schemas.looks import LOOKS, SOLIDS
+from deadwood_algorithms.schemas.obstacles import STUMP_BELOW_M
 
 GROUND_VERTICES = 260  # along the longer side
 MOST_TREES, MOST_DEPOSITS, MOST_BLOCKS = 20_000, 4_000, 2_000
@@ -101,30 +103,27 @@ def space_of(source: ReportedRun, pages_share: int = 1) -> Space | None:
 
 
 def _trees(source: ReportedRun, origin: tuple[float, float, float]) -> Array:
-    if "trees" not in source.scene:
+    standing = [source.scene[name] for name in ("trees", "stumps") if name in source.scene]
+    if not standing:
         return np.zeros((0, 8))
-    frame = source.scene["trees"]
+    frame = pandas.concat(standing)
     x, y = shapely.get_coordinates(np.asarray(frame.geometry)).T
     z = source.ground.height(x, y) if source.ground is not None else np.full(x.shape, np.nan)
     rows = np.flatnonzero(np.isfinite(z))
     rows = rows[thinned_rows(rows.size, MOST_TREES)]
     foot = np.column_stack([x, y, z])[rows] - origin
     radius = frame["dbh_cm"].to_numpy(np.float64)[rows] / 200.0
-    top = foot + [0.0, 0.0, 1.0] * frame["height_m"].to_numpy(np.float64)[rows, None]
-    return np.column_stack([foot, top, radius, 0.5 * radius])
+    height = frame["height_m"].to_numpy(np.float64)[rows]
+    top = foot + [0.0, 0.0, 1.0] * height[:, None]
+    return np.column_stack([foot, top, radius, np.where(height < STUMP_BELOW_M, 1.0, 0.5) * radius])
 
 
 def _lying(source: ReportedRun, origin: tuple[float, float, float]) -> Array:
     """Lying logs as straight pieces on the ground, with their local thickness."""
     if "lying_logs" not in source.scene:
         return np.zeros((0, 8))
-    frame = source.scene["lying_logs"]
-    default = float(source.run.manifest.get("parameters", {}).get("lying_diameter_cm") or 40.0)
-    named = next((each for each in ("diameter_cm", "dbh_cm") if each in frame), None)
-    base = frame[named].fillna(default).to_numpy(np.float64) if named else np.full(len(frame), default)
-    tip = frame["tip_diameter_cm"].to_numpy(np.float64) if "tip_diameter_cm" in frame else 0.5 * base
     rows = []
-    for shape, thick, thin in zip(np.asarray(frame.geometry), base / 200.0, tip / 200.0, strict=True):
+    for shape, (thick, thin) in zip(np.asarray(source.scene["lying_logs"].geometry), lying_radii(source), strict=True):
         for part in shapely.get_parts(shape):
             points = _on_ground(source, shapely.get_coordinates(part), origin, spacing=np.inf, above=0.0)
             if len(points) < 2:

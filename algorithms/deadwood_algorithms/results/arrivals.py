@@ -25,6 +25,7 @@ from deadwood_algorithms.results.run_folder import Run, ends_of
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.stats.directions import azimuth
 from deadwood_algorithms.stats.endings import left_dem
+from deadwood_algorithms.stats.order_statistics import missing, quantiles
 from deadwood_engine import Lines, segments_of, sweep_touches
 
 Array = NDArray[np.float64]
@@ -281,13 +282,14 @@ def _share(mine: Any, logs: Any) -> dict[str, float]:
 
 
 def _strength(mine: Any) -> dict[str, float]:
-    """Median and 95 % quantile of the speed and energy of arrivals; NaN without arrivals."""
-    out = {}
+    """Median and 95 % quantile of the speed and energy of arrivals; NaN for those that cannot be shown, and how many
+    more arrivals it takes for all.
+    """
+    out: dict[str, float] = {}
     for name, unit in (("speed", "ms"), ("energy", "kj")):
-        values = mine[f"{name}_{unit}"].to_numpy(np.float64)
-        for word, level in (("median", 0.5), ("p95", 0.95)):
-            out[f"{name}_{word}_{unit}"] = float(np.quantile(values, level)) if values.size else np.nan
-    return out
+        found = quantiles(mine[f"{name}_{unit}"], [0.5, 0.95])
+        out |= {f"{name}_{word}_{unit}": float(each) for word, each in zip(("median", "p95"), found, strict=True)}
+    return out | {"n_more": missing(len(mine), 0.95)}
 
 
 def _largest(values: Any) -> float:

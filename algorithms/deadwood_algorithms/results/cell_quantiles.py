@@ -2,7 +2,7 @@
 
 Every log that overlaps a cell counts once in it, with its largest value there, as in PlatRock's rasters: not the
 poses, of which a slow log has more, and not the logs that pass elsewhere. With n logs in a cell the quantile is the
-usual one (linear between order statistics); with few logs a 99 % quantile is simply the largest.
+usual one (linear between order statistics); cells that too few logs pass to show it are empty.
 
 Memory is bounded by the number of rows processed at once: as many as keep their hits, which are counted first,
 below `HITS_AT_ONCE`. The stored poses are read once for each such band of rows.
@@ -19,6 +19,7 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Cancelled, Feedback
 from deadwood_algorithms.results.motion import bodies_of, energies_kj
 from deadwood_algorithms.results.run_folder import Run, ends_of
+from deadwood_algorithms.stats.order_statistics import values_needed
 from deadwood_engine.peaks import CellPeaks
 
 HITS_AT_ONCE = 20_000_000  # 4 bytes each and quantity, and 16 more while one is sorted: 0.6 GB
@@ -34,7 +35,7 @@ def cell_quantiles(
     levels: Sequence[float],
     feedback: Feedback,
 ) -> dict[str, NDArray[np.float32]]:
-    """Rasters of quantiles, by quantity shape (levels, ny, nx), NaN where no log passed.
+    """Rasters of quantiles, by quantity shape (levels, ny, nx), NaN where too few logs passed.
 
     ``counts`` are the hits of the chosen logs on ``grid``; they determine the memory needed.
     """
@@ -158,12 +159,12 @@ def extents(source: Run, chosen: NDArray[np.int64]) -> NDArray[np.float64]:
 def quantiles_by_cell(
     values: NDArray[np.float32], start: NDArray[np.int64], levels: Sequence[float]
 ) -> NDArray[np.float32]:
-    """Quantiles of the values of each cell, shape (levels, cells); values are not negative, NaN without any."""
+    """Quantiles of the values of each cell, shape (levels, cells); values are not negative, NaN with too few."""
     count = np.diff(start)
     ordered = ordered_by_cell(values, start)
-    filled = np.flatnonzero(count)
     out = np.full((len(levels), count.size), np.nan, np.float32)
     for k, level in enumerate(levels):
+        filled = np.flatnonzero(count >= values_needed(level))
         at = level * (count[filled] - 1)
         low = np.floor(at).astype(np.int64)
         first = ordered[start[filled] + low].astype(np.float64)

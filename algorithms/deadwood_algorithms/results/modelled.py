@@ -53,6 +53,7 @@ CLAUSES = {
     "shape": "rigid convex bodies of {points} points, {volume_m3} m³, all of one shape",
     "whole_logs": "they neither break nor collide with each other",
     "trees": "{n} rigid truncated cones",
+    "stumps": "{n} rigid cylinders with a flat top",
     "breaking": (
         "a tree that would absorb more than {kj} kJ times (DBH / 40 cm) to the power of {power} in a hit absorbs just "
         "that and disappears for that log"
@@ -111,7 +112,8 @@ def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, A
         "restitution": [_clause("restitution", e=settings.scene.restitution), *apart],
         "rolling_friction": [_rolling(settings, layers)],
         "logs": [_logs(layers), _clause("whole_logs")],
-        "trees": [*standing("trees"), *_breaking(layers)] if layers.tree_ids else [],
+        "trees": [*standing("trees"), *_breaking(layers)] if "trees" in counted else [],
+        "stumps": [*standing("stumps"), *_breaking(layers)] if "stumps" in counted else [],
         "barriers": [_clause("barriers", n=barriers), *_left_out(counted["barriers"])] if scene.barrier_count else [],
         "lying_logs": [_clause("lying", n=lying, pieces=pieces), *_left_out(counted["lying_logs"])] if lying else [],
         "blocks": standing("blocks") if layers.blocks.ids else [],

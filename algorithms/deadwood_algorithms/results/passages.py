@@ -136,8 +136,6 @@ def design_rows(passages: Passages, levels: Sequence[float], confidence: float) 
             lack = passages.lacks.get(quantity, "")
             if lack:
                 record["n_more"] = 0
-            words = (
-                f"needs {counted(int(record['n_more']), 'more log')} for an upper bound" if record["n_more"] else lack
-            )
+            words = f"needs {counted(int(record['n_more']), 'more arrival')}" if record["n_more"] else lack
             place = {"kind": passages.kind, "place_id": passages.place_id, "quantity": quantity, "unit": unit}
             yield place | {"percentile": round(100.0 * level, 9)} | record | {"note": words}

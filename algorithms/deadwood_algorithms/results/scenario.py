@@ -20,6 +20,7 @@ from deadwood_algorithms.scene.counts import NOT_RUN, counts_of_scene, in_scene
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas import ORIENTATIONS
+from deadwood_algorithms.schemas.obstacles import OBSTACLES, STUMP_BELOW_M
 from deadwood_algorithms.stats.statistics import alike
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
     """
     logs, prepared = releases.logs, layers.scene
     trees = in_scene(len(layers.tree_ids), prepared.trees_outside)
+    height = np.asarray(layers.trees.height)
+    low = height < STUMP_BELOW_M
     barriers = in_scene(len(layers.barriers.item), prepared.barriers_outside)
     lying = in_scene(len(layers.lying.item), prepared.lying_outside)
     rows, columns = layers.dem.frame.shape
@@ -50,9 +53,10 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
         "restitution": scene.restitution,
         "slip_friction": slip_record(scene),
         "soft_ground": soft_ground_record(scene),
-        "trees": _things(
-            int(trees.sum()), dbh_cm=layers.tree_dbh_cm[trees], height_m=np.asarray(layers.trees.height)[trees]
-        ),
+        **{
+            name: _things(int(mine.sum()), dbh_cm=layers.tree_dbh_cm[mine], height_m=height[mine])
+            for name, mine in (("trees", trees & ~low), ("stumps", trees & low))
+        },
         "breaking": asdict(layers.breaking) if layers.breaking else None,
         "barriers": _things(
             len(set(layers.barriers.item[barriers].tolist())),
@@ -110,16 +114,8 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
         laws.append(f"soft ground ({soft['strength_mn_m2']:g} MN/m2, drag {soft['drag']:g})")
     if breaking := scenario.get("breaking"):
         laws.append(f"trees break ({breaking['capacity_kj']:g} kJ at 40 cm DBH)")
-    met = [
-        counted(scenario[name]["n"], what)
-        for name, what in (
-            ("trees", "tree"),
-            ("barriers", "barrier"),
-            ("lying_logs", "lying log"),
-            ("blocks", "boulder"),
-        )
-        if scenario[name]["n"]
-    ]
+    found = [(each.word, scenario.get(each.key, {}).get("n")) for each in OBSTACLES]  # older runs know no stumps
+    met = [counted(number, word) for word, number in found if number]
     dem = scenario["dem"]
     whose = f"scenario of {name}" if name else "scenario"
     return (

@@ -23,8 +23,9 @@ from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas.results import STOPS
 from deadwood_algorithms.simulate.queue import Queue
-from deadwood_algorithms.stats.directions import spread_of_release
+from deadwood_algorithms.stats.directions import middle_words, spread_of_release
 from deadwood_algorithms.stats.endings import LEFT, ended, left_dem
+from deadwood_algorithms.stats.order_statistics import percentile_record
 from deadwood_algorithms.stats.statistics import (
     loss_matters,
     lost_words,
@@ -129,7 +130,7 @@ def speed_record(by_log: Mapping[str, NDArray]) -> dict[str, float]:
     return {
         "mean_ms": float(by_log["speed_mean"][stopped].mean()) if stopped.any() else np.nan,
         "n_mean": int(stopped.sum()),
-        "p95_ms": float(np.quantile(by_log["speed_max"], 0.95)),
+        "p95_ms": percentile_record(by_log["speed_max"], 0.95)["value"],
         "max_ms": float(by_log["speed_max"].max()),
     }
 
@@ -195,7 +196,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
         if np.isfinite(record["spread_deg"]):
             lines.append(
                 f"release {record['release_id']}: lateral spread {record['spread_deg']:.0f}° "
-                f"(5 to 95 %: {record['p05_p95_deg']:.0f}°), {record['n_left_out']} of {record['n']} logs left out"
+                f"({middle_words(record)}), {record['n_left_out']} of {record['n']} logs left out"
                 f"{spread_words(record)}"
             )
     lines += spreadless_lines(summary["spread"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, account, count_of
 from deadwood_algorithms.scene.items import Items, count_of_items
 from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.schemas.obstacles import STUMP_BELOW_M
 
 BEYOND_WINDOW = "beyond_window"  # beyond the part of the terrain model that logs can reach
 NOT_RUN = "not_run"  # a log that --until-ci or --error made needless, or that --logs did not draw
@@ -22,15 +22,16 @@ WHYS = (OFF_DEM, NO_TERRAIN, BEYOND_WINDOW, NOT_RUN)
 def counts_of_scene(layers: SceneLayers) -> dict[str, dict[str, Any]]:
     """For each layer of a scene that was given: its rows, those that are in the scene, and why the others are not."""
     scene = layers.scene
-    trees, blocks = (
-        _left_out(layers, np.asarray(shapely.points(np.column_stack([of.x, of.y])))[outside])
-        for of, outside in ((layers.trees, scene.trees_outside), (layers.blocks.solid, scene.blocks_outside))
-    )
+    trees, blocks = layers.trees, layers.blocks.solid
+    rows = np.arange(len(layers.tree_ids))
+    low = np.asarray(trees.height) < STUMP_BELOW_M
+    boulders = np.arange(len(layers.blocks.ids))
     counts = {
-        "trees": _points(layers.tree_ids, layers.trees_left_out, scene.trees_outside, trees),
+        "trees": _points(layers, trees, rows[~low], layers.trees_left_out, scene.trees_outside),
+        "stumps": _points(layers, trees, rows[low], layers.stumps_left_out, scene.trees_outside),
         "barriers": count_of_rows(layers, layers.barriers, layers.engine_barriers, scene.barriers_outside),
         "lying_logs": count_of_rows(layers, layers.lying, layers.lying_logs, scene.lying_outside),
-        "blocks": _points(layers.blocks.ids, layers.blocks.left_out, scene.blocks_outside, blocks),
+        "blocks": _points(layers, blocks, boulders, layers.blocks.left_out, scene.blocks_outside),
         "lines": count_of_items(layers.lines),
     }
     return {name: count for name, count in counts.items() if count["read"]}
@@ -54,9 +55,13 @@ def _left_out(layers: SceneLayers, shapes: NDArray[Any]) -> Counter[str]:
     return Counter({NO_TERRAIN: int(here.sum()), BEYOND_WINDOW: int((~here).sum())})
 
 
-def _points(on_dem: Sequence[Any], off: Counter[str], outside: NDArray[np.int64], why: Counter[str]) -> dict[str, Any]:
-    used = int(in_scene(len(on_dem), outside).sum())
-    return count_of(len(on_dem) + off.total(), used, _in_order(off + why))
+def _points(
+    layers: SceneLayers, of: Any, rows: NDArray[np.int64], off: Counter[str], outside: NDArray[np.int64]
+) -> dict[str, Any]:
+    """Of these rows of a layer of points, whose others are off the DEM (by why)."""
+    gone = np.intersect1d(rows, outside)
+    why = _left_out(layers, np.asarray(shapely.points(np.column_stack([of.x, of.y])[gone])))
+    return count_of(rows.size + off.total(), rows.size - gone.size, _in_order(off + why))
 
 
 def count_of_rows(layers: SceneLayers, items: Items, paths: Any, outside: NDArray[np.int64]) -> dict[str, Any]:

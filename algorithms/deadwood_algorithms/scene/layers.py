@@ -42,6 +42,7 @@ from deadwood_algorithms.scene.items import (
 from deadwood_algorithms.scene.laws import Breaking
 from deadwood_algorithms.scene.reach import watched_sides
 from deadwood_algorithms.schemas import BARRIERS, TREES
+from deadwood_algorithms.schemas.obstacles import STUMP_BELOW_M
 from deadwood_engine import Barriers, Blocks, Lines, LyingLogs, Scene, Shape, Trees
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class SceneLayers:
     trees: Trees
     tree_ids: list[str]
     tree_dbh_cm: NDArray[np.float64]  # as in the layer: 29 cm over 100, times 100, is not 29
-    trees_left_out: Counter[str]  # by reason: they stand off the DEM
+    trees_left_out: Counter[str]  # by reason: they stand off the DEM; stumps apart
     engine_barriers: Barriers  # the barriers as the engine takes them
     barriers: Items
     lines: Items
@@ -75,6 +76,7 @@ class SceneLayers:
     threads: int = 1  # as many as requested, or as fit in memory
     shape: Shape | None = None  # the body that slides instead of the logs
     breaking: Breaking | None = None  # the energy at which trees break; None: they do not
+    stumps_left_out: Counter[str] = field(default_factory=Counter)
 
     def escaped(self, result: Result) -> list[str]:
         """The sides of the window that some log came too close to; the logs must be slid again in a wider one."""
@@ -183,7 +185,7 @@ def read_scene(
         standing.trees,
         standing.ids,
         standing.dbh_cm,
-        standing.left_out,
+        standing.left_out - standing.stumps_left_out,
         engine_barriers,
         barrier_items,
         line_items,
@@ -194,6 +196,7 @@ def read_scene(
         digest,
         watched,
         breaking=breaking,
+        stumps_left_out=standing.stumps_left_out,
     )
 
 
@@ -245,12 +248,15 @@ def _longest(lying: LyingLogs) -> float:
 
 
 class StandingTrees(NamedTuple):
-    """Standing trees on the DEM, their ids as text, how many are left out, and their DBH as in the layer."""
+    """Standing trees on the DEM, their ids as text, how many are left out (and how many of these are stumps), and
+    their DBH as in the layer.
+    """
 
     trees: Trees
     ids: list[str]
     left_out: Counter[str]
     dbh_cm: NDArray[np.float64]
+    stumps_left_out: Counter[str] = Counter()  # noqa: RUF012  (never changed)
 
 
 def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> StandingTrees:
@@ -278,7 +284,9 @@ def read_trees(path: str | None, grid: Grid, feedback: Feedback) -> StandingTree
             f"{twins}; no result can distinguish them. deadwood-tool import-trees numbers them again", code="same-id"
         )
     trees = Trees(x[on], y[on], dbh_cm[on] / 100.0, height[on])
-    return StandingTrees(trees, [str(each) for each in ids[on]], why_left_out(grid, x[~on], y[~on]), dbh_cm[on])
+    low = ~on & (height < STUMP_BELOW_M)
+    off = (why_left_out(grid, x[rows], y[rows]) for rows in (~on, low))
+    return StandingTrees(trees, [str(each) for each in ids[on]], next(off), dbh_cm[on], next(off))
 
 
 def read_barriers(

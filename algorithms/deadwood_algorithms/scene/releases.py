@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     import geopandas
 
 Array = NDArray[np.float64]
-LEAST_OF_A_RELEASE = 20  # logs; with fewer, the quantiles of the azimuths are meaningless
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from deadwood_algorithms.schemas.brought import ORIENTATIONS
+from deadwood_algorithms.schemas.obstacles import OBSTACLES, Obstacle
 from deadwood_algorithms.schemas.results import BARRIER_CLASS, IF_LOST, SITE_COLUMNS, SITED_GAIN, SITED_HITS
 from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, RasterFile, TableFile, a_number, a_text
 
@@ -21,7 +22,8 @@ def _one(name: str, meaning: str, unit: str, number: str = "float32", look: str 
 
 
 def _quantiles(name: str, what: str, unit: str) -> RasterFile:
-    band = Band(name=f"{name}, PERCENT %", meaning=f"This quantile of {what}, over the logs that pass", unit=unit)
+    meaning = f"This quantile of {what}, over the logs that pass; empty where too few pass to show it"
+    band = Band(name=f"{name}, PERCENT %", meaning=meaning, unit=unit)
     return RasterFile(
         name=name, meaning=f"Quantiles of {what} in each cell; one band for each", bands=(band,), look=name
     )
@@ -220,6 +222,7 @@ COMPARISON = TableFile(
         a_number("difference_high_if_lost", "The largest"),
         a_number("diff_ci_low_if_lost", "Lower end of the 95 % interval of the least"),
         a_number("diff_ci_high_if_lost", "Upper end of that of the largest"),
+        a_number("n_more", "Arrivals or logs missing to show the value; 0 if none", 0),
     ),
 )
 
@@ -244,6 +247,7 @@ OVERVIEW = TableFile(
         a_number("if_lost_to", "The value if all had"),
         a_number("difference_if_lost_from", "The smallest difference, whatever they did"),
         a_number("difference_if_lost_to", "The largest"),
+        a_number("needs_more", "Arrivals or logs missing to show the value; 0 if none", 0),
     ),
 )
 SITES_TABLE = TableFile(
@@ -281,7 +285,7 @@ DESIGN_VALUES = TableFile(
         a_number("value", "The percentile; empty without any log"),
         a_number("ci_low", "Lower end of its exact interval; empty where the logs are too few for one"),
         a_number("ci_high", "Upper end"),
-        a_number("n_more", "Number of further logs needed for an upper end, 0 if there is one", 0),
+        a_number("n_more", "Further arrivals needed to show the percentile; 0 if none", 0),
         a_text("note", "The same in words, or why the quantity is missing"),
         a_number("n_lost", "Logs that left the terrain model and had not reached the place", 0),
         *BARRIER_CLASS,
@@ -491,6 +495,16 @@ def _range(name: str, what: str) -> tuple[Key, ...]:
     )
 
 
+SIZES = {"dbh_cm": "Their DBH [cm]", "height_m": "Their heights [m]"}
+
+
+def _obstacle_keys(kind: Obstacle) -> Iterator[Key]:
+    yield _key(f"scenario.{kind.key}", f"The {kind.meaning} that logs can meet")
+    yield _key(f"scenario.{kind.key}.n", "How many")
+    for size in kind.sizes:
+        yield from _range(f"scenario.{kind.key}.{size}", SIZES[size])
+
+
 _SCENARIO_KEYS = (
     _key("scenario", "The scenario as it was simulated: logs, laws of contact and scene"),
     _key("scenario.logs", "The logs that were run"),
@@ -510,25 +524,12 @@ _SCENARIO_KEYS = (
     _key("scenario.soft_ground", "The ground that a shape of points digs into; null where it is hard"),
     _key("scenario.soft_ground.strength_mn_m2", "Its strength M_E [MN/m²]"),
     _key("scenario.soft_ground.drag", "Drag coefficient of the soil that compacts"),
-    _key("scenario.trees", "The standing trees that logs can meet"),
-    _key("scenario.trees.n", "How many"),
-    *_range("scenario.trees.dbh_cm", "Their DBH [cm]"),
-    *_range("scenario.trees.height_m", "Their heights [m]"),
     _key("scenario.breaking", "Energy at which trees break; null if they do not"),
     _key("scenario.breaking.capacity_kj", "Energy that a tree of 40 cm DBH absorbs [kJ]"),
     _key("scenario.breaking.power", "Exponent of DBH / 40 cm with which it grows"),
-    _key("scenario.barriers", "The barriers"),
-    _key("scenario.barriers.n", "How many"),
-    *_range("scenario.barriers.height_m", "Their heights [m]"),
-    *(
-        key
-        for name, what in (
-            ("lying_logs", "lying logs"),
-            ("blocks", "boulders"),
-            ("lines", "lines whose reach is counted"),
-        )
-        for key in (_key(f"scenario.{name}", f"The {what}"), _key(f"scenario.{name}.n", "How many"))
-    ),
+    *(key for each in OBSTACLES for key in _obstacle_keys(each)),
+    _key("scenario.lines", "The lines whose reach is counted"),
+    _key("scenario.lines.n", "How many"),
     _key("scenario.dem", "The terrain model"),
     _key("scenario.dem.nx", "Its columns"),
     _key("scenario.dem.ny", "Its rows"),
@@ -625,6 +626,9 @@ SUMMARY = JsonFile(
         _key("spread[].p05_p95_without_lost_deg", "p05_p95_deg of the others alone [°]"),
         _key("spread[].spread_deg", "Smallest angle that contains the others [°]"),
         _key("spread[].p05_p95_deg", "Angle between the 5 % and the 95 % quantile of their azimuths [°]"),
+        _key("spread[].p05_p95_ci_low_deg", "Lower end of its 95 % interval [°]"),
+        _key("spread[].p05_p95_ci_high_deg", "Upper end [°]"),
+        _key("spread[].p05_p95_n_more", "Further deposits needed to show these; 0 if none"),
         _key("barriers", "One a barrier"),
         _key("barriers[].barrier_id", "The barrier"),
         _key("barriers[].n_reached", "Logs that came to it: the sum of the next three"),

@@ -25,6 +25,7 @@ RELEASE = "#0072b2"
 TREE = "#00682a"
 BARRIER = "#aa3377"
 WOOD = "#8c510a"  # lying logs
+STUMP = "#bf812d"
 STONE = "#5a5a5a"  # boulders
 MOVING = "#e69f00"  # moving logs
 PLAIN = "#666666"  # anything without a look of its own

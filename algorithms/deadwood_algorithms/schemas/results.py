@@ -39,6 +39,7 @@ _STRENGTH = (
     a_number("speed_p95_ms", "95 % quantile of it", 0),
     a_number("energy_median_kj", "Median kinetic energy of translation of the arriving logs", 0),
     a_number("energy_p95_kj", "95 % quantile of it", 0),
+    a_count("n_more", "Further arrivals needed to show all of these; 0 if none. A median needs 6, a 95 % quantile 72"),
 )
 
 
@@ -376,8 +377,9 @@ SPREAD = Layer(
             "spread_deg", "Smallest angle that contains the others; it grows with the number of logs", 0, FULL_CIRCLE
         ),
         a_number("p05_p95_deg", "Angle between the 5 % and the 95 % quantile of their azimuths", 0, FULL_CIRCLE),
-        a_number("p05_p95_ci_low_deg", "Lower end of its 95 % interval, by bootstrap over the logs", 0, FULL_CIRCLE),
+        a_number("p05_p95_ci_low_deg", "Lower end of its 95 % interval, by order statistics", 0, FULL_CIRCLE),
         a_number("p05_p95_ci_high_deg", "Upper end", 0, FULL_CIRCLE),
+        a_count("p05_p95_n_more", "Further deposits needed to show these; 0 if none"),
         a_number("spread_half_deg", "Mean of spread_deg over random halves of the logs", 0, FULL_CIRCLE),
         a_count("n_left_dem", "Logs that left the terrain model"),
         a_count("n_near_edge", "Other logs that ended near its edges"),
@@ -674,7 +676,7 @@ SITED_HITS = (
     a_number("height_needed_p95_m", "95 % percentile of the height of their upper edges there, above the terrain"),
     a_number("height_needed_ci_low_m", "Lower end of its exact 95 % interval"),
     a_number("height_needed_ci_high_m", "Upper end"),
-    a_number("n_more", "Number of further logs needed for these upper ends; 0 where they exist", 0),
+    a_number("n_more", "Further logs needed to show these; 0 if none", 0),
     a_number("n_hit", "Logs that hit the barrier of this height; the percentiles are of the largest hit of each", 0),
     a_number("energy_hit_p95_kj", "95 % percentile of the kinetic energy of these just before; empty without a hit", 0),
     a_number("energy_hit_ci_low_kj", "Lower end of its exact 95 % interval; empty where the logs are too few", 0),

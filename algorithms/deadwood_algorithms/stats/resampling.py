@@ -8,7 +8,7 @@ samples using Poisson frequencies"). For more than a few dozen logs the interval
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,20 +31,3 @@ def halves(log_id: NDArray[np.int64], seed: int, count: int) -> Iterator[NDArray
     """Random halves of the logs, by a coin toss that depends on the log; shape (n,)."""
     for turn in range(count):
         yield uniforms(seed, log_id, HALVES, turn)[0] < 0.5
-
-
-def bootstrap_interval(
-    statistic: Callable[[NDArray[np.intp]], float], log_id: NDArray[np.int64], seed: int
-) -> tuple[float, float]:
-    """95 % percentile interval of a statistic of rows; NaN if it never has a value.
-
-    ``statistic`` gets the rows of the logs of a resample, ascending, each as often as it counts; a resample without any
-    log, which occurs now and then with few logs, has no value.
-    """
-    rows = np.arange(log_id.size)
-    draws = resamples(log_id, seed)
-    values = np.array([statistic(np.repeat(rows, times)) if times.any() else math.nan for times in draws])
-    if np.isnan(values).all():
-        return math.nan, math.nan
-    low, high = np.nanquantile(values, [0.025, 0.975])
-    return float(low), float(high)

@@ -4,7 +4,8 @@ The angle is seen from the centre of the release area (paper, equation 11), and 
 degrees span 20. Deposits nearer than the minimum run-out are left out: the azimuth of a log that hardly moved is
 meaningless. The smallest angle grows with the number of logs, because single outliers decide it: `spread_half_deg`, its
 mean over random halves of the logs, shows by how much, and it has no interval. To compare runs of different size, use
-the range from the 5 % to the 95 % quantile, which has a 95 % interval by bootstrap over the logs.
+the range from the 5 % to the 95 % quantile, which has a 95 % interval by order statistics, from
+72 deposits on.
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg

@@ -31,8 +31,10 @@ from pathlib import Path
 import numpy as np
 
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.stats.endings import left_dem
+from deadwood_algorithms.stats.order_statistics import missing
 from deadwood_algorithms.stats.statistics import lost_words, percent_with_interval
 
 
@@ -104,6 +106,8 @@ def lines_of(facts: dict) -> tuple[str, ...]:
     shown = []
     for each in facts["reach"]:
         how = f", median {each['speed_median_ms']:.1f} m/s and {each['energy_median_kj']:.0f} kJ"
+        if more := missing(each["n_reach"], 0.5):
+            how = f", a median needs {counted(more, 'more arrival')}"
         shown.append(
             f"{each['line_id']}: reached by {each['n_reach']} of {each['n_total']} logs, {percent_with_interval(each)}"
             + lost_words(each)

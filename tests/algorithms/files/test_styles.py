@@ -92,6 +92,18 @@ def test_trees_stand_in_three_dimensions_with_the_mean_size_of_their_class():
     assert float(raised[13]) == 6.0  # half the length: QGIS sets the middle of a shape on the ground
 
 
+def test_a_stump_has_its_own_symbol_and_stands_as_a_cylinder():
+    trees = points(3, dbh_cm=[20.0, 40.0, 60.0], height_m=[0.5, 13.0, 31.0])
+    root = parsed(styles.of_layer("trees", trees))
+    (drawn,) = [each for each in root.iter("renderer-v2") if each.get("type") == "graduatedSymbol"]
+    assert "height_m" in str(drawn.get("attr"))
+    low, *others = drawn.iter("range")
+    assert float(str(low.get("upper"))) < 0.0 <= float(str(others[0].get("lower")))
+    assert low.get("label") == "stump"
+    without = parsed(styles.of_layer("trees", points(1, dbh_cm=[20.0], height_m=[13.0])))
+    assert next(iter(without.iter("renderer-v2"))).get("attr") == "dbh_cm"
+
+
 def test_a_layer_without_a_name_in_the_table_goes_by_its_columns_and_a_mixed_one_stays_as_it_is():
     assert parsed(styles.of_layer("barrier_hits", points(1, speed_ms=[3.0]))).find(".//range") is not None
     assert parsed(styles.of_layer("held", points(1, stop_reason=["tree"]))).find(".//category") is not None

@@ -11,6 +11,7 @@ from rasterio.transform import from_origin
 from slope_case import EAST, NORTH, points, write_dem, write_layer
 
 from deadwood_algorithms.files.dem_windows import read_dem
+from deadwood_algorithms.scene.counts import counts_of_scene
 from deadwood_algorithms.scene.items import digest_of
 from deadwood_algorithms.scene.layers import read_barriers, read_friction, read_lines, read_scene, read_trees
 from deadwood_algorithms.scene.releases import read_releases
@@ -82,13 +83,28 @@ def test_trees_off_the_terrain_are_left_out_and_keep_their_ids(grid, tmp_path, s
         dbh_cm=[30.0, 40.0, 50.0, 60.0],
         height_m=[15.0, 20.0, 25.0, 30.0],
     )
-    trees, ids, left_out, dbh_cm = read_trees(path, grid, said)
+    trees, ids, left_out, dbh_cm, _ = read_trees(path, grid, said)
     assert ids == ["12", "14"]
     assert left_out == {"off_dem": 2, "no_terrain": 0}
     assert trees.diameter.tolist() == [0.4, 0.6]
     assert dbh_cm.tolist() == [40.0, 60.0]
     assert trees.height.tolist() == [20.0, 30.0]
     assert any("2 of 4 trees" in note for note in said.notes)
+
+
+def test_stumps_are_counted_apart_from_trees(tmp_path, said):
+    """Four trees and three stumps, of which two trees and one stump are off the terrain model."""
+    path = write_layer(
+        tmp_path / "t.gpkg",
+        points((-5, 50), (10, 50), (70, 50), (20, 50), (21, 50), (22, 50), (-9, 50)),
+        dbh_cm=[30.0, 40.0, 50.0, 60.0, 35.0, 45.0, 55.0],
+        height_m=[15.0, 20.0, 25.0, 2.0, 0.5, 1.99, 0.5],
+    )
+    layers = read_scene(write_dem(tmp_path / "d.tif"), 0.3, path, None, None, crs=None, feedback=said)
+    counts = counts_of_scene(layers)
+    assert {name: (each["read"], each["used"]) for name, each in counts.items()} == {"trees": (4, 2), "stumps": (3, 2)}
+    for each in counts.values():
+        assert each["read"] == each["used"] + sum(why["n"] for why in each["left_out"])
 
 
 def test_parts_and_rings_belong_to_their_item(grid, tmp_path, said):

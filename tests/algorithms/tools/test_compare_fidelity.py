@@ -89,9 +89,13 @@ def test_the_table_agrees_with_slide_logs(case, forest, tmp_path):
         for record in told["reach"]:
             assert mine[("reach", record["line_id"])] == record["p"]
         for record in told["spread"]:
-            assert mine[("spread_p05_p95", record["release_id"])] == pytest.approx(record["p05_p95_deg"])
+            named = ("spread_p05_p95", record["release_id"])
+            assert (named in mine) == (record["p05_p95_deg"] is not None) == (record["p05_p95_n_more"] == 0)
+            assert named not in mine or mine[named] == pytest.approx(record["p05_p95_deg"])
         assert mine[("deposit_distance", "")] == pytest.approx(deposits["runout_m"].mean())
-        assert mine[("speed_max_p95", "")] == pytest.approx(told["speed"]["p95_ms"])
+        assert mine.get(("speed_max_p95", "")) == (
+            None if told["speed"]["p95_ms"] is None else pytest.approx(told["speed"]["p95_ms"])
+        )
         assert mine[("jump_max_mean", "")] == pytest.approx(deposits["jump_max_m"].mean())
         assert mine[("penetration_max", "")] == told["accuracy"]["penetration_max_m"]
         assert mine[("energy_error", "")] == told["accuracy"]["energy_error_rel_max"]

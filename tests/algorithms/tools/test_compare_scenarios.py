@@ -102,15 +102,14 @@ def test_reach_and_its_paired_difference(runs, tmp_path):
 
 
 def test_spread_speed_and_deposits(runs, tmp_path):
-    """Azimuths evenly over a fan: its 5 to 95 % range is 0.9 of it, in every release; every deposit is known."""
+    """Azimuths evenly over a fan; 20 logs are 52 too few for its 5 to 95 % range and any other 95 %."""
     table, _ = compare([runs["none"], runs["forest"]], tmp_path / "out")
     for release in "ab":
         row = table.loc[("run_forest", "spread", release)]
         assert (row["value"], row["difference"]) == pytest.approx((60.0, 40.0))
         middle = table.loc[("run_forest", "spread_p05_p95", release)]
-        assert (middle["value"], middle["difference"]) == pytest.approx((54.0, 36.0))
-        assert middle["diff_ci_low"] <= 36.0 <= middle["diff_ci_high"]
-        assert middle["diff_ci_high"] - middle["diff_ci_low"] > 1.0
+        assert middle["n_more"] == 52
+        assert middle[["value", "ci_low", "difference", "diff_ci_low"]].isna().all()
     speed = table.loc[("run_forest", "speed_max", "mean")]
     assert (speed["value"], speed["difference"], speed["diff_ci_low"], speed["diff_ci_high"]) == (
         15.0,
@@ -118,7 +117,7 @@ def test_spread_speed_and_deposits(runs, tmp_path):
         -5.0,
         -5.0,
     )
-    assert table.loc[("run_forest", "runout", "p95"), "difference"] == pytest.approx(0.0, abs=1e-9)
+    assert np.isnan(table.loc[("run_forest", "runout", "p95"), "difference"])
     # the k-th of 20 turns by 20 degrees times its place in the fan, on a circle of 30 m
     turns = np.radians(40.0 * np.abs(np.arange(20) / 19 - 0.5))
     expected = np.median(2.0 * 30.0 * np.sin(turns / 2.0))

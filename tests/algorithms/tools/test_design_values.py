@@ -61,16 +61,16 @@ def test_speeds_and_energies_are_those_of_the_tracks(tmp_path):
     energy = 0.5 * mass * speeds**2 / 1000.0
     for quantity in ("energy", "translation"):
         assert found.loc[("line", "road", quantity, 50.0), "value"] == pytest.approx(np.quantile(energy, 0.5), rel=1e-6)
-    assert found.loc[("line", "road", "rotation", 99.0), "value"] == 0.0
+    assert found.loc[("line", "road", "rotation", 95.0), "value"] == 0.0
     assert found.loc[("line", "road", "energy", 99.0), "n_more"] == 268
-    assert np.isnan(found.loc[("line", "road", "energy", 99.0), "ci_high"])
-    assert found.loc[("line", "road", "energy", 99.0), "note"] == "needs 268 more logs for an upper bound"
+    assert found.loc[("line", "road", "energy", 99.0), ["value", "ci_low", "ci_high"]].isna().all()
+    assert found.loc[("line", "road", "energy", 99.0), "note"] == "needs 268 more arrivals"
     assert "nothing is hit" in found.loc[("line", "road", "impulse", 50.0), "note"]
     assert found.loc[("line", "road", "impulse", 50.0), "n_more"] == 0
 
 
 def test_a_spinning_log_has_its_energy_of_rotation_apart(tmp_path):
-    found = table(flat_run(tmp_path, [Track((20.0, 70.0), (20.0, 30.0), spin=5.0)] * 3), tmp_path / "d.csv")
+    found = table(flat_run(tmp_path, [Track((20.0, 70.0), (20.0, 30.0), spin=5.0)] * 6), tmp_path / "d.csv")
     body = cone_bodies(np.array([0.4]), np.array([4.0]), np.array([300.0]))[0]
     moving, turning, both = (
         found.loc[("line", "road", name, 50.0), "value"] for name in ("translation", "rotation", "energy")
@@ -85,8 +85,8 @@ def test_the_height_is_that_of_the_upper_edge_over_the_line(tmp_path):
     """Horizontal logs, with their axis 0.5 m above the ground: across the path, with a radius of
     0.2 m at the base and 0.1 m at the tip; end first, the tip reaches the line.
     """
-    broadside = flat_run(tmp_path / "a", [Track((20.0, 70.0), (20.0, 30.0), broadside_deg=90.0)])
-    head = flat_run(tmp_path / "b", [Track((20.0, 70.0), (20.0, 30.0))])
+    broadside = flat_run(tmp_path / "a", [Track((20.0, 70.0), (20.0, 30.0), broadside_deg=90.0)] * 6)
+    head = flat_run(tmp_path / "b", [Track((20.0, 70.0), (20.0, 30.0))] * 6)
     assert table(broadside, tmp_path / "a.csv").loc[("line", "road", "height_needed", 50.0), "value"] == pytest.approx(
         0.7, abs=0.01
     )
@@ -107,7 +107,8 @@ def test_hits_at_barriers_are_those_of_the_run_one_value_a_log(case, tmp_path):
         largest = mine.groupby("log_id")[column].max()
         row = found.loc[("barrier", "west", quantity, 80.0)]
         assert row["n"] == largest.size > 0
-        assert row["value"] == pytest.approx(np.quantile(largest, 0.8), abs=1e-9), quantity
+        expected = np.quantile(largest, 0.8) if 0.8**largest.size <= 0.025 else np.nan
+        assert row["value"] == pytest.approx(expected, abs=1e-9, nan_ok=True), quantity
 
 
 @pytest.fixture(scope="module")
@@ -196,7 +197,7 @@ def test_a_line_of_the_run_has_as_many_logs_as_reach_it(full, tmp_path):
     for line, count in reach.items():
         assert found.loc[("line", line, "speed", 50.0), "n"] == count
         assert found.loc[("line", line, "height_needed", 50.0), "n"] == count
-    assert found.loc[("line", "road", "height_needed", 99.0), "value"] < 12.0
+    assert not found.loc[("line", "road", "height_needed", 90.0), "value"] >= 12.0  # or too few to tell
     assert found.loc[("line", "road", "height_needed", 50.0), "value"] > 0.1
 
 
@@ -206,7 +207,7 @@ def test_a_profile_line_takes_the_place_of_the_runs_lines(full, tmp_path):
     assert set(found.xs("line").index.get_level_values("place_id")) == {"profile"}
     assert set(found.xs("barrier").index.get_level_values("place_id")) == {"west", "east"}
     poses = parquet.read_table(full / "poses.parquet").to_pandas()
-    assert found.loc[("line", "profile", "speed", 99.0), "value"] <= poses["speed_ms"].max()
+    assert found.loc[("line", "profile", "speed", 50.0), "value"] <= poses["speed_ms"].max()
 
 
 def test_without_trajectories_lines_say_why_and_barriers_stay(case, tmp_path, said):
@@ -227,7 +228,7 @@ def test_an_unhit_barrier_has_its_rows(case, tmp_path):
         tmp_path / "far.gpkg", [shapely.LineString([(2.0, 3.0), (4.0, 3.0)])], barrier_id=["far"], height_m=[2.0]
     )
     found = table(case.run(output=str(tmp_path / "run"), barriers=far), tmp_path / "d.csv")
-    assert found.loc[("barrier", "far", "energy", 95.0), "note"] == "needs 72 more logs for an upper bound"
+    assert found.loc[("barrier", "far", "energy", 95.0), "note"] == "needs 72 more arrivals"
     assert found["n"].sum() == 0
 
 

@@ -15,6 +15,7 @@ from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.presets import FRICTION_CELL_M
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results import lost as lost_logs
+from deadwood_algorithms.stats.order_statistics import quantiles
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
 
 FEW_LOGS = 100
@@ -115,7 +116,7 @@ def records_of(
     rows = []
     for k, each in enumerate(slid):
         resting = each.runout[each.resting]
-        low, middle, high = np.quantile(resting, [0.05, 0.5, 0.95]) if resting.size else [math.nan] * 3
+        low, middle, high = quantiles(resting, [0.05, 0.5, 0.95])
         row: dict[str, Any] = {
             "friction": each.friction,
             "in_range": bool(scores.within[k]),
@@ -181,6 +182,10 @@ def small_or(likelihood: float) -> str:
     return "< 0.001" if likelihood < LEAST_LIKELY else significant(likelihood, 2)
 
 
+def whole_or_dash(value: float) -> str:
+    return f"{value:.0f}" if math.isfinite(value) else "-"
+
+
 def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[str, ...]:
     """A table with a line for each coefficient, and the result."""
     with_share, with_score = "share" in rows[0], any(math.isfinite(row["energy_score_m"]) for row in rows)
@@ -192,7 +197,8 @@ def lines_of(rows: list[dict[str, Any]], sentence: str, n_logs: int) -> tuple[st
     for row in rows:
         likely, low, high = (small_or(row[f"relative_{name}"]) for name in ("likelihood", "ci_low", "ci_high"))
         cells = [f"{row['friction']:g}", f"{likely} ({low} to {high})", f"{row['p_range']:.2f}"]
-        cells.append(f"{row['runout_median_m']:.0f} m ({row['runout_p05_m']:.0f} to {row['runout_p95_m']:.0f})")
+        low, middle, high = (whole_or_dash(row[f"runout_{name}_m"]) for name in ("p05", "median", "p95"))
+        cells.append(f"{middle} m ({low} to {high})")
         cells += [percent_of(row["without_deposit"], n_logs)] * with_lost
         cells += [f"{row['energy_score_m']:.1f} m"] * with_score
         if with_share:

@@ -3,14 +3,14 @@ arrays.
 
 Trajectories of single logs diverge among trees at any fidelity, so the comparison uses what users take from a run:
 probabilities, distributions, maps. Each difference comes with a measure of chance: an interval over the logs (McNemar's
-pairs, normal, or bootstrap) or, for distances between distributions, which are never negative, the distance between
-two halves of the finest run's own logs.
+pairs, normal, or order statistics) or, for distances between distributions, which are never negative, the distance
+between two halves of the finest run's own logs.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.fidelity.records import Array, FidelityRow, FidelityRun, Hits
 from deadwood_algorithms.evaluate.fidelity.rule import verdict_of_distance, verdict_of_interval
-from deadwood_algorithms.scene.releases import LEAST_OF_A_RELEASE, Group
-from deadwood_algorithms.stats.directions import spread_of_release
+from deadwood_algorithms.scene.releases import Group
+from deadwood_algorithms.stats.directions import spread_change, spread_of_release
+from deadwood_algorithms.stats.order_statistics import paired_percentiles
 from deadwood_algorithms.stats.statistics import Z_95, paired_interval, wilson_interval
 
 SPLITS = 32  # ways to halve the logs for the noise of the deposit distance
-BOOTSTRAPS = 200
 
 
 def rows_of(
@@ -35,11 +35,11 @@ def rows_of(
         FidelityRow(one.name, "cpu_per_log", "", "ms", one.cpu_ms, finest.cpu_ms),
         FidelityRow(one.name, "steps_per_log", "", "1", one.steps, finest.steps),
         *reach_rows(one, finest, line_ids, planned),
-        *spread_rows(one, finest, groups, seed),
+        *spread_rows(one, finest, groups),
         deposit_row(one, finest, planned, seed),
         hits_row(one, finest, planned),
-        *top_rows(one, finest, "speed_max", "m/s", seed),
-        *top_rows(one, finest, "jump_max", "m", seed),
+        *top_rows(one, finest, "speed_max", "m/s"),
+        *top_rows(one, finest, "jump_max", "m"),
         *own_rows(one, finest),
     ]
     if one is finest:  # the reference of the comparison: only a finer run could show its error
@@ -67,25 +67,17 @@ def half_width(values: Array) -> float:
     return Z_95 * float(values.std(ddof=1)) / math.sqrt(values.size) if values.size > 1 else math.inf
 
 
-def spread_rows(one: FidelityRun, finest: FidelityRun, groups: list[Group], seed: int) -> Iterator[FidelityRow]:
+def spread_rows(one: FidelityRun, finest: FidelityRun, groups: list[Group]) -> Iterator[FidelityRow]:
     """Angle from the 5 % to the 95 % quantile of each release's deposits; the smallest arc depends on a single log."""
-    groups = [group for group in groups if group.rows.size >= LEAST_OF_A_RELEASE]
-
-    def spread(run: FidelityRun, group: Group, chosen: NDArray[np.intp]) -> float:
-        rows = group.rows[chosen]
-        record, _, _ = spread_of_release(group.centre, run.x[rows], run.y[rows], group.min_runout[chosen])
-        return record["p05_p95_deg"]
-
     for group in groups:
-        everything = np.arange(group.rows.size)
-        ours, theirs = spread(one, group, everything), spread(finest, group, everything)
-
-        def difference(chosen: NDArray[np.intp], group: Group = group) -> float:
-            return spread(one, group, chosen) - spread(finest, group, chosen)
-
-        low, high = bootstrap(difference, group.rows.size, seed)
-        name = str(group.release_id)
-        yield FidelityRow(one.name, "spread_p05_p95", name, "deg", ours, theirs, ours - theirs, low, high)
+        seen = [
+            spread_of_release(group.centre, run.x[group.rows], run.y[group.rows], group.min_runout)
+            for run in (one, finest)
+        ]
+        change = spread_change(*seen)
+        if math.isfinite(change[0]):
+            values = (each[0]["p05_p95_deg"] for each in seen)
+            yield FidelityRow(one.name, "spread_p05_p95", str(group.release_id), "deg", *values, *change)
 
 
 def deposit_row(one: FidelityRun, finest: FidelityRun, planned: int, seed: int) -> FidelityRow:
@@ -105,7 +97,7 @@ def hits_row(one: FidelityRun, finest: FidelityRun, planned: int) -> FidelityRow
     return FidelityRow(one.name, "hit_raster_distance", "", "1", *sizes, distance, noise=noise, verdict=verdict)
 
 
-def top_rows(one: FidelityRun, finest: FidelityRun, name: str, unit: str, seed: int) -> Iterator[FidelityRow]:
+def top_rows(one: FidelityRun, finest: FidelityRun, name: str, unit: str) -> Iterator[FidelityRow]:
     """Mean and 95 % quantile, over the logs, of the largest value of each."""
     ours, theirs = getattr(one, name), getattr(finest, name)
     change = ours - theirs
@@ -113,12 +105,9 @@ def top_rows(one: FidelityRun, finest: FidelityRun, name: str, unit: str, seed: 
     means = float(ours.mean()), float(theirs.mean())
     yield FidelityRow(one.name, f"{name}_mean", "", unit, *means, mean, mean - half, mean + half)
 
-    def difference(rows: NDArray[np.intp]) -> float:
-        return float(np.quantile(ours[rows], 0.95) - np.quantile(theirs[rows], 0.95))
-
-    low, high = bootstrap(difference, ours.size, seed)
-    quantiles = float(np.quantile(ours, 0.95)), float(np.quantile(theirs, 0.95))
-    yield FidelityRow(one.name, f"{name}_p95", "", unit, *quantiles, quantiles[0] - quantiles[1], low, high)
+    found, *change = paired_percentiles(ours, theirs, 0.95)
+    if math.isfinite(change[0]):
+        yield FidelityRow(one.name, f"{name}_p95", "", unit, found["value"], found["value"] - change[0], *change)
 
 
 def own_rows(one: FidelityRun, finest: FidelityRun) -> Iterator[FidelityRow]:
@@ -155,13 +144,3 @@ def jaccard_distance(a: Hits, b: Hits) -> float:
     p[np.searchsorted(cells, a[0])] = a[1]
     q[np.searchsorted(cells, b[0])] = b[1]
     return 1.0 - float(np.minimum(p, q).sum() / np.maximum(p, q).sum()) if cells.size else 0.0
-
-
-def bootstrap(statistic: Callable[[NDArray[np.intp]], float], n: int, seed: int) -> tuple[float, float]:
-    """95 % percentile interval of a statistic of rows drawn with replacement; NaN where it has no value."""
-    rng = np.random.default_rng(seed)
-    drawn = np.array([statistic(rng.integers(0, n, n)) for _ in range(BOOTSTRAPS)])
-    if np.isnan(drawn).all():
-        return math.nan, math.nan
-    low, high = np.nanquantile(drawn, [0.025, 0.975])
-    return float(low), float(high)

@@ -172,13 +172,17 @@ def lines_of(facts: dict[str, Any], classes: str | None) -> tuple[str, ...]:
             f"points; {row['n_reach']} still reach a line; it holds {row['n_stopped']}, {row['n_overjumped']} jump over"
         )
         if row["n_come"]:
-            more = f" ({row['n_more']:.0f} more logs are needed for upper bounds)" if row["n_more"] else ""
             shown.append(
-                f"   95 % of the {counted(int(row['n_come']), 'log')} that come there: up to "
-                f"{significant(row['energy_needed_p95_kj'], 3)} kJ and {significant(row['height_needed_p95_m'], 2)} m "
-                f"above the terrain{more}; {row['n_hit']} hit it"
+                f"   95 % of the {counted(int(row['n_come']), 'log')} that come there: "
+                + (
+                    f"needs {counted(int(row['n_more']), 'more arrival')}"
+                    if row["n_more"]
+                    else f"up to {significant(row['energy_needed_p95_kj'], 3)} kJ and "
+                    f"{significant(row['height_needed_p95_m'], 2)} m above the terrain"
+                )
+                + f"; {row['n_hit']} hit it"
             )
-            if classes:
+            if classes and not row["n_more"]:
                 shown.append(f"   without a factor: {presets.BARRIERS[classes].words(row)}")
     if facts["stopped_because"]:
         shown.append(f"no more: {facts['stopped_because']}")

@@ -19,7 +19,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.stats.order_statistics import values_needed
+from deadwood_algorithms.stats.order_statistics import LEAST_OF_A_RATIO, values_needed
 from deadwood_algorithms.stats.resampling import resamples
 from deadwood_algorithms.stats.statistics import paired_interval, wilson_interval
 
@@ -27,11 +27,8 @@ Array = NDArray[np.float64]
 INDICES = ("bari", "miri", "orpi")
 TAIL = 0.95
 ENDS = (0.025, 0.975)
-# Arrivals in each scenario from which an interval is given. Below, a bootstrap's is too narrow on the side of energies
-# that have not been seen: for MIRI it held the truth in 72 % of trials with 10 arrivals, 86 % with 25, 94 % with 65;
-# for ORPI in 84 % with 3, 91 % with 10, 94 % with 25. For MIRI this is the number from which the quantile has an upper
-# bound at all.
-LEAST_ARRIVALS = {"miri": values_needed(TAIL), "orpi": 10}
+# Arrivals from which an index is shown: in the baseline, for MIRI and ORPI in each of the two scenarios
+LEAST_ARRIVALS = {"bari": LEAST_OF_A_RATIO, "miri": values_needed(TAIL), "orpi": LEAST_OF_A_RATIO}
 
 
 def barrier_index(before: NDArray[np.bool_], now: NDArray[np.bool_], times: NDArray[np.int64] | None = None) -> float:
@@ -63,15 +60,15 @@ def _times(values: NDArray, times: NDArray[np.int64] | None) -> NDArray[np.int64
 def reach_index(
     before: NDArray[np.bool_], now: NDArray[np.bool_], log_id: NDArray[np.int64], seed: int
 ) -> tuple[float, float, float]:
-    """BARI with its interval.
+    """BARI with its interval; NaN from too few arrivals in the baseline.
 
     If no log changed, a bootstrap has no width; the interval is then that of the paired difference, divided by the
     share of the baseline. If no log reaches the line in the scenario, none does in any resample; the lower end is then
     that of the rarest arrivals which the number of logs cannot exclude, against the fewest of the baseline.
     """
     value = barrier_index(before, now)
-    if not math.isfinite(value):
-        return value, math.nan, math.nan
+    if before.sum() < LEAST_ARRIVALS["bari"]:
+        return math.nan, math.nan, math.nan
     if not now.any():
         low = 1.0 - wilson_interval(0, now.size)[1] / wilson_interval(int(before.sum()), before.size)[0]
         return value, low, 1.0
@@ -84,14 +81,14 @@ def reach_index(
 def energy_indices(
     before: Array, now: Array, log_id: NDArray[np.int64], seed: int
 ) -> dict[str, tuple[float, float, float]]:
-    """MIRI and ORPI with their intervals; NaN for the ends where too few logs arrive in either scenario."""
+    """MIRI and ORPI with their intervals; NaN where too few logs arrive in either scenario."""
     arrivals = min(np.isfinite(each).sum() for each in (before, now))
     found = {}
     for name, index in (("miri", intensity_index), ("orpi", overall_index)):
-        ends = math.nan, math.nan
+        found[name] = math.nan, math.nan, math.nan
         if arrivals >= LEAST_ARRIVALS[name]:
             ends = _interval(index(before, now, times) for times in resamples(log_id, seed))
-        found[name] = (index(before, now), *ends)
+            found[name] = (index(before, now), *ends)
     return found
 
 

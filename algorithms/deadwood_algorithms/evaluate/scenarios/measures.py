@@ -1,9 +1,8 @@
 """The results of the same logs in two scenarios, and whether chance can explain the difference: functions on arrays.
 
 Every log is its own control, so a difference depends on the logs that changed: a share by Tango's interval and
-McNemar's exact test, a mean by the scatter of the changes, a spread or quantile by a bootstrap that draws the same logs
-in both. The indices of a protection forest (`indices`) are bootstrapped likewise. The quantile of one scenario has the
-exact interval of `order_statistics`.
+McNemar's exact test, a mean by the scatter of the changes, a spread or quantile by `order_statistics`. The
+indices of a protection forest (`indices`) have a bootstrap that draws the same logs in both.
 A log that left the terrain model before it reached a line, or before anything held it, may have done so beyond. Shares
 and their differences come with bounds for such logs: none did in one scenario and all did in the other, and vice versa.
 A mean speed excludes logs that were still moving at the time limit in any of the compared scenarios: they roll slowly
@@ -14,19 +13,19 @@ or DEM is another scenario, which they do not cover.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.evaluate.scenarios.indices import barrier_index, energy_indices, reach_index
+from deadwood_algorithms.evaluate.scenarios.indices import LEAST_ARRIVALS, barrier_index, energy_indices, reach_index
 from deadwood_algorithms.evaluate.scenarios.paired_runs import Compared, Scenario
 from deadwood_algorithms.params.tool import Cancelled, Feedback
-from deadwood_algorithms.scene.releases import LEAST_OF_A_RELEASE, Group
-from deadwood_algorithms.stats.directions import spread_of_release
-from deadwood_algorithms.stats.order_statistics import percentile_record
-from deadwood_algorithms.stats.resampling import bootstrap_interval
+from deadwood_algorithms.scene.releases import Group
+from deadwood_algorithms.stats.directions import spread_change, spread_of_release
+from deadwood_algorithms.stats.order_statistics import paired_percentiles, quantiles
 from deadwood_algorithms.stats.statistics import Z_95, mcnemar_p, paired_interval, wilson_interval
 
 Array = NDArray[np.float64]
@@ -43,6 +42,7 @@ class ScenarioRow:
     n_lost : logs that left the terrain model before the outcome was known
     value_..., difference_..._if_lost : the smallest and the largest value of both, whatever these logs did
     diff_..._if_lost : the outer ends of the intervals of the smallest and the largest difference
+    n_more : arrivals or logs missing to show the value
     """
 
     scenario: str
@@ -66,6 +66,7 @@ class ScenarioRow:
     difference_high_if_lost: float = math.nan
     diff_ci_low_if_lost: float = math.nan
     diff_ci_high_if_lost: float = math.nan
+    n_more: int = 0
 
     @property
     def loss_matters(self) -> bool:
@@ -109,8 +110,8 @@ def compared_rows(compared: Compared, min_runout: float | None, seed: int, feedb
                 if run
             ]
             rows.append(share_row(each.name, "ended", reason, *shares))
-        rows += spread_differences(each, other, releases, compared.log_id, seed)
-        rows += number_rows(each, other, compared.log_id, seed)
+        rows += spread_differences(each, other, releases)
+        rows += number_rows(each, other)
     feedback.progress(1, 1, "comparing")
     return rows
 
@@ -155,18 +156,25 @@ def index_rows(
     """BARI of all logs; MIRI and ORPI of those whose trajectory is stored in both scenarios, if any."""
     before, now = (Share.of(run.reach[:, column], run.left_dem) for run in (other, each))
     value, low, high = reach_index(before.did, now.did, log_id, seed)
-    row = ScenarioRow(each.name, "bari", line_id, "1", log_id.size, value, low, high)
-    yield replace(
-        row,
-        n_lost=int((before.lost | now.lost).sum()),
-        value_low_if_lost=barrier_index(before.did, now.most),
-        value_high_if_lost=barrier_index(before.most, now.did),
+    more = max(0, LEAST_ARRIVALS["bari"] - int(before.did.sum()))
+    row = ScenarioRow(each.name, "bari", line_id, "1", log_id.size, value, low, high, n_more=more)
+    yield (
+        row
+        if more
+        else replace(
+            row,
+            n_lost=int((before.lost | now.lost).sum()),
+            value_low_if_lost=barrier_index(before.did, now.most),
+            value_high_if_lost=barrier_index(before.most, now.did),
+        )
     )
     both = each.stored & other.stored
     if both.any():
         energies = other.energy[both, column], each.energy[both, column]
+        fewest = min(int(np.isfinite(values).sum()) for values in energies)
         for name, found in energy_indices(*energies, log_id[both], seed).items():
-            yield ScenarioRow(each.name, name, line_id, "1", int(both.sum()), *found)
+            more = max(0, LEAST_ARRIVALS[name] - fewest)
+            yield ScenarioRow(each.name, name, line_id, "1", int(both.sum()), *found, n_more=more)
 
 
 def _paired(before: NDArray[np.bool_], now: NDArray[np.bool_]) -> tuple[float, float, float]:
@@ -175,45 +183,30 @@ def _paired(before: NDArray[np.bool_], now: NDArray[np.bool_]) -> tuple[float, f
     return (gained - lost) / now.size, *paired_interval(lost, gained, now.size)
 
 
-def spread_differences(
-    each: Scenario, other: Scenario | None, releases: list[Group], log_id: NDArray[np.int64], seed: int
-) -> Iterator[ScenarioRow]:
+def spread_differences(each: Scenario, other: Scenario | None, releases: list[Group]) -> Iterator[ScenarioRow]:
     """Lateral spread of each release: the paper's, which single logs decide, and the range from 5 to 95 %."""
     for release in releases:
         name, n = str(release.release_id), release.rows.size
-        everything = np.arange(n)
-
-        def spread(run: Scenario, chosen: NDArray[np.intp], release: Group = release) -> dict[str, float]:
-            x, y = run.places[release.rows[chosen]].T
-            return spread_of_release(release.centre, x, y, release.min_runout[chosen])[0]
-
-        now = spread(each, everything)
-        before = spread(other, everything) if other else {"spread_deg": math.nan, "p05_p95_deg": math.nan}
-        change = now["spread_deg"] - before["spread_deg"]
+        seen = [
+            spread_of_release(release.centre, *run.places[release.rows].T, release.min_runout)
+            for run in (each, other)
+            if run
+        ]
+        now = seen[0][0]
         left = each.left_dem | other.left_dem if other else each.left_dem
-        lost = int(left[release.rows].sum())
-        yield ScenarioRow(each.name, "spread", name, "deg", n, now["spread_deg"], difference=change, n_lost=lost)
-        if n < LEAST_OF_A_RELEASE:
-            continue
-
-        def middle(chosen: NDArray[np.intp]) -> float:
-            return spread(each, chosen)["p05_p95_deg"]
-
-        def difference(chosen: NDArray[np.intp]) -> float:
-            return middle(chosen) - spread(other, chosen)["p05_p95_deg"] if other else math.nan
-
-        ids = log_id[release.rows]
-        own = bootstrap_interval(middle, ids, seed)
-        bounds = bootstrap_interval(difference, ids, seed) if other else (math.nan, math.nan)
-        change = now["p05_p95_deg"] - before["p05_p95_deg"]
-        yield ScenarioRow(
-            each.name, "spread_p05_p95", name, "deg", n, now["p05_p95_deg"], *own, change, *bounds, n_lost=lost
-        )
+        facts: dict[str, Any] = {"n_lost": int(left[release.rows].sum())}
+        change = now["spread_deg"] - seen[1][0]["spread_deg"] if other else math.nan
+        yield ScenarioRow(each.name, "spread", name, "deg", n, now["spread_deg"], difference=change, **facts)
+        facts["n_more"] = int(now["p05_p95_n_more"])
+        if other:
+            facts |= dict(zip(("difference", "diff_ci_low", "diff_ci_high"), spread_change(*seen), strict=True))
+        own = (now[f"p05_p95_{end}deg"] for end in ("", "ci_low_", "ci_high_"))
+        yield ScenarioRow(each.name, "spread_p05_p95", name, "deg", n, *own, **facts)
 
 
-def number_rows(each: Scenario, other: Scenario | None, log_id: NDArray[np.int64], seed: int) -> Iterator[ScenarioRow]:
-    """Speeds, run-outs and jumps: means from the changes of single logs, tails by bootstrap, the largest without
-    interval.
+def number_rows(each: Scenario, other: Scenario | None) -> Iterator[ScenarioRow]:
+    """Speeds, run-outs and jumps: means from the changes of single logs, tails by order statistics, the largest
+    without interval.
     """
     for name, column, unit in (
         ("speed_mean", "speed_mean_ms", "m/s"),
@@ -232,12 +225,12 @@ def number_rows(each: Scenario, other: Scenario | None, log_id: NDArray[np.int64
         yield ScenarioRow(
             each.name, name, "mean", unit, now.size, float(now.mean()), *around(now.mean(), now), change, *bounds
         )
-        yield tail_row(each.name, name, unit, now, before, log_id, seed)
+        yield tail_row(each.name, name, unit, now, before)
         top = math.nan if before is None else float(now.max() - before.max())
         yield ScenarioRow(each.name, name, "largest", unit, now.size, float(now.max()), difference=top)
     if other:
         moved = np.hypot(*(each.places - other.places).T)
-        yield ScenarioRow(each.name, "deposit_moved", "median", "m", moved.size, float(np.median(moved)))
+        yield ScenarioRow(each.name, "deposit_moved", "median", "m", moved.size, *quantiles(moved, [0.5]))
 
 
 def speed_row(each: Scenario, other: Scenario | None, now: Array, before: Array | None) -> ScenarioRow:
@@ -258,22 +251,10 @@ def speed_row(each: Scenario, other: Scenario | None, now: Array, before: Array 
     return replace(row, difference=float(change.mean()), diff_ci_low=low, diff_ci_high=high)
 
 
-def tail_row(
-    name: str, quantity: str, unit: str, now: Array, before: Array | None, log_id: NDArray[np.int64], seed: int
-) -> ScenarioRow:
-    def tail(values: Array) -> Callable[[NDArray[np.intp]], float]:
-        return lambda rows: float(np.quantile(values[rows], 0.95))
-
-    found = percentile_record(now, 0.95)  # as the other tables of a report have it, not the bootstrap's narrower one
-    value, own = found["value"], (found["ci_low"], found["ci_high"])
-    if found["n_more"]:
-        own = math.nan, math.nan
-    if before is None:
-        return ScenarioRow(name, quantity, "p95", unit, now.size, value, *own)
-    bounds = bootstrap_interval(lambda rows: tail(now)(rows) - tail(before)(rows), log_id, seed)
-    return ScenarioRow(
-        name, quantity, "p95", unit, now.size, value, *own, value - float(np.quantile(before, 0.95)), *bounds
-    )
+def tail_row(name: str, quantity: str, unit: str, now: Array, before: Array | None) -> ScenarioRow:
+    found, *change = paired_percentiles(now, now if before is None else before, 0.95)
+    facts = (found["value"], found["ci_low"], found["ci_high"], *([] if before is None else change))
+    return ScenarioRow(name, quantity, "p95", unit, now.size, *facts, n_more=int(found["n_more"]))
 
 
 def around(mean: float, values: Array) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms.evaluate.scenarios.indices import INDICES, LEAST_ARRIVALS
+from deadwood_algorithms.evaluate.scenarios.indices import INDICES
 from deadwood_algorithms.evaluate.scenarios.measures import ScenarioRow
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.stats.statistics import (
@@ -50,6 +50,7 @@ def table_row(row: ScenarioRow) -> dict[str, Any]:
                for word, end in (("from", "low"), ("to", "high"))}  # fmt: skip
     record |= {f"difference_if_lost_{word}": rounded(getattr(row, f"difference_{end}_if_lost"), *change)
                for word, end in (("from", "low"), ("to", "high"))}  # fmt: skip
+    record["needs_more"] = row.n_more
     return record
 
 
@@ -75,8 +76,8 @@ def table_lines(
             row = of[name, "reach", line]
             cells += [share_words(row), difference_words(row) if name != names[0] else "-"]
         for release in releases[:SHOWN]:
-            row, middle = of[name, "spread", release], of.get((name, "spread_p05_p95", release))
-            cells.append(f"{degrees(row.value)} ({degrees(middle.value if middle else math.nan)})")
+            row, middle = of[name, "spread", release], of[name, "spread_p05_p95", release]
+            cells.append(f"{degrees(row.value)} ({degrees(middle.value)})")
         cells += [speed_words(of[name, *key]) for key in (("speed_mean", "mean"), ("speed_max", "largest"))]
         cells += [share_of_end(of[name, "ended", each]) for each in held]
         table.append(cells)
@@ -109,9 +110,7 @@ def index_words(row: ScenarioRow) -> str:
     """``BARI 60 % (43 to 75 %)``; with ``[..]`` where logs were lost that could change it."""
     name = row.quantity.upper()
     if not math.isfinite(row.value):
-        return f"{name} - (no log reaches)"
-    if not math.isfinite(row.ci_low):
-        return f"{name} {100 * row.value:.0f} % (fewer than {LEAST_ARRIVALS[row.quantity]} logs reach: no interval)"
+        return f"{name} - (needs {counted(row.n_more, 'more arrival')})"
     value, low, high = (percent(each, row.ci_low, row.ci_high) for each in (row.value, row.ci_low, row.ci_high))
     text = f"{name} {value} % ({low} to {high} %)"
     if row.value_low_if_lost < row.ci_low or row.value_high_if_lost > row.ci_high:

@@ -15,8 +15,8 @@ from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results.edges import edge_words, edges_of_deposits
 from deadwood_algorithms.results.run_folder import read_manifest, run_folder_of
 from deadwood_algorithms.results.scenario import lines_of_folder
-from deadwood_algorithms.stats.directions import arc_start, quantile_arc, smallest_arc, spread_of_release
-from deadwood_algorithms.stats.resampling import bootstrap_interval, halves
+from deadwood_algorithms.stats.directions import arc_start, middle_words, smallest_arc, spread_of_release
+from deadwood_algorithms.stats.resampling import halves
 
 ARC_STEP_DEG = 2.0
 HALVES = 100  # random halves of the logs, to show how the smallest angle grows with their number
@@ -43,11 +43,9 @@ def words_of(row: dict[str, Any]) -> str:
             f"release {row['release_id']}: no spread, {counted or 'none'} of {row['n']} deposits lies beyond "
             "--min-runout-m from the release"
         )
-    low, high = row["p05_p95_ci_low_deg"], row["p05_p95_ci_high_deg"]
     return (
         f"release {row['release_id']}: spread {row['spread_deg']:.1f}° ({row['spread_half_deg']:.1f}° with half the "
-        f"logs), 5 to 95 %: {row['p05_p95_deg']:.1f}° ({low:.1f} to {high:.1f}°)"
-        f", {counted} of {row['n']} deposits"
+        f"logs), {middle_words(row)}, {counted} of {row['n']} deposits"
     )
 
 
@@ -105,10 +103,10 @@ def spreads(
         far = float(distance[counted].max()) if counted.any() else 0.0
         several = np.count_nonzero(counted) > 1
         shape = sector(centre, far, low, record["spread_deg"]) if several else shapely.Polygon()
-        more = uncertainty(angle[counted], at.log_id[counted], seed)
+        half = half_arc(angle[counted], at.log_id[counted], seed)
         edges = {"n_left_dem": int(at.left[member].sum()), "n_near_edge": int(at.near_edge[member].sum())}
         place = {"from_deg": low, "runout_max_m": far, "geometry": shape}
-        rows.append({"release_id": each, **record, **more, **edges, **place})
+        rows.append({"release_id": each, **record, "spread_half_deg": half, **edges, **place})
     points = geopandas.GeoDataFrame(
         {
             "log_id": at.log_id,
@@ -124,17 +122,12 @@ def spreads(
     return geopandas.GeoDataFrame(rows, geometry="geometry", crs=deposits.crs), points
 
 
-def uncertainty(azimuths: NDArray[np.float64], log_id: NDArray[np.int64], seed: int) -> dict[str, float]:
-    """Interval of the range between quantiles, and the smallest angle with half the logs [deg]; NaN below two logs."""
+def half_arc(azimuths: NDArray[np.float64], log_id: NDArray[np.int64], seed: int) -> float:
+    """The smallest angle with half the logs, on average [deg]; NaN below two logs."""
     if azimuths.size < 2:
-        return dict.fromkeys(("p05_p95_ci_low_deg", "p05_p95_ci_high_deg", "spread_half_deg"), float("nan"))
-    low, high = bootstrap_interval(lambda rows: quantile_arc(azimuths[rows]), log_id, seed)
+        return float("nan")
     arcs = [smallest_arc(azimuths[half]) for half in halves(log_id, seed, HALVES) if half.any()]
-    return {
-        "p05_p95_ci_low_deg": low,
-        "p05_p95_ci_high_deg": high,
-        "spread_half_deg": float(np.mean(arcs)) if arcs else np.nan,
-    }
+    return float(np.mean(arcs)) if arcs else float("nan")
 
 
 def sector(centre: tuple[float, float], radius: float, low: float, width: float) -> shapely.Polygon:

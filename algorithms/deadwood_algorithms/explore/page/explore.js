@@ -75,7 +75,7 @@ function opened(scene) {
   for (const name of ["lines", "barriers", "lying_logs", "blocks", "fidelities"]) scene[name] ||= [];
   for (const each of scene.lines) each.parts ||= [each.points];
   const { data } = scene, empty = new Float32Array(0);
-  for (const name of ["trees_x", "trees_y", "trees_dbh_cm"]) data[name] ||= empty;
+  for (const name of ["trees_x", "trees_y", "trees_dbh_cm", "trees_height_m"]) data[name] ||= empty;
   const terrain = data.heights?.length ? new Terrain(data.heights, scene.heights_step, scene.extent) : null;
   Object.assign(state, { scene, terrain });
   map.load(scene, terrain);

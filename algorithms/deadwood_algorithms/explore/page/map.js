@@ -233,17 +233,22 @@ export class SlopeMap {
   }
 
   trees(brush, pane, variant, ratio) {
-    const { trees_x: x, trees_y: y, trees_dbh_cm: dbh } = this.scene.data, { scale } = this.view;
+    const { trees_x: x, trees_y: y, trees_dbh_cm: dbh, trees_height_m: high } = this.scene.data, { scale } = this.view;
     const edited = variant.edited !== false, colour = this.config.colours.tree, box = this.box(pane);
     const gone = edited ? this.felled : new Set();
     if (this.squares.many(...box) > MANY_TREES) {
       this.overview ||= this.farTrees();
       brush.drawImage(this.overview, ...this.seen(0, this.scene.extent[3], pane), this.scene.extent[2] * scale, this.scene.extent[3] * scale);
     } else {
-      const least = Math.min(1.1, 0.35 * scale + 0.35), discs = new Path2D();
+      const least = Math.min(1.1, 0.35 * scale + 0.35), discs = new Path2D(), low = new Path2D();
       brush.fillStyle = colour;
       this.squares.each(...box, (k) => {
         if (gone.has(k)) return;
+        if (high[k] < this.config.stump_below_m) { // to scale, and never as large as a tree
+          const [px, py] = this.seen(x[k], y[k], pane), r = Math.max(dbh[k] / 200 * scale, 0.6);
+          low.rect(px - r, py - r, 2 * r, 2 * r);
+          return;
+        }
         const [px, py] = this.seen(x[k], y[k], pane), r = Math.max(dbh[k] / 200 * scale, least * (0.7 + dbh[k] / 55));
         if (r * ratio < 2) { brush.fillRect(px - 0.9 * r, py - 0.9 * r, 1.8 * r, 1.8 * r); return; } // too small to be distinguished from a disc
         discs.moveTo(px + r, py);
@@ -253,6 +258,8 @@ export class SlopeMap {
       brush.lineWidth = 0.8;
       brush.fill(discs);
       if (scale > 3) brush.stroke(discs);
+      brush.fillStyle = this.config.colours.stump;
+      brush.fill(low);
     }
     if (!edited || !this.content.edits) return;
     for (const k of gone) this.cross(brush, ...this.seen(x[k], y[k], pane), Math.max(3.5, dbh[k] / 200 * scale));
@@ -265,12 +272,13 @@ export class SlopeMap {
 
   /* All trees as one picture, for views that hold very many. */
   farTrees() {
-    const [, , w, h] = this.scene.extent, size = OVERVIEW / Math.max(w, h), { trees_x: x, trees_y: y, trees_dbh_cm: dbh } = this.scene.data;
+    const [, , w, h] = this.scene.extent, size = OVERVIEW / Math.max(w, h), { trees_x: x, trees_y: y, trees_dbh_cm: dbh, trees_height_m: high } = this.scene.data;
     const picture = canvasOf(Math.ceil(w * size), Math.ceil(h * size)), brush = picture.getContext("2d");
     brush.fillStyle = this.config.colours.tree;
     for (let k = 0; k < x.length; k++) {
       if (this.felled.has(k)) continue;
-      const side = 0.8 + dbh[k] / 60;
+      const stump = high[k] < this.config.stump_below_m, side = stump ? 0.6 : 0.8 + dbh[k] / 60;
+      brush.fillStyle = stump ? this.config.colours.stump : this.config.colours.tree;
       brush.fillRect(x[k] * size - side / 2, (h - y[k]) * size - side / 2, side, side);
     }
     return picture;
