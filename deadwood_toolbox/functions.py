@@ -2051,9 +2051,9 @@ def design_values(
     rotation are within a few percent of the run's own, except those of hits, which are the run's own.
 
     The interval of a percentile is exact, by order statistics: the binomial distribution gives the two sorted
-    values that enclose it with at least 95 % probability, whatever the distribution. Where the logs are too few
-    for an upper bound, `ci_high` is empty and `note` states how many more are needed: 72 in total for 95 %, 368
-    for 99 %.
+    values that enclose it with at least 95 % probability, whatever the distribution. A percentile without both
+    ends is not shown: its cells are empty, and `note` states how many more arrivals it needs, in total 6 for 50
+    %, 72 for 95 %, 368 for 99 %.
 
     `barrier_classes` names the weakest class of rockfall nets that holds each percentile of the energy and the
     upper end of its interval.
