@@ -1367,9 +1367,9 @@ def slide_logs(
     With fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity
     and the number of logs: error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all
     logs of the kind. The first logs show how many are needed on this slope. The error of the calculation is
-    taken from the benchmarks: at most that of `standard` on their worst slope (assume). summary.json and the
-    report state both errors, separately and together. With budget 60s instead of error the result is the most
-    accurate within that time.
+    taken from the benchmarks: as on random slopes of the same kind (assume), which the scene shows: open,
+    forest, channels or structures, and rough ground or not. summary.json and the report state both errors,
+    separately and together. With budget 60s instead of error the result is the most accurate within that time.
 
     Parameters
     ----------
@@ -1504,8 +1504,7 @@ def slide_logs(
         additional time.
     assume : one of none, standard, draft, default standard
         Errors of calculation taken from the benchmark's slopes, with fidelity auto. none: nothing, so that
-        reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
-        well.
+        reference is used. standard: the errors of standard and fine. draft: that of draft as well.
     time_step_s : s, 1e-05 <= x <= 1
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
@@ -1797,8 +1796,7 @@ def run_sites(
         additional time.
     assume : one of none, standard, draft, default standard
         Errors of calculation taken from the benchmark's slopes, with fidelity auto. none: nothing, so that
-        reference is used. standard: the error of standard is at most that on the worst of them. draft: draft as
-        well.
+        reference is used. standard: the errors of standard and fine. draft: that of draft as well.
     time_step_s : s, 1e-05 <= x <= 1
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100

@@ -16,9 +16,10 @@ are counted separately.
 
 With --fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity and the
 number of logs: --error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all logs of the kind. The
-first logs show how many are needed on this slope. The error of the calculation is taken from the benchmarks: at most
-that of `standard` on their worst slope (--assume). summary.json and the report state both errors, separately and
-together. With --budget 60s instead of --error the result is the most accurate within that time.
+first logs show how many are needed on this slope. The error of the calculation is taken from the benchmarks: as on
+random slopes of the same kind (--assume), which the scene shows: open, forest, channels or structures, and rough ground
+or not. summary.json and the report state both errors, separately and together. With --budget 60s instead of --error the
+result is the most accurate within that time.
 """
 
 from __future__ import annotations
