@@ -26,7 +26,9 @@ def test_pages_tables_and_the_tools_record_are_those_of_the_results_file():
         text = place.read_text(encoding="utf-8")
         assert population_page.with_tables(text, RECORDS) == text
     source = population_page.TRADE.read_text(encoding="utf-8")
+    assert population_page.RECORD.search(source)
     assert population_page.with_record(source, RECORDS) == source
+    assert {"draft", "standard"} <= fidelity_trade.BETWEEN_SLOPES.keys()
     assert all(set(mine) == set(KINDS) for mine in fidelity_trade.BETWEEN_SLOPES.values())
 
 

@@ -45,7 +45,28 @@ REACH_ERRORS: dict[str, ReachError] = {
 }
 # Reach minus that of reference over random slopes, by kind (``scene.slope_kind``): mean, spread on nine slopes in ten,
 # and on the tenth [points]; fitted to two thirds of the slopes
-BETWEEN_SLOPES: dict[str, dict[str, Between]] = {}
+BETWEEN_SLOPES: dict[str, dict[str, Between]] = {
+    "draft": {
+        "open": Between(0.59, 4.99, 28.79),
+        "open, rough ground": Between(0.31, 4.24, 24.11),
+        "forest": Between(0.12, 3.48, 19.54),
+        "forest, rough ground": Between(0.27, 3.66, 20.64),
+        "channels": Between(-0.36, 3.64, 20.67),
+        "channels, rough ground": Between(1.46, 5.41, 31.46),
+        "structures": Between(-0.0, 2.82, 15.65),
+        "structures, rough ground": Between(0.31, 4.24, 24.11),
+    },
+    "standard": {
+        "open": Between(-0.67, 2.45, 6.74),
+        "open, rough ground": Between(-0.32, 2.41, 6.56),
+        "forest": Between(-0.57, 2.06, 5.52),
+        "forest, rough ground": Between(-0.13, 2.23, 6.03),
+        "channels": Between(-0.26, 1.96, 5.28),
+        "channels, rough ground": Between(-0.3, 2.75, 7.76),
+        "structures": Between(-0.16, 1.88, 5.07),
+        "structures, rough ground": Between(-0.32, 2.41, 6.56),
+    },
+}
 
 
 def assumed_errors(up_to: str, kind: str) -> dict[str, Between]:
