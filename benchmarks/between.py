@@ -85,11 +85,11 @@ def fitted(d: Array, v: Array, kinds: NDArray[np.str_], wanted: tuple[str, ...])
 
     All kinds share the ratio of the tail's spread to the usual one, and every kind also listens to the slopes of all
     kinds as if SHARED of them were its own. Mean and variances are averages over all that the slopes leave possible,
-    so that few slopes give a wider distribution than many.
+    by likelihood, so that few slopes give a wider distribution than many.
     """
     prior = -0.5 * (MEANS[:, None] / MEAN_SD) ** 2 + 0.0 * SPREADS
 
-    def best(ratio: float) -> tuple[float, dict[str, Between]]:
+    def of_ratio(ratio: float) -> tuple[float, dict[str, Between]]:
         each = _log_likelihood(d, v, ratio)
         everywhere = each.sum(axis=2) * min(1.0, SHARED / max(1, len(d)))
         total, found = 0.0, dict[str, Between]()
@@ -106,7 +106,16 @@ def fitted(d: Array, v: Array, kinds: NDArray[np.str_], wanted: tuple[str, ...])
             total += float((weights * each[:, :, mine].sum(axis=2)).sum())
         return total, found
 
-    return max((best(ratio) for ratio in RATIOS), key=lambda found: found[0])[1]
+    totals, found = zip(*map(of_ratio, RATIOS), strict=True)
+    likely = np.exp(np.array(totals) - max(totals))
+    likely /= likely.sum()
+
+    def over_ratios(kind: str) -> Between:
+        mean, usual, tail = np.array([each[kind] for each in found]).T
+        center = float(likely @ mean)
+        return Between(center, *(float(np.sqrt(likely @ (each**2 + (mean - center) ** 2))) for each in (usual, tail)))
+
+    return {kind: over_ratios(kind) for kind in wanted}
 
 
 def added(first: Between, second: Between) -> Between:
