@@ -83,19 +83,20 @@ def _log_likelihood(d: Array, v: Array, ratio: float) -> Array:
 def fitted(d: Array, v: Array, kinds: NDArray[np.str_], wanted: tuple[str, ...]) -> Mapping[str, Between]:
     """The distribution of the difference over slopes of each kind [points], by likelihood.
 
-    All kinds share the ratio of the tail's spread to the usual one, and every kind also listens to the slopes of all
-    kinds as if SHARED of them were its own. Mean and variances are averages over all that the slopes leave possible,
-    by likelihood, so that few slopes give a wider distribution than many.
+    All kinds share the ratio of the tail's spread to the usual one, and every kind also listens to those of the
+    others as if SHARED of them were its own. Mean and variances are averages over all that the slopes leave possible,
+    by likelihood, so that few slopes give a wider distribution than many. The tail, which few slopes show, is
+    widened as Student's 95 % point is against the normal one.
     """
     prior = -0.5 * (MEANS[:, None] / MEAN_SD) ** 2 + 0.0 * SPREADS
 
     def of_ratio(ratio: float) -> tuple[float, dict[str, Between]]:
         each = _log_likelihood(d, v, ratio)
-        everywhere = each.sum(axis=2) * min(1.0, SHARED / max(1, len(d)))
         total, found = 0.0, dict[str, Between]()
         for kind in wanted:
             mine = kinds == kind
-            objective = prior + everywhere + each[:, :, mine].sum(axis=2)
+            others = each[:, :, ~mine].sum(axis=2) * min(1.0, SHARED / max(1, (~mine).sum()))
+            objective = prior + others + each[:, :, mine].sum(axis=2)
             weights = np.exp(objective - objective.max())
             weights /= weights.sum()
             mean = float((weights.sum(axis=1) * MEANS).sum())
@@ -113,7 +114,11 @@ def fitted(d: Array, v: Array, kinds: NDArray[np.str_], wanted: tuple[str, ...])
     def over_ratios(kind: str) -> Between:
         mean, usual, tail = np.array([each[kind] for each in found]).T
         center = float(likely @ mean)
-        return Between(center, *(float(np.sqrt(likely @ (each**2 + (mean - center) ** 2))) for each in (usual, tail)))
+        unsure = (mean - center) ** 2
+        wider = 1.0 + 1.2 / max(1.0, TAIL * len(d))
+        return Between(
+            center, float(np.sqrt(likely @ (usual**2 + unsure))), float(wider * np.sqrt(likely @ (tail**2 + unsure)))
+        )
 
     return {kind: over_ratios(kind) for kind in wanted}
 

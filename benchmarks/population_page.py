@@ -70,8 +70,9 @@ def record_for_tools(records: list[Row]) -> dict[str, dict[str, Between]]:
     Few slopes slide at reference: what is between it and fine is the same for all kinds, and adds to the others.
     """
     known = [r for r in records if not held_out(r["seed"])]
-    finest = with_both(records, "fine", "reference")
-    last = between.fitted(*differences(finest, "fine", "reference"), kinds_of(finest), ("",))[""] if finest else None
+    finest = with_both(known, "fine", "reference")
+    alike = np.full(len(finest), "")
+    last = between.fitted(*differences(finest, "fine", "reference"), alike, ("",))[""] if finest else None
     found = {}
     for name in COARSER:
         rows = with_both(known, name, "fine")

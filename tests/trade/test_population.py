@@ -163,24 +163,26 @@ def record_of(seed: int, kind: str, **reached: np.ndarray) -> dict:
 
 
 def test_the_tools_record_is_against_reference_and_leaves_out_what_is_held_out():
-    """`standard` is 20 points below `fine` in forests, and equal elsewhere; `fine` 6 points above `reference`; held-out
+    """`standard` is 8 points below `fine` in forests, and equal elsewhere; `fine` 6 points above `reference`; held-out
     slopes say otherwise."""
     rng, records, above = np.random.default_rng(6), [], []
     for seed in range(90):
         fine = rng.random(400) < 0.5
         kind = "forest" if seed % 2 else "open"
-        lower = fine & (rng.random(400) < (0.6 if kind == "forest" else 1.0))
+        lower = fine & (rng.random(400) < (0.84 if kind == "forest" else 1.0))
         more = {"reference": (fine & (rng.random(400) < 0.88))[:200]} if population.at_finest(seed) else {}
-        above += [100.0 * (fine[:200].mean() - more["reference"].mean())] if more else []
         if population.held_out(seed):
             lower = ~fine
+        elif more:
+            above.append(100.0 * (fine[:200].mean() - more["reference"].mean()))
         records.append(record_of(seed, kind, draft=fine, standard=lower, fine=fine, **more))
     found = population_page.record_for_tools(records)
     assert found["fine"]["open"] == found["fine"]["forest"]
     last = found["fine"]["open"].mean
-    assert 0.85 * np.mean(above) < last < np.mean(above)  # drawn a little towards 0
+    assert 0.8 * np.mean(above) < last < np.mean(above)  # drawn a little towards 0
     assert found["standard"]["open"].mean == pytest.approx(last, abs=1.5)
-    assert found["standard"]["forest"].mean == pytest.approx(last - 20.0, abs=3.5)  # drawn towards the other kind
+    drawn = 30 / (30 + between.SHARED)  # 30 forests are not held out; the other kind has a voice, too
+    assert found["standard"]["forest"].mean == pytest.approx(last - 8.0 * drawn, abs=1.0)
     assert found["draft"]["forest"].mean == pytest.approx(last, abs=0.5)
     kept, n = population_page.kept(records, found, "standard")
     assert (kept, n) == (0, 30)
