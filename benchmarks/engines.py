@@ -20,7 +20,15 @@ from . import study
 ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_name("engines.txt")
 STUDY = "benchmarks/README.md"  # states it in its own first line (page.stale)
-PAGES = ("docs/paper.md", "docs/memory.md", "docs/rare.md", "docs/region.md", "benchmarks/promise.md", STUDY)
+PAGES = (
+    "docs/paper.md",
+    "docs/memory.md",
+    "docs/rare.md",
+    "docs/region.md",
+    "benchmarks/promise.md",
+    "benchmarks/population.md",
+    STUDY,
+)
 NAMED = re.compile(r"\b(?:engine|sources) ([0-9a-f]{16})\b")
 ALIKE = re.compile(r"^- \*\*the engine of sources .*$", re.MULTILINE)  # as written by ``page``, from ``same_bits``
 NOTICE = re.compile(r"\A(# [^\n]*\n)(?:\n> \*\*Measured with another engine\*\*[^\n]*\n)?")

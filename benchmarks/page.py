@@ -10,7 +10,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from . import figures, page_tables, study, tables, verdicts
+from . import figures, page_tables, population, population_page, study, tables, verdicts
 from .scenes import CASES
 from .settings import ROLLING
 
@@ -85,6 +85,7 @@ def page(results: Row) -> str:
     )
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         choice=stale(results) + verdicts.choice(results),
+        population=population_page.headline(population.read()["records"]) or "*Not measured yet.*",
         provenance=provenance(results),
         scenes="; ".join(titles),
         block=results["block"],

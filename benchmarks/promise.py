@@ -5,9 +5,9 @@ python -m benchmarks.promise --logs 4000        first slides this number of logs
 
 The results of each stored log (``study``) form a pool. A run draws its logs from the pool with replacement, so the pool
 is the population and its share at `reference` the true value, known exactly; the decisions are the product's own
-(`keep_error`). The distance of `standard` from `reference` in a pool has a sampling error as well, so the assumption
-about `standard` may fail in a small pool although it holds on the slope: each pool's own distance is given beside the
-assumption. Writes ``promise.json`` and ``promise.md``.
+(`keep_error`), with what it assumes on a slope of the pool's kind. That assumption is about many slopes
+(``population`` shows on held-out ones whether it holds); each pool's own distance, with its sampling error, is given
+beside it. Writes ``promise.json`` and ``promise.md``.
 """
 
 from __future__ import annotations
@@ -20,15 +20,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.simulate.auto import Option, Slid, keep_error, needed
-from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
+from deadwood_algorithms.scene.slope_kind import kind_of
+from deadwood_algorithms.simulate.auto import Option, Slid, keep_error, needed, trusted_of
+from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_errors
+from deadwood_algorithms.simulate.promise import Between
 from deadwood_algorithms.stats.statistics import paired_interval
 
 from . import engines, scenes, study
 from .settings import SETTINGS
 
 JSON, PAGE = study.HERE / "promise.json", study.HERE / "promise.md"
-NAMES = ("draft", "standard", "reference")  # no assumption is made about fine
+NAMES = ("draft", "standard", "fine", "reference")
 RUNS, ERRORS, CAP, SEED = 200, (0.02, 0.03, 0.05, 0.07), 200_000, 20261124
 APART = "{difference:+.1f} ({low:+.1f} to {high:+.1f}) | {differ:.0f} %"
 SCENES = ["forest", "rough", "cliff", "gully"]
@@ -45,6 +47,7 @@ class Pool:
         blocks = min(len(sample.cost) for sample in samples.values() if sample)
         row = scenes.CASES[name].line_row
         self.name, self.logs = name, blocks * study.BLOCK
+        self.kind = kind_of(scenes.build(name).scene, scenes.logs_of_block(0, study.BLOCK)).words
         self.reach: dict[str, NDArray[np.bool_]] = {}
         self.cost: dict[str, float] = {}
         for each, sample in samples.items():
@@ -67,7 +70,7 @@ class Pool:
 
 
 def one_run(
-    pool: Pool, error: float, assumed: dict[str, float], rng: np.random.Generator
+    pool: Pool, error: float, assumed: dict[str, Between], rng: np.random.Generator
 ) -> tuple[str, float, float, int]:
     """The chosen fidelity, the error of its share, total CPU seconds, and logs of the run."""
     drawn = rng.integers(0, pool.logs, CAP)
@@ -85,18 +88,18 @@ def one_run(
 
 
 def measure(pool: Pool, error: float, up_to: str) -> dict[str, Any]:
-    assumed = assumed_bounds(up_to)
+    assumed = assumed_errors(up_to, pool.kind)
     rng = np.random.default_rng((SEED, round(1e4 * error), ASSUMED.index(up_to)))
     runs = [one_run(pool, error, assumed, rng) for _ in range(RUNS)]
     chosen = [name for name, *_ in runs]
     # The same promise planned with the known share, and without knowing it
     share = float(pool.reach["reference"].mean())
-    trusted = [Option(name, [bound]) for name, bound in {**assumed, "reference": 0.0}.items()]
+    trusted = trusted_of(assumed)
     known, blind = (
         min(logs * pool.cost[each.fidelity] for each in trusted if (logs := needed(error, each, [p], 2**40)))
         for p in (share, 0.5)
     )
-    alone = (needed(error, Option("standard", [0.0]), [share], 2**40) or 0) * pool.cost["standard"]
+    alone = (needed(error, Option("standard", Between()), [share], 2**40) or 0) * pool.cost["standard"]
     spent = float(np.mean([cost for _, _, cost, _ in runs]))
     return {
         "scene": pool.name, "error": error, "assume": up_to, "runs": RUNS,
@@ -110,13 +113,14 @@ def measure(pool: Pool, error: float, up_to: str) -> dict[str, Any]:
 def write(pools: list[Pool], rows: list[dict[str, Any]]) -> None:
     facts = [
         {
-            "scene": pool.name, "logs": pool.logs, "p": float(pool.reach["reference"].mean()),
+            "scene": pool.name, "kind": pool.kind, "logs": pool.logs, "p": float(pool.reach["reference"].mean()),
+            "assumed": {n: Option(n, each).calculation for n, each in assumed_errors("draft", pool.kind).items()},
             "cpu_ms": {name: 1e3 * pool.cost[name] for name in NAMES},
             "apart": {name: pool.apart(name) for name in NAMES[:-1]},
         }
         for pool in pools
     ]  # fmt: skip
-    found = {"pools": facts, "rows": rows, "assumed": assumed_bounds("draft"), "source": study.provenance()}
+    found = {"pools": facts, "rows": rows, "source": study.provenance()}
     JSON.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     write_page(found)
 
@@ -129,7 +133,6 @@ def page(found: dict[str, Any]) -> list[str]:
     rows, source = found["rows"], found["source"]
     total, held = sum(row["runs"] for row in rows), sum(row["held"] for row in rows)
     worst = min(rows, key=lambda row: row["held"])
-    x = 100 * found["assumed"]["standard"]
     below = sum(row["held"] < 0.95 * row["runs"] for row in rows)
     price = sorted(row["of_standard_alone"] for row in rows)
     r = sorted(p["apart"][name]["differ"] / (p["p"] * (1.0 - p["p"])) for p in found["pools"] for name in NAMES[:-1])
@@ -158,12 +161,13 @@ def page(found: dict[str, Any]) -> list[str]:
         "## The pools",
         "",
         "A run draws its logs with replacement from the stored logs of a scene, whose share at `reference` is the true "
-        f"value. `--assume standard`, the default, assumes that `standard` is within ±{x:.1f} points of it. The table "
-        "shows the difference in each pool, with its interval for the slope of which the pool is a sample.",
+        "value. *Assumed* is what the error of `standard` does not exceed on 95 of 100 slopes of the scene's kind "
+        "([population](population.md)). The table shows the difference in each pool, with its interval for the slope "
+        "of which the pool is a sample.",
         "",
-        "| scene | logs | reach [%] | CPU ms per log, draft / standard / reference | standard - reference [points] "
-        "| different outcome | draft - reference [points] | different outcome |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        f"| scene | kind | logs | reach [%] | CPU ms per log, {' / '.join(NAMES)} | assumed [points] "
+        "| standard - reference [points] | different outcome | draft - reference [points] | different outcome |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for pool in found["pools"]:
         apart = [
@@ -173,7 +177,10 @@ def page(found: dict[str, Any]) -> list[str]:
             for a in (pool["apart"]["standard"], pool["apart"]["draft"])
         ]
         cost = " / ".join(f"{pool['cpu_ms'][name]:.2g}" for name in NAMES)
-        lines.append(f"| {pool['scene']} | {pool['logs']} | {100 * pool['p']:.1f} | {cost} | {' | '.join(apart)} |")
+        lines.append(
+            f"| {pool['scene']} | {pool['kind']} | {pool['logs']} | {100 * pool['p']:.1f} | {cost} "
+            f"| ±{100 * pool['assumed']['standard']:.1f} | {' | '.join(apart)} |"
+        )
     lines += [
         "",
         "## The runs",

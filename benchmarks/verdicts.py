@@ -16,6 +16,7 @@ from .tables import table
 
 Row = dict[str, Any]
 STANDARD_POINTS, DRAFT_POINTS = 0.005, 0.025  # [-] promised difference in reach
+FINEST_POINTS = 1.0  # [points] by which half the step and half the rings may move the reach of reference
 DEEPEST = 0.15  # [m] of the logs at standard
 KNOWN = 0.02  # [-] accuracy to which friction is known at best
 HALVES = 1.8  # factor that counts as halving: 0.85 of the first order in the step
@@ -82,15 +83,18 @@ def _within(record: Row) -> float:
 
 
 def _below(records: list[Row], bound: float) -> str:
-    """Whether all differences are below a bound, as far as their intervals show."""
+    """Whether all differences are below a bound: shown if every interval is inside, however near to zero it is."""
     least = [0.0 if r["low"] <= 0.0 <= r["high"] else min(abs(r["low"]), abs(r["high"])) for r in records]
     return _kept(max(map(_within, records)) < bound, undecided=max(least) <= bound)
 
 
+def within(low: float, high: float, bound: float) -> str:
+    """Whether what an interval leaves possible is within ±bound."""
+    return _below([{"low": low, "high": high}], bound)
+
+
 def _judged(record: Row) -> str:
-    if record["low"] <= 0.0 <= record["high"]:
-        return f"indistinguishable from `reference` within ±{100 * _within(record):.1f} points"
-    return f"{tables.with_interval(record)} points from `reference`"
+    return f"{tables.with_interval(record)} points from `reference`, at most {100 * _within(record):.1f}"
 
 
 def _more(one: float, other: float) -> str:
@@ -116,7 +120,7 @@ def choice(results: Row) -> str:
     if standard:
         cost = tables.relative_cost(results, "reference")
         kept = _below([standard], STANDARD_POINTS)
-        word = "**Decide on `standard`**" if "missed" not in kept else "**Check `standard` against `fine`**"
+        word = "**Decide on `standard`**" if "shown" in kept else "**Check `standard` against `fine`**"
         found.append(f"{word}: in the mean of scenes its reach is {_judged(standard)}, at 1/{cost:.2g} of the cost.")
     if draft:
         gain = 1.0 / tables.relative_cost(results, "draft")
@@ -161,9 +165,13 @@ def choice(results: Row) -> str:
         )
     if records := _rebounds(results, "draft"):
         worst = max(records, key=lambda k: abs(records[k]["delta"]))
-        word = "Not `draft`" if "missed" in _below(list(records.values()), DRAFT_POINTS) else "`draft`"
         off = f"{tables.with_interval(records[worst])} points, {worst}"
-        found.append(f"**{word} with restitution** is off by at most {off}.")
+        kept = _below(list(records.values()), DRAFT_POINTS)
+        word = "`draft`" if "shown" in kept else "Not `draft`"
+        found.append(
+            f"**{word} with restitution**: its difference is {off}, where it is largest; below "
+            f"{100 * DRAFT_POINTS:g} points everywhere: {kept}."
+        )
     near = tables.friction_slope(results, ("sensitive",))
     if near and yard:
         found.append(
@@ -329,9 +337,9 @@ def verdicts(results: Row) -> str:
     ]
     if halves:
         logs, scene, row = max(halves, key=lambda half: half[0])
-        moved = _kept(row["low"] <= 0.0 <= row["high"])
+        moved = _below([row], FINEST_POINTS / 100.0)
         found.append(
-            f"`reference` with half its step, travel and spacing moves reach by less than its interval: {moved}, "
-            f"{tables.with_interval(row)} points ({scene}, {logs} paired logs)."
+            f"`reference` with half its step, travel and spacing moves reach by less than {FINEST_POINTS:g} point: "
+            f"{moved}, {tables.with_interval(row)} points ({scene}, {logs} paired logs)."
         )
     return "\n".join(f"- {line}" for line in found)

@@ -22,6 +22,7 @@ PLACES = {
     "CHANGELOG.md": "changes.md",
     "algorithms/deadwood_algorithms/paper/README.md": "explanation/twins.md",
     "benchmarks/README.md": "explanation/benchmarks.md",
+    "benchmarks/population.md": "explanation/population.md",
     "benchmarks/promise.md": "explanation/promise.md",
     "benchmarks/vector_files.md": "explanation/vector-files.md",
     "deadwood_toolbox/qgis_plugin/README.md": "start/first-run-qgis.md",

@@ -46,8 +46,8 @@ class FidelityOptions:
         "draft",
         default="standard",
         advanced=True,
-        help="none: nothing, so that reference is used. standard: the error of standard is at most that on the worst "
-        "of them. draft: draft as well.",
+        help="none: nothing, so that reference is used. standard: the errors of standard and fine. draft: that of "
+        "draft as well.",
     )
     time_step_s: float | None = tool.number(
         "Longest time step, instead of the fidelity's",

@@ -173,13 +173,13 @@ PHRASES = {
     ),
     "calculation_none": "is the reference: none by definition",
     "calculation_unknown": "unknown: the time step or spacing is not that of a preset (compare-fidelity measures it)",
-    "calculation_bound": "±{bound} points at most",
+    "calculation_bound": "within ±{bound} points on 95 of 100 slopes of this kind",
     "promise": (
         "The fidelity auto chose {chosen} and {n} logs: the reach of every line is within ±{together} points, at 95 "
         "%, of what the finest preset would give. For line {line}, where this is most: sampling ±{sampling}, "
         "calculation ±{calculation} ({source})."
     ),
-    "promise_assumed": "assumed: as on the benchmark's slopes",
+    "promise_assumed": "assumed: as on the benchmark's slopes of this kind",
     "promise_measured": "measured on this slope against {against}",
     "calculation_measure": ("Measured on synthetic slopes; compare-fidelity measures it on this one."),
     "line": "line",

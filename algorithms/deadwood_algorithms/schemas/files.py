@@ -666,7 +666,11 @@ SUMMARY = JsonFile(
         _key("accuracy.auto.chosen", "The fidelity that made the run"),
         _key("accuracy.auto.why", "Why this one, in words"),
         _key("accuracy.auto.sampling", "Sampling error of the share, at 95 %"),
-        _key("accuracy.auto.calculation", "Error of the calculation, against reference"),
+        _key(
+            "accuracy.auto.calculation",
+            "What the error of the calculation, against reference, does not exceed on 95 of 100 slopes of the kind",
+        ),
+        _key("accuracy.auto.kind", "The kind of the slope: open, forest, channels or structures, and rough ground"),
         _key(
             "accuracy.auto.together",
             "Both together, at 95 % with a margin for the number of logs, which the logs themselves determine",

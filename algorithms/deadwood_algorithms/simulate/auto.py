@@ -2,9 +2,10 @@
 slope.
 
 The error is the distance of every line's reach from what `reference` would give (``promise``). What is known about each
-fidelity's calculation: the error of `reference` is zero by definition; that of the others has a bound that the caller
-assumes (``assumed``), as measured on the benchmark page. The cheapest that can keep the promise slides its first
-logs; the shares observed determine how many are needed, and whether another fidelity would be cheaper after all.
+fidelity's calculation: the error of `reference` is zero by definition; those of the others are distributed as the
+caller assumes (``assumed``), as measured on random slopes of the same kind. The cheapest that can keep the promise
+slides its first logs; the shares observed determine how many are needed, and whether another fidelity would be cheaper
+after all.
 
 With a budget of time instead, everything is the same except the goal: the smallest error within the remaining time.
 Costs are then in seconds. With an error to keep, they are those of the page, so that every machine, every number of
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.params.counts import significant, two_digits
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.simulate.fidelity_trade import COSTS
-from deadwood_algorithms.simulate.promise import logs_for, sampling_of, sigma_for, sigma_of, together_of
+from deadwood_algorithms.simulate.promise import Between, logs_for, sampling_of, sigma_for, sigma_of, together_of
 from deadwood_algorithms.stats.statistics import Z_95
 
 FIRST_LOOK = 200  # logs from which the number needed is estimated
@@ -51,18 +52,22 @@ Slide = Callable[[str, int], Slid]  # slides a number of logs of the draw at a f
 
 @dataclass(frozen=True)
 class Option:
-    """A fidelity that could make the run: the largest error of its calculation, by line."""
+    """A fidelity that could make the run: the error of its calculation, over slopes like this one."""
 
     fidelity: str
-    bounds: Sequence[float]
+    between: Between
+
+    @property
+    def calculation(self) -> float:
+        """What that error does not exceed on 95 of 100 such slopes."""
+        return together_of(self.between, 0.0, risk=0.05)
 
     @property
     def why(self) -> str:
         if self.fidelity == "reference":
             return "reference is the reference"
-        return (
-            f"{self.fidelity} is assumed to have an error of ±{significant(100 * max(self.bounds), 2)} points at most"
-        )
+        points = significant(100 * self.calculation, 2)
+        return f"{self.fidelity} was within ±{points} points of reference on 95 of 100 random slopes of this kind"
 
 
 @dataclass(frozen=True)
@@ -75,7 +80,12 @@ class Chosen:
 
 
 def keep_error(
-    error: float, cap: int, line_ids: Sequence[Any], slide: Slide, assumed: Mapping[str, float], many: str = "the layer"
+    error: float,
+    cap: int,
+    line_ids: Sequence[Any],
+    slide: Slide,
+    assumed: Mapping[str, Between],
+    many: str = "the layer",
 ) -> Chosen:
     """Slide as many logs as keep the promise, and report the choice and its reason.
 
@@ -83,7 +93,7 @@ def keep_error(
     ----------
     error : error of every line's reach, as a share
     cap : all logs of the draw
-    assumed : assumed bounds on the error of calculation; that of `reference` is 0
+    assumed : assumed errors of calculation; that of `reference` is 0
     many : name of the source with ``cap`` logs, for messages
 
     Raises
@@ -91,7 +101,7 @@ def keep_error(
     UserError
         if not even all logs can keep it; states what they can keep
     """
-    trusted = trusted_of(assumed, len(line_ids))
+    trusted = trusted_of(assumed)
     option = _cheapest(error, trusted, [0.5] * len(line_ids), 2**40)
     assert option is not None
     half = (needed(error, option, [0.5] * len(line_ids), 2**40) or 0) // 2
@@ -112,9 +122,9 @@ def keep_error(
     return Chosen(option, logs, {**record, "error": error, "reached": kept})
 
 
-def trusted_of(assumed: Mapping[str, float], lines: int) -> list[Option]:
-    """The fidelities whose error of calculation has a bound; `reference` is the last."""
-    return [Option(name, [bound] * lines) for name, bound in {**assumed, "reference": 0.0}.items()]
+def trusted_of(assumed: Mapping[str, Between]) -> list[Option]:
+    """The fidelities whose error of calculation is known; `reference` is the last."""
+    return [Option(name, between) for name, between in {**assumed, "reference": Between()}.items()]
 
 
 def _cheapest(error: float, options: Sequence[Option], shares: Sequence[float], cap: int) -> Option | None:
@@ -129,9 +139,9 @@ def _cheapest(error: float, options: Sequence[Option], shares: Sequence[float], 
 
 def needed(error: float, option: Option, shares: Sequence[float], cap: int) -> int | None:
     """Number of logs with which sampling and calculation together reach the error, for every line; None if too many."""
-    found = 1
-    for bound, share in zip(option.bounds, shares, strict=True):
-        logs = logs_for(sigma_for(error, bound), share, cap)
+    found, sigma = 1, sigma_for(error, option.between)
+    for share in shares:
+        logs = logs_for(sigma, share, cap)
         if logs is None:
             return None
         found = max(found, logs)
@@ -140,7 +150,7 @@ def needed(error: float, option: Option, shares: Sequence[float], cap: int) -> i
 
 def worst_of(option: Option, shares: Sequence[float], n: int) -> float:
     """Both errors together after ``n`` logs, of the line with the largest error."""
-    return max(together_of(bound, sigma_of(share, n)) for bound, share in zip(option.bounds, shares, strict=True))
+    return together_of(option.between, max(sigma_of(share, n) for share in shares))
 
 
 def spend_budget(
@@ -148,7 +158,7 @@ def spend_budget(
     cap: int,
     line_ids: Sequence[Any],
     slide: Slide,
-    assumed: Mapping[str, float],
+    assumed: Mapping[str, Between],
     decided: Callable[[Option, int], None],
 ) -> Chosen:
     """Slide what is most accurate in the remaining time, and report the choice and its reason.
@@ -159,7 +169,7 @@ def spend_budget(
     decided : called with the fidelity and the number of logs as soon as they are chosen, and again if that number is
         changed later
     """
-    trusted = trusted_of(assumed, len(line_ids))
+    trusted = trusted_of(assumed)
 
     def logs_in_time(done: int, seconds: float) -> int:
         return min(cap, done + max(0, int(left() / seconds)))
@@ -196,17 +206,14 @@ def spend_budget(
 def record_of(option: Option, reach: NDArray[np.bool_], line_ids: Sequence[Any], cap: int) -> dict[str, Any]:
     """For ``summary.json``: both errors of the line with the largest error, separately and together, as shares."""
     n = len(reach)
-    rows = []
-    for line_id, bound, hit in zip(line_ids, option.bounds, reach.sum(axis=0).tolist(), strict=True):
-        sampling = sampling_of(hit, n)
-        rows.append((together_of(bound, sampling / Z_95), sampling, bound, line_id))
-    together, sampling, bound, line_id = max(rows, key=lambda row: row[0])
+    rows = [(sampling_of(hit, n), line_id) for line_id, hit in zip(line_ids, reach.sum(axis=0).tolist(), strict=True)]
+    sampling, line_id = max(rows, key=lambda row: row[0])
     return {
         "chosen": option.fidelity,
         "why": option.why,
         "sampling": sampling,
-        "calculation": bound,
-        "together": together,
+        "calculation": option.calculation,
+        "together": together_of(option.between, sampling / Z_95),
         "line_id": line_id,
         "logs": n,
         "logs_at_most": cap,
@@ -215,18 +222,15 @@ def record_of(option: Option, reach: NDArray[np.bool_], line_ids: Sequence[Any],
 
 def _too_small(error: float, trusted: Sequence[Option], shares: Sequence[float], cap: int, many: str) -> str:
     """What all logs together can promise, and how many more logs are needed."""
-    best, bound = min(
-        (
-            (max(together_of(b, sampling_of(s * cap, cap) / Z_95) for b, s in zip(o.bounds, shares, strict=True)), o)
-            for o in trusted
-        ),
-        key=lambda each: each[0],
+    best, least = min(
+        ((together_of(each.between, max(sigma_of(share, cap) for share in shares)), each) for each in trusted),
+        key=lambda found: found[0],
     )
     option = _cheapest(error, trusted, shares, 2**40)
     assert option is not None
     need = needed(error, option, shares, 2**40) or cap
     return (
-        f"--error {error:g} cannot be promised with the {cap} logs of {many}: all of them, at {bound.fidelity}, allow "
+        f"--error {error:g} cannot be promised with the {cap} logs of {many}: all of them, at {least.fidelity}, allow "
         f"--error {math.ceil(best * 1e4) / 1e4:g}; this one takes about {two_digits(need)} "
         f"at {option.fidelity}"
     )

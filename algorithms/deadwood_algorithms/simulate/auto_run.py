@@ -18,12 +18,14 @@ from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.run_options import AUTO, FidelityOptions
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene.releases import reached
+from deadwood_algorithms.scene.slope_kind import kind_of
 from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.simulate.auto import Chosen, Option, Slid, keep_error, record_of, spend_budget
 from deadwood_algorithms.simulate.checkpoints import WorkFolder, part_path
-from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
+from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_errors
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.simulate.log_run import LogRun
+from deadwood_algorithms.simulate.promise import Between
 from deadwood_algorithms.simulate.queue import Queue, parts_of
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_engine import FIDELITIES
@@ -37,7 +39,7 @@ WITHIN_BUDGET, WRITING_S = 0.95, 1.0
 class Promise:
     """What is required: an error of every line's reach, or the smallest error possible within a budget [s].
 
-    assume : down to which fidelity the errors of calculation on the benchmark page are assumed to hold
+    assume : down to which fidelity the errors of calculation on random slopes are assumed to hold
     """
 
     error: float | None
@@ -101,7 +103,8 @@ class AutoRun:
     def promised(self, began: float) -> tuple[Chosen, float]:
         """Slide what keeps the promise, or the budget, which runs since ``began``; returns the choice, and the seconds
         of all cores for logs that are not in the run."""
-        assumed = assumed_bounds(self.promise.assume)
+        kind = kind_of(self.run.layers.scene, self.run.releases.logs).words
+        assumed = assumed_errors(self.promise.assume, kind)
         line_ids, cap, many = self.run.layers.lines.ids, self.order.size, self.run.simulation.inputs.releases
         try:
             if self.promise.error is None:
@@ -111,8 +114,9 @@ class AutoRun:
         except UserError:  # logs slid for it are of no use for another error
             self.remove()
             raise
+        chosen = replace(chosen, record={**chosen.record, "kind": kind})
         self.run.feedback.note(
-            f"{counted(chosen.logs, 'log')} at {chosen.option.fidelity}: {chosen.option.why}",
+            f"{counted(chosen.logs, 'log')} at {chosen.option.fidelity}: {chosen.option.why} ({kind})",
             code="fidelity-chosen",
             logs=chosen.logs,
         )
@@ -120,7 +124,7 @@ class AutoRun:
         spent = sum(float(work.chunk(k)["cost_cpu_s"].sum()) for work in others for k in range(work.finished))
         return chosen, spent
 
-    def _best_in_time(self, began: float, assumed: dict[str, float]) -> Chosen:
+    def _best_in_time(self, began: float, assumed: dict[str, Between]) -> Chosen:
         """Slide what the budget allows; a resumed run continues what was decided, however long it takes."""
         line_ids, cap = self.run.layers.lines.ids, self.order.size
         assert self.promise.budget_s is not None
@@ -131,7 +135,7 @@ class AutoRun:
         def decided(option: Option, logs: int) -> None:
             ends = [part.stop for part in self.parts[option.fidelity]]
             place.parent.mkdir(exist_ok=True)
-            choice = {**known, "logs": logs, "ends": ends, "option": [option.fidelity, list(option.bounds)]}
+            choice = {**known, "logs": logs, "ends": ends, "option": [option.fidelity, option.between]}
             place.write_text(json.dumps(choice), encoding="utf-8")
 
         before = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}
@@ -144,7 +148,8 @@ class AutoRun:
             return spend_budget(
                 lambda: max(0.0, end - time.perf_counter()), cap, line_ids, self.slide, assumed, decided
             )
-        option = Option(*before["option"])
+        fidelity, between = before["option"]
+        option = Option(fidelity, Between(*between))
         for n in before["ends"]:
             self.slide(option.fidelity, n)
         slid = self.slide(option.fidelity, before["logs"])

@@ -14,11 +14,9 @@ Logs neither break nor collide with each other; barriers and boulders do not giv
 --until-ci a run takes the logs in a random order and ends when the intervals are narrow enough; logs that were not run
 are counted separately.
 
-With --fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity and the
-number of logs: --error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all logs of the kind. The
-first logs show how many are needed on this slope. The error of the calculation is taken from the benchmarks: at most
-that of `standard` on their worst slope (--assume). summary.json and the report state both errors, separately and
-together. With --budget 60s instead of --error the result is the most accurate within that time.
+With --fidelity auto --error 0.02 the tool chooses fidelity and number of logs so that every line's reach is within 2
+points, at 95 % confidence, of what `reference` would give; the error of the calculation is taken from random slopes of
+the same kind (--assume). The run states both errors. With --budget 60s the result is the most accurate in that time.
 """
 
 from __future__ import annotations

@@ -8,7 +8,6 @@ import ast
 import json
 import time
 from pathlib import Path
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -19,9 +18,9 @@ from slope_case import RASTERS, Case, assert_same_run, bands, layer, raster, sum
 
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.simulate import auto, auto_run, chunks
-from deadwood_algorithms.simulate.fidelity_trade import COSTS, assumed_bounds
+from deadwood_algorithms.simulate.fidelity_trade import BETWEEN_SLOPES, COSTS
 from deadwood_algorithms.simulate.log_order import hash_order
-from deadwood_algorithms.simulate.promise import RISK
+from deadwood_algorithms.simulate.promise import Between, together_of
 from deadwood_algorithms.stats.statistics import Z_95
 from deadwood_algorithms.tools import compare_scenarios, slide_logs
 from deadwood_engine import FIDELITIES
@@ -79,12 +78,12 @@ def test_the_run_is_the_plain_one_and_tells_both_errors(case, early, tmp_path):
     found = told["accuracy"]["auto"]
     assert found["chosen"] == told["accuracy"]["fidelity"] == "standard"
     assert found["logs"] == told["logs"]["released"] == 24 - told["logs"]["not_run"] < 24
-    assert found["calculation"] == assumed_bounds("standard")["standard"]
+    between = Between(*(each / 100.0 for each in BETWEEN_SLOPES["standard"][found["kind"]]))
+    assert found["calculation"] == together_of(between, 0.0, risk=0.05)
     widest = max(max(each["ci_high"] - each["p"], each["p"] - each["ci_low"]) for each in told["reach"])
     assert found["sampling"] == pytest.approx(widest)
     assert max(found["sampling"], found["calculation"]) < found["together"] <= 0.25
-    with_margin = found["sampling"] * NormalDist().inv_cdf(1.0 - RISK / 2.0) / Z_95
-    assert found["together"] < with_margin + found["calculation"]
+    assert found["together"] == together_of(between, widest / Z_95)
     assert found["reached"] is True
     assert any(f"{found['logs']} logs at standard: reach of lines within ±" in line for line in outcome.lines)
     page = (run / "report.html").read_text(encoding="utf-8")
