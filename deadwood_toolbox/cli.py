@@ -155,7 +155,10 @@ def _following(tool: Tool, ask: Any, outcome: Outcome) -> str:
         return outcome.then
     given = {each.name: getattr(ask, each.name) for each in tool.parameters()}
     known = {name: quoted(value) if value else name.upper() for name, value in given.items()}
-    return tool.then.format(**known | {name: quoted(path) for name, path in outcome.outputs.items()})
+    then = tool.then.format(**known | {name: quoted(path) for name, path in outcome.outputs.items()})
+    after = shelf.find(then.split()[1])
+    takes = after is not None and any(each.name == "crs" for each in after.parameters())
+    return f"{then} --crs {quoted(given['crs'])}" if given.get("crs") and takes and "--crs" not in then else then
 
 
 def _report(outcome: Outcome, then: str, speaker: Speaker, seconds: float) -> None:

@@ -39,6 +39,7 @@ __all__ = [
     "FitFlightResult",
     "GenerateForestResult",
     "ImportTreesResult",
+    "InspectResult",
     "LateralSpreadResult",
     "MakeLogResult",
     "MakeReportResult",
@@ -70,6 +71,7 @@ __all__ = [
     "fit_flight",
     "generate_forest",
     "import_trees",
+    "inspect",
     "lateral_spread",
     "make_log",
     "make_report",
@@ -87,6 +89,42 @@ __all__ = [
     "warm_up",
     "windthrow",
 ]
+
+
+class InspectResult(Result):
+    """What `inspect` leaves."""
+
+
+def inspect(
+    path: PathInput,
+    *,
+    as_: Literal["dem", "chm", "friction", "trees", "releases", "lines", "areas", "barriers", None] = None,
+    progress: bool = False,
+    feedback: Feedback | None = None,
+) -> InspectResult:
+    """Look at a file before it is used: what it is taken for and why, what becomes of each column, and what is
+    doubted.
+
+    The file is read as the tools read it in that role, with the same checks, and nothing is written. Without
+    ``as_`` the role follows from the file: a raster is a terrain model, a canopy model or friction, lines are
+    roads or barriers, points and polygons are trees, releases or release areas, by their columns. The report
+    ends with the commands that use it.
+
+    The exit status is 0 if the file can be used, 3 if something about it is doubted, and 2 if it cannot be used
+    in that role.
+
+    Parameters
+    ----------
+    path : required
+        File to look at.
+    as_ : one of dem, chm, friction, trees, releases, lines, areas, barriers
+        Role in which it is to be used. Without it: what it looks like.
+    progress : bool
+        Show on standard error what is done, and what the tool notes and warns of.
+    feedback : Feedback, optional
+        An object of your own that hears all that; see docs/python.md.
+    """
+    return call("inspect", InspectResult, locals())
 
 
 class AssessMobilisationResult(Result):
@@ -545,13 +583,13 @@ def import_trees(
     y_field: str | None = None,
     id_field: str | None = None,
     dbh_field: str | None = None,
-    dbh_unit: Literal["cm", "m", "mm", "in", "girth-cm", None] = None,
+    dbh_unit: Literal["cm", "m", "mm", "in", "girth-cm", "radius-cm", "radius-m", None] = None,
     height_field: str | None = None,
     height_unit: Literal["m", "dm", "cm", "ft", None] = None,
     species_field: str | None = None,
     crown_field: str | None = None,
     crown_measure: Literal["diameter", "radius", "area", None] = None,
-    missing_value: float | None = None,
+    missing_value: NumbersInput | None = None,
     read_as: str | list[str] | None = None,
     status_field: str | None = None,
     dead_values: str | list[str] | None = None,
@@ -674,7 +712,7 @@ def import_trees(
         Field of the tree's id.
     dbh_field : optional
         Field of the DBH.
-    dbh_unit : one of cm, m, mm, in, girth-cm
+    dbh_unit : one of cm, m, mm, in, girth-cm, radius-cm, radius-m
         Unit of the DBH. Without it: the unit in the field's name, else cm.
     height_field : optional
         Field of the height.
@@ -688,7 +726,7 @@ def import_trees(
         What the crown field holds, in m or m². Without it: from the source or the field's usual name, else the
         diameter.
     missing_value : optional
-        Number that marks a missing value. For example -1 (FINT-CH) or 0.
+        Numbers that mark a missing value. Several with commas; FINT-CH writes -1.
     read_as : optional
         Words in the columns of DBH and height, and their numbers. For open classes and words: >60=65;
         Starkholz=55. Nothing after the = marks a missing value.

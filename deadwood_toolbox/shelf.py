@@ -21,6 +21,7 @@ from deadwood_algorithms.params.tool import Tool
 
 # In the order of the work; make-log is TOOL of deadwood_algorithms/tools/make_log.py, and so on.
 NAMES = (
+    "inspect",
     "assess-mobilisation",
     "sample-releases",
     "import-trees",

@@ -15,6 +15,7 @@ from .finding import Missing, environment, find, how_to_install
 from .language import _
 
 LOOK_MS = 100  # between two checks of the Cancel button
+SUCCESS = (0, 3)  # exit status; 3: done, and something about an input is doubted
 GRACE_MS = 5000  # for the child to clean up, before it is killed
 BETWEEN_TEXTS_S = 10.0  # between two texts of the progress, each of which is a line in the log
 
@@ -40,7 +41,7 @@ def command() -> tuple[str, ...]:
 def run(
     arguments: Sequence[str], feedback: QgsProcessingFeedback, worded: Callable[[str], str] = lambda line: line
 ) -> Said:
-    """Run one tool to its end; an exit status other than 0 is an exception with the tool's own line.
+    """Run one tool to its end; an exit status that is no success is an exception with the tool's own line.
 
     Messages of the tool about its inputs are converted to the user's names by ``worded``.
     """
@@ -61,7 +62,7 @@ def run(
             raise QgsProcessingException(_("Canceled"))
     ears.hear(bytes(child.readAllStandardError()) + b"\n", bytes(child.readAllStandardOutput()) + b"\n")
     said = ears.said
-    if child.exitStatus() != QProcess.ExitStatus.NormalExit or child.exitCode() != 0:
+    if child.exitStatus() != QProcess.ExitStatus.NormalExit or child.exitCode() not in SUCCESS:
         message = _("the tool ended unexpectedly (status {status}, {why})")
         raise QgsProcessingException(said.error or message.format(status=child.exitCode(), why=child.errorString()))
     for line in said.lines:

@@ -24,6 +24,7 @@ CASES: dict[str, dict[str, object]] = {
     "windthrow": {"trees": "{work}/import-trees.gpkg", "dem": DEM, "share": 0.4, "fall_deg": 180.0},
     "add-structures": {"dem": DEM, "structures": f"{LAYERS}|layername=dams", "max_reach_m": 60.0},
     "find-trees": {"dsm": "{work}/add-structures.tif", "dem": DEM},
+    "inspect": {"path": DEM},
     "assess-mobilisation": {"dem": DEM, "friction": 0.25, "cell_m": 40.0, "logs_per_cell": 1},
     "fit-flight": {"dem": DEM, "flights": f"{LAYERS}|layername=flights", "length_m": 15.0},
     "make-log": {"rings": 5},

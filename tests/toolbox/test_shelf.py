@@ -19,6 +19,7 @@ from deadwood_toolbox.catalogue import PLACE, page
 from deadwood_toolbox.shelf import TOOLS, declared, find
 
 NAMES = [
+    "inspect",
     "assess-mobilisation",
     "sample-releases",
     "import-trees",
@@ -119,8 +120,8 @@ def incomplete(tool: Tool) -> list[str]:
         ({p.parent for p in declared if p.kind == "field"} <= layers, "a field of no layer"),
         (not names & {"config", "progress", "quiet", "verbose", "help", "version"}, "a name of the command line's own"),
         # one writes into the run that it shows, the second nothing, the third into the cache
-        (tool.name in ("view", "check", "warm-up") or any(p.is_output for p in declared), "no output"),
-        (tool.name in ("view", "check", "warm-up") or "overwrite" in names, "no overwrite"),
+        (tool.name in ("view", "check", "inspect", "warm-up") or any(p.is_output for p in declared), "no output"),
+        (tool.name in ("view", "check", "inspect", "warm-up") or "overwrite" in names, "no overwrite"),
     ):
         if not holds:
             found.append(fault)

@@ -79,7 +79,9 @@ class Keeper:
         except BaseException:
             beside.unlink(missing_ok=True)
             raise
-        manifest, again = quoted(f"{name}/manifest.json"), quoted(f"{name} again")
+        here = Path.cwd()  # where the tool was started, and the command is pasted
+        folder = self.folder.relative_to(here) if self.folder.is_relative_to(here) else self.folder
+        manifest, again = quoted(folder / name / "manifest.json"), quoted(folder / f"{name} again")
         command = f"deadwood-tool slide-logs --config {manifest} --output {again}"
         files = [name, beside.name]
         return Told({"op": "kept", "name": name, "command": command, "files": files, "layers": list(kept)})

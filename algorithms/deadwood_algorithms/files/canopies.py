@@ -14,10 +14,12 @@ from deadwood_algorithms.params.tool import Feedback, UserError
 SAME_PLACE_CELLS = 0.05  # grids that differ by more than this part of a cell, in any corner, are different
 
 
-def opened_rows(path: str, crs: str | None, feedback: Feedback) -> AbstractContextManager[DemWindows]:
+def opened_rows(
+    path: str, crs: str | None, feedback: Feedback, what: str = "canopy"
+) -> AbstractContextManager[DemWindows]:
     """A raster open for `rows_of`; its header is checked like that of a DEM, its heights are not: crowns have
     steps that no ground has."""
-    return open_windows(path, crs=crs, feedback=feedback, look_through=False, as_ground=False)
+    return open_windows(path, crs=crs, feedback=feedback, look_through=False, what=what)
 
 
 def rows_of(raster: DemWindows, rows: slice) -> np.ndarray:

@@ -34,7 +34,7 @@ def note_unnamed(frame: pandas.DataFrame, fields: Sequence[str], things: str, fi
     fix : what to do with that field, whose name follows
     """
     words = [str(each) for each in frame.select_dtypes(include=["object", "string"]).columns]
-    if words and not any(each in frame for each in fields):
+    if words and not {str(each).lower() for each in frame.columns} & set(fields):
         feedback.note(
             f"{where_of(frame)}: without a field {' or '.join(fields)} the {things} are named by their rows, 1 to "
             f"{len(frame)}; {fix} '{words[0]}' if it holds their names",
@@ -53,12 +53,12 @@ def number_column(
     exclusive: bool = False,
     maximum: float | None = None,
     gaps: bool = False,
-    missing_value: float | None = None,
+    missing_value: float | Sequence[float] | None = None,
 ) -> np.ndarray:
     """A column as float64, every value finite and within bounds; a missing column takes ``default`` if there is one.
 
     An empty cell in an existing column is rejected, because a gap in the data is not a request for the default;
-    with ``gaps`` it is NaN, and so is a cell that holds ``missing_value``.
+    with ``gaps`` it is NaN, and so is a cell that holds (one of) ``missing_value``.
     """
     import pandas
 
@@ -71,7 +71,11 @@ def number_column(
     numbers = np.array(pandas.Series(pandas.to_numeric(column, errors="coerce")).astype("float64"))
     bad = ~np.isfinite(numbers)
     if gaps:
-        missing = np.asarray(column.isna()) | (numbers == missing_value) | _gap_words(column)
+        missing = (
+            np.asarray(column.isna())
+            | np.isin(numbers, () if missing_value is None else missing_value)
+            | _gap_words(column)
+        )
         numbers[missing] = np.nan
         bad &= ~missing
     if minimum is not None:

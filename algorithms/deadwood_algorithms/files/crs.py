@@ -108,6 +108,11 @@ def accuracy_words(source: pyproj.CRS, target: pyproj.CRS, bounds: Sequence[floa
     return "accurate to the millimetre" if accuracy == 0 else f"accurate to about {accuracy:g} m"
 
 
+def is_ballpark(words: str) -> bool:
+    """Whether the words of `accuracy_words` say that nothing is known about a transformation."""
+    return "100 m" in words
+
+
 def near_its_area(crs: pyproj.CRS, x: float, y: float) -> bool:
     """Whether a place [m] is in the area of use of its CRS, or not far beyond; true if no area is known."""
     code = crs.to_epsg()

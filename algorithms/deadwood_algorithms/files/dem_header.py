@@ -13,11 +13,13 @@ from typing import Any
 
 import numpy as np
 import pyproj
+import rasterio
 from pyproj.exceptions import ProjError
 from rasterio.enums import ColorInterp
 from rasterio.transform import Affine
 
 from deadwood_algorithms.files import remedies
+from deadwood_algorithms.files.bands import band_of, inside, name_of_band
 from deadwood_algorithms.files.crs import (
     LOCAL_CRS,
     crs_name,
@@ -31,6 +33,7 @@ from deadwood_algorithms.files.crs import (
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.rasters import is_raster, open_raster, refuse_cut_off
 from deadwood_algorithms.files.tiles import Mosaic, Tile
+from deadwood_algorithms.intake import names
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
@@ -47,19 +50,21 @@ LEAST_CELL_M, MOST_CELL_M = 0.000999, 10_000.0  # a finer or coarser cell is an 
 
 
 @contextmanager
-def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
+def open_dem(
+    path: str | Path, crs: str | None, feedback: Feedback, what: str = "DEM"
+) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
     """Open a DEM and check its header; returns its CRS and transform, too. Rejects what `dem_windows.read_dem` rejects.
 
     Each of several tiles (`tiles`) is checked; the notes and warnings of the first one stand for all.
     """
     files = tiles_of(path)
     if len(files) == 1:
-        with _open_one(files[0], crs, feedback) as one:
+        with _open_one(files[0], crs, feedback, what) as one:
             yield one
         return
     tiles, dem_crs = [], None
     for each in files:
-        with _open_one(each, crs, Quiet() if tiles else feedback) as (source, own_crs, transform):
+        with _open_one(each, crs, Quiet() if tiles else feedback, what) as (source, own_crs, transform):
             tiles.append(Tile.of(each, source, transform))
             dem_crs = dem_crs or own_crs
     assert dem_crs is not None
@@ -73,19 +78,42 @@ def open_dem(path: str | Path, crs: str | None, feedback: Feedback) -> Iterator[
 
 
 @contextmanager
-def _open_one(path: str, crs: str | None, feedback: Feedback) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
+def _open_one(path: str, crs: str | None, feedback: Feedback, what: str) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
     """Open and check one file of a DEM."""
-    with open_raster(path, "DEM") as source:
+    with open_raster(path, what) as source:
+        _say_band(path, what, feedback)
         _refuse_images(source, path, feedback)
         refuse_cut_off(source, path)
         dem_crs = _crs_of_dem(source, path, crs, feedback)
         transform = _square_transform(source, path, crs)
-        if source.count > 1:
-            feedback.note(
-                f"{path}: band 1 of {source.count} is read as the heights", code="first-band", bands=source.count
-            )
         _refuse_foot_heights(source.units[0], 0.3048, path)
         yield source, dem_crs, transform
+
+
+def _say_band(path: str, what: str, feedback: Feedback) -> None:
+    """Say which of several bands or rasters is read; reject a band that is named as something else than heights."""
+    with rasterio.open(path) as whole:
+        if whole.count == 0:
+            read = (inside(whole, what) or "").rpartition(":")[2]
+            feedback.note(f"{path}: of the rasters in it, {read} is read", code="band-chosen")
+            return
+        band = band_of(whole, what)
+        named = [name_of_band(whole, k) for k in whole.indexes]
+        if names.is_derived(named[band - 1], what):
+            several = f"; {remedies.band(path, 'NUMBER')} writes out another of its {whole.count} bands"
+            raise UserError(
+                f"{path}: band {band} is named '{named[band - 1]}', which is no height of the {what}; give the raster "
+                f"of the heights{several if whole.count > 1 else ''}"
+            )
+        if whole.count > 1:
+            said = f" ('{named[band - 1]}')" if named[band - 1] else ""
+            feedback.note(
+                f"{path}: band {band}{said} of {whole.count} is read as the heights; {remedies.band(path, 'NUMBER')} "
+                "writes out another",
+                code="band-chosen",
+                band=band,
+                bands=whole.count,
+            )
 
 
 def is_dem(path: str | Path) -> bool:

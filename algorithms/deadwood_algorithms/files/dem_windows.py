@@ -9,6 +9,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from numpy.typing import NDArray
 from rasterio.transform import Affine, from_origin
 from rasterio.windows import Window
 
+from deadwood_algorithms.files import remedies
+from deadwood_algorithms.files.bands import name_of_band
 from deadwood_algorithms.files.crs import horizontal
 from deadwood_algorithms.files.dem_header import open_dem
 from deadwood_algorithms.files.embedded import tags_now
@@ -36,6 +39,8 @@ from deadwood_algorithms.files.heights import (
     without_ground,
 )
 from deadwood_algorithms.files.rasters import read_values
+from deadwood_algorithms.intake import terrain
+from deadwood_algorithms.intake.doubts import say_all
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserError
 
 SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, so many squares in each direction, with this side, are examined
@@ -149,22 +154,26 @@ class DemWindows:
 
 @contextmanager
 def open_windows(
-    path: str | Path, *, crs: str | None, feedback: Feedback, look_through: bool = True, as_ground: bool = True
+    path: str | Path, *, crs: str | None, feedback: Feedback, look_through: bool = True, what: str = "DEM"
 ) -> Iterator[DemWindows]:
     """Open a DEM for reading in windows, or reject it with the command that fixes it.
 
     Without ``look_through`` it is not searched for an undeclared margin: for tools that need a few places only;
-    `read_part` then detects it itself. Heights that are not ``as_ground`` (crowns and roofs) may have any steps.
+    `read_part` then detects it itself. Heights of
+    another role (crowns and roofs) may have any steps.
     """
-    with open_dem(path, crs, feedback) as (source, dem_crs, transform):
+    with open_dem(path, crs, feedback, what) as (source, dem_crs, transform):
         ny, nx = source.shape
         if ny < 2 or nx < 2:
             raise UserError(f"{path}: the DEM has {nx} x {ny} cells; it needs at least 2 x 2")
         cell, flipped = transform.a, transform.e < 0
         x0, y0 = transform.c + cell / 2, transform.f + (0.5 - ny if flipped else 0.5) * cell
         dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
-        if as_ground and source.dtypes[0] != "uint8":  # uint8 was already reported
-            warn_of_heights(_samples(dem), dem.path, dem.cell, feedback)
+        if what == "DEM" and source.dtypes[0] != "uint8":  # uint8 was already reported
+            samples, named = _samples(dem), f"{name_of_band(source, 1)} {Path(dem.path).stem}"
+            warn_of_heights(samples, dem.path, dem.cell, feedback)
+            declared = partial(remedies.declared, dem.path)
+            say_all(terrain.CHECKS, terrain.Terrain(samples, dem.cell, named, declared), dem.path, feedback)
         yield replace(dem, collars=_collars_of(dem, feedback)) if look_through else dem
 
 

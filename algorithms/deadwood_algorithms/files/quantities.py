@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, SupportsFloat
 
 import numpy as np
 
@@ -75,8 +75,10 @@ def read_sizes(column: Any, unit: str, words: Mapping[str, float] | None = None)
             values[row] = words[cell.strip().lower()]
         elif cell is None or cell != cell or (isinstance(cell, str) and is_gap(cell)):
             continue
-        elif not isinstance(cell, str):
+        elif isinstance(cell, SupportsFloat) and not isinstance(cell, str):
             values[row] = float(cell)
+        elif not isinstance(cell, str):
+            unread[row] = True  # a date
         elif (size := _read(cell, unit)) is None:
             unread[row] = True
         else:

@@ -21,7 +21,8 @@ from rasterio.windows import Window
 
 from deadwood_algorithms.files import remedies, styles
 from deadwood_algorithms.files.ascii_grid import refuse_broken_ascii, why_not_ascii
-from deadwood_algorithms.files.crs import accuracy_words, horizontal, refuse_local, same_crs
+from deadwood_algorithms.files.bands import first_of_role, source_of
+from deadwood_algorithms.files.crs import accuracy_words, horizontal, is_ballpark, refuse_local, same_crs
 from deadwood_algorithms.files.embedded import tags_now
 from deadwood_algorithms.files.geotiff import (
     TILE_CELLS,
@@ -64,7 +65,8 @@ def read_raster_on(path: str | Path, grid: Grid, *, what: str, feedback: Feedbac
         frame = grid.frame
         if not (same and source.shape == frame.shape and source.transform.almost_equals(frame.transform)):
             how = "" if same else f", {accuracy_words(own, grid.crs, source.bounds)}"
-            feedback.note(
+            say = feedback.warn if is_ballpark(how) else feedback.note
+            say(
                 f"{path}: the {what} raster is resampled to the DEM's cells (nearest value{how})",
                 code="raster-resampled",
             )
@@ -278,19 +280,17 @@ def open_raster(path: str | Path, what: str) -> Any:
     """Open a raster for reading; raises ``UserError`` with the reason if that is impossible."""
     refuse_missing(path, what)
     try:
-        source = rasterio.open(path)
+        source = rasterio.open(source_of(path, what))
     except RasterioError as error:
         packed = "it is packed; unpack it first" if Path(path).suffix.lower() in PACKED else None
         reason = why_not_ascii(path) or packed or first_line(error)
         raise UserError(f"{path}: the {what} is not a raster that can be read ({reason})") from error
     if source.count == 0:
-        whole = source.subdatasets
-        names = ", ".join(name.split(":")[-1] for name in whole)
+        whole = first_of_role(source, what)
+        names = ", ".join(name.split(":")[-1] for name in source.subdatasets)
         source.close()
         inside = (
-            f"several rasters ({names}); write one of them out: {remedies.one_of(path, whole[0])}"
-            if whole
-            else "no band"
+            f"several rasters ({names}); write one of them out: {remedies.one_of(path, whole)}" if whole else "no band"
         )
         raise UserError(f"{path}: the {what} file holds {inside}")
     return source
@@ -303,7 +303,7 @@ def is_raster(path: str | Path) -> bool:
     refuse_missing(path, "raster")
     try:
         with rasterio.open(path) as source:
-            return source.count > 0
+            return source.count > 0 or bool(source.subdatasets)
     except RasterioError:
         return False
 

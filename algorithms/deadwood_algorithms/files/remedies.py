@@ -13,6 +13,7 @@ from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.params.commands import quoted
 
 NODATA = -9999
+DEM = "DEM"
 
 
 def rio() -> str:
@@ -26,52 +27,61 @@ def warp(source: Any, path: str | Path, size: str, code: str | None = None, *, c
 
     ``crs`` names the CRS of a file that holds none: it is then written into a copy first.
     """
-    first, steps = quoted(path), ""
+    first, steps = _plain(path)
     if source.crs is None and not source.gcps[0]:
-        first = _copy(path, "with_crs")
-        steps = f"{rio()} convert {quoted(path)} {first} && {rio()} edit-info {first} --crs {quoted(crs)} && "
-        code = code or crs
+        with_crs = _copy(path, "with_crs")
+        steps = f"{steps}{rio()} convert {first} {with_crs} && {rio()} edit-info {with_crs} --crs {quoted(crs)} && "
+        first, code = with_crs, code or crs
     target = f" --dst-crs {code or own_code(source)} --res {size} --resampling bilinear"
     if not source.gcps[0] and (source.transform.a < 0 or source.transform.e > 0):  # rio finds no extent for these
         xs, ys = zip(*(source.transform @ corner for corner in _corners(source)), strict=True)
         target += f" --bounds {min(xs):.12g} {min(ys):.12g} {max(xs):.12g} {max(ys):.12g}"
     kind = np.dtype(source.dtypes[0])
-    if source.nodata is None and (kind.kind == "f" or (kind.kind == "i" and kind.itemsize > 1)):
+    bare = source.nodata is None and not _is_packed(path)
+    if bare and (kind.kind == "f" or (kind.kind == "i" and kind.itemsize > 1)):
         target += f" --src-nodata {NODATA} --dst-nodata {NODATA}"  # otherwise the surroundings would be 0 m
     return f"{steps}{rio()} warp {first} {_copy(path)}{target}"
 
 
 def coarser(path: str | Path, cell: float) -> str:
     """Command to average to cells of this size [m]."""
-    return f"{rio()} warp {quoted(path)} {_copy(path, 'coarser')} --res {cell:g} --resampling average"
+    first, steps = _plain(path)
+    return f"{steps}{rio()} warp {first} {_copy(path, 'coarser')} --res {cell:g} --resampling average"
 
 
 def times(path: str | Path, factor: float, code: str | None = None) -> str:
     """Command to multiply the heights and, if a code is given, to set another CRS."""
-    formula = quoted(f"(* {factor:.12g} (read 1))")
-    command = f"{rio()} calc{_masked(path)}{_as_floats(path)} {formula} {quoted(path)} {_copy(path)}"
+    command = _calculated(path, _copy(path), factor)
     return command if code is None else f"{command} && {rio()} edit-info {_copy(path)} --crs {code}"
 
 
-def unscaled(path: str | Path, scale: float, offset: float) -> str:
+def unscaled(path: str | Path) -> str:
     """Command to store the heights as floats instead of numbers with a scale and an offset."""
-    formula = quoted(f"(+ {offset:.12g} (* {scale:.12g} (read 1)))")
-    return f"{rio()} calc{_masked(path)} --dtype float32 {formula} {quoted(path)} {_copy(path)}"
+    return _calculated(path, _copy(path))
+
+
+def band(path: str | Path, number: int | str) -> str:
+    """Command to write out one band of several."""
+    return _calculated(path, _copy(path), number=number)
+
+
+def one_of(path: str | Path, inside: str) -> str:
+    """Command to extract one of several rasters in a file, as metres."""
+    return _calculated(inside, _copy(path))
+
+
+def declared(path: str | Path, nodata: float) -> str:
+    """Command to declare a value as nodata."""
+    return _edited(path, f"--nodata {nodata:g}")
 
 
 def with_crs(path: str | Path, code: str) -> str:
-    return f"{rio()} convert {quoted(path)} {_copy(path)} && {rio()} edit-info {_copy(path)} --crs {code}"
+    return _edited(path, f"--crs {code}")
 
 
 def placed(path: str | Path) -> str:
     """Command to set a georeference, whose numbers the user must know."""
-    matrix = quoted("[CELL, 0, WEST, 0, -CELL, NORTH]")
-    return f"{rio()} convert {quoted(path)} {_copy(path)} && {rio()} edit-info {_copy(path)} --transform {matrix}"
-
-
-def one_of(path: str | Path, inside: str) -> str:
-    """Command to extract one of several rasters in a file."""
-    return f"{rio()} convert {quoted(inside)} {_copy(path)}"
+    return _edited(path, f"--transform {quoted('[CELL, 0, WEST, 0, -CELL, NORTH]')}")
 
 
 def own_code(source: Any) -> str:
@@ -85,23 +95,55 @@ def _copy(path: str | Path, ending: str = "fixed") -> str:
     return quoted(f"{Path(path).stem}_{ending}.tif")
 
 
-def _masked(path: str | Path) -> str:
-    """``rio calc`` keeps nodata, and fails if a raster has none; one of several tiles always has."""
+def _edited(path: str | Path, edit: str) -> str:
+    """Command to change the header of a copy; of a packed raster the copy is plain."""
+    if _is_packed(path):
+        return f"{_calculated(path, _copy(path))} && {rio()} edit-info {_copy(path)} {edit}"
+    return f"{rio()} convert {quoted(path)} {_copy(path)} && {rio()} edit-info {_copy(path)} {edit}"
+
+
+def _plain(path: str | Path) -> tuple[str, str]:
+    """The raster with which a command goes on, and the steps that make it: of a packed raster a plain copy."""
+    if not _is_packed(path):
+        return quoted(path), ""
+    return _copy(path, "plain"), f"{_calculated(path, _copy(path, 'plain'))} && "
+
+
+def _is_packed(path: str | Path) -> bool:
+    """Whether ``rio convert`` and ``rio warp`` would lose something: a scale, a mask that is no nodata, other bands."""
+    import rasterio  # only needed here
+    from rasterio.enums import MaskFlags
+
+    from deadwood_algorithms.files.bands import source_of
+
+    with rasterio.open(source_of(tiles_of(path)[0], DEM)) as source:
+        masked = MaskFlags.per_dataset in source.mask_flag_enums[0] or MaskFlags.alpha in source.mask_flag_enums[0]
+        other = source.count > 1 or source.driver == "VRT" or source.name != tiles_of(path)[0]
+        return other or (source.scales[0], source.offsets[0]) != (1, 0) or masked
+
+
+def _calculated(path: str | Path, copy: str, factor: float = 1.0, number: int | str | None = None) -> str:
+    """Command to write heights, times a factor, as floats with a declared nodata value.
+
+    ``rio calc`` reads the stored numbers: it applies the mask, but neither scale nor offset.
+    """
     import rasterio  # only needed here
 
-    files = tiles_of(path)
-    if len(files) > 1:
-        return ""
-    with rasterio.open(files[0]) as source:
-        return " --not-masked" if source.nodata is None else ""
+    from deadwood_algorithms.files.bands import alpha_of, band_of, inside
 
-
-def _as_floats(path: str | Path) -> str:
-    """``rio calc`` keeps the type of a raster, and truncates decimals of an integer one."""
-    import rasterio
-
-    with rasterio.open(tiles_of(path)[0]) as source:
-        return "" if np.dtype(source.dtypes[0]).kind == "f" else " --dtype float32"
+    place = tiles_of(path)[0]
+    with rasterio.open(place) as whole:
+        place = (inside(whole, DEM) or place) if whole.count == 0 else place
+    with rasterio.open(place) as source:
+        at = band_of(source, DEM) if number is None else number
+        k = at - 1 if isinstance(at, int) else 0
+        scale, offset, alpha = source.scales[k] * factor, source.offsets[k] * factor, alpha_of(source)
+    read = f"(read 1 {at})"
+    read = read if scale == 1.0 else f"(* {scale:.12g} {read})"
+    read = read if offset == 0.0 else f"(+ {offset:.12g} {read})"
+    if alpha:
+        read = f"(where (!= (read 1 {alpha}) 0) {read} {NODATA})"
+    return f"{rio()} calc --dtype float32 --profile nodata={NODATA} {quoted(read)} {quoted(place)} {copy}"
 
 
 def _corners(source: Any) -> list[tuple[int, int]]:

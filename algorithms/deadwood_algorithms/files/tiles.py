@@ -27,11 +27,13 @@ from rasterio.transform import Affine
 from rasterio.windows import Window
 
 from deadwood_algorithms.files import remedies
+from deadwood_algorithms.files.bands import band_of, source_of
 from deadwood_algorithms.files.crs import crs_name, same_crs
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 
+DEM = "DEM"  # role in which the tiles are read
 OFF_GRID_CELLS = 0.05  # tolerance for rounded headers (`dem_header.SHIFT_ALLOWED_CELLS`)
 KEPT_OPEN = 32  # files
 # Tiles that cover less than this share of their common extent do not belong to one terrain model.
@@ -42,20 +44,20 @@ SAME_HEIGHT_M = 0.005  # where tiles overlap, smaller differences of heights are
 def open_as_one(path: str | Path) -> Any:
     """Reopen a DEM that was checked before, of any number of tiles; raises the errors of rasterio, or `UserError`."""
     files = tiles_of(path)
-    return rasterio.open(files[0]) if len(files) == 1 else mosaic_of(path, files)
+    return rasterio.open(source_of(files[0], DEM)) if len(files) == 1 else mosaic_of(path, files)
 
 
 def open_to_draw(path: str | Path) -> Any:
     """The same, always as a dataset of rasterio, which can read at reduced resolution."""
     files = tiles_of(path)
-    return rasterio.open(files[0] if len(files) == 1 else mosaic_of(path, files).vrt())
+    return rasterio.open(source_of(files[0], DEM) if len(files) == 1 else mosaic_of(path, files).vrt())
 
 
 def mosaic_of(path: str | Path, files: Sequence[str]) -> Mosaic:
     """Join tiles that were checked before."""
     tiles = []
     for each in files:
-        with rasterio.open(each) as source:
+        with rasterio.open(source_of(each, DEM)) as source:
             tiles.append(Tile.of(each, source, source.transform))
     return Mosaic(path, tiles, Quiet())
 
@@ -86,6 +88,7 @@ class Mosaic:
     Where tiles overlap, the first tile with a height counts; differences to others are reported once.
     """
 
+    descriptions = (None,)
     count, driver, gcps, colorinterp = 1, "tiles", ((), None), (ColorInterp.undefined,)
     mask_flag_enums = ([MaskFlags.nodata],)
 
@@ -135,6 +138,9 @@ class Mosaic:
             "from the others: correct its georeference, or leave it out"
         )
 
+    def tags(self, band: int) -> dict[str, str]:
+        return {}
+
     @property
     def shape(self) -> tuple[int, int]:
         return self.height, self.width
@@ -169,7 +175,7 @@ class Mosaic:
     def _read(self, tile: Tile, part: Window) -> Any:
         try:
             if tile.path not in self._open:
-                self._open[tile.path] = rasterio.open(tile.path)
+                self._open[tile.path] = rasterio.open(source_of(tile.path, DEM))
                 if len(self._open) > KEPT_OPEN:
                     self._open.popitem(last=False)[1].close()
             self._open.move_to_end(tile.path)
@@ -210,10 +216,12 @@ class Mosaic:
             if beside is not None:
                 with suppress(ValueError):  # another drive
                     place, relative = Path(os.path.relpath(place, beside.absolute())).as_posix(), 1
+            with rasterio.open(tile.path) as whole:
+                band = band_of(whole, DEM)
             (rows, columns), empty = tile.shape, f"<NODATA>{tile.nodata}</NODATA>" if tile.nodata is not None else ""
             sources.append(
                 f'<ComplexSource><SourceFilename relativeToVRT="{relative}">{escape(place)}</SourceFilename>'
-                f'<SourceBand>1</SourceBand><SrcRect xOff="0" yOff="0" xSize="{columns}" ySize="{rows}"/>'
+                f'<SourceBand>{band}</SourceBand><SrcRect xOff="0" yOff="0" xSize="{columns}" ySize="{rows}"/>'
                 f'<DstRect xOff="{self._left[k]}" yOff="{self._top[k]}" xSize="{columns}" ySize="{rows}"/>'
                 f"{empty}</ComplexSource>"
             )
@@ -265,7 +273,7 @@ def _refuse_foreign(tile: Tile, first: Tile) -> None:
         raise UserError(
             f"{tile.path}: the tile's heights have the scale {tile.scale:g} and offset {tile.offset:g}, those of "
             f"{first.path} {first.scale:g} and {first.offset:g}; fix, for each: "
-            f"{remedies.unscaled(tile.path, tile.scale, tile.offset)}"
+            f"{remedies.unscaled(tile.path)}"
         )
 
 

@@ -25,7 +25,9 @@ from deadwood_algorithms.files.crs import (
     accuracy_words,
     crs_name,
     horizontal,
+    is_ballpark,
     is_local,
+    near_its_area,
     parse_crs,
     refuse_local,
     same_crs,
@@ -37,6 +39,9 @@ from deadwood_algorithms.files.streams import Stream, write_layer
 from deadwood_algorithms.files.table_shapes import RINGS_CLOSED, shapes_of_table
 from deadwood_algorithms.files.tables import is_text_table, read_text_table, sheet_table
 from deadwood_algorithms.files.units import with_schema_names
+from deadwood_algorithms.intake.doubts import Doubt, say
+from deadwood_algorithms.intake.pages import one_page
+from deadwood_algorithms.intake.places import rounded
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.schemas.written import geometry_named
@@ -88,9 +93,7 @@ def read_vector(
     xy_fields = (x_field, y_field) if x_field else None
     rows = read_table(path, what=what, geometry=geometry) if rows is None else rows
     where = where_of(rows)
-    said = rows.attrs.get("notes", ())
-    for words in said:
-        feedback.note(f"{where}: {words}", code="how-read")
+    said = say_of_rows(rows, feedback)
     if rows.empty:
         full = rows.attrs.get("full_layers")
         fix = f"; the file has features in another: {', '.join(full)}" if full else ""
@@ -99,10 +102,30 @@ def read_vector(
     for words in rows.attrs.get("notes", ())[len(said) :]:
         feedback.note(f"{where}: {words}", code="how-read")
     frame.geometry = _welcome(frame.geometry, geometry, what, where, feedback)
+    say(_rounded(frame), where, feedback)
     frame = _in_crs(frame, target_crs, crs, what, where, feedback)
     frame = gpd.GeoDataFrame(with_schema_names(frame, what, where, feedback))
     frame.attrs["where"] = where
     return frame
+
+
+def _rounded(frame: gpd.GeoDataFrame) -> Doubt | None:
+    """The doubt about points whose coordinates were rounded."""
+    points = np.asarray(frame.geometry)
+    if not (shapely.get_type_id(points) == 0).all():
+        return None
+    degrees = frame.crs is not None and frame.crs.is_geographic
+    return rounded(shapely.get_x(points), shapely.get_y(points), degrees=degrees)
+
+
+def say_of_rows(rows: pd.DataFrame, feedback: Feedback) -> tuple[str, ...]:
+    """Say what was noted and doubted about a file while its rows were read; returns the notes."""
+    for doubt in rows.attrs.get("doubts", ()):
+        say(doubt, where_of(rows), feedback)
+    said = rows.attrs.get("notes", ())
+    for words in said:
+        feedback.note(f"{where_of(rows)}: {words}", code="how-read")
+    return said
 
 
 def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> pd.DataFrame:
@@ -145,6 +168,8 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
+    if (doubt := one_page(name, len(frame))) is not None:
+        frame.attrs["doubts"] = (doubt,)
     frame.attrs["full_layers"] = [f"'{name}|layername={each}'" for each in others]
     return frame
 
@@ -426,11 +451,13 @@ def _in_crs(
             f"format, but its coordinates run to {np.abs(frame.total_bounds).max():.0f}; give it its true CRS in a GIS"
         )
     refuse_local(own, target, f"{where}: the {what} layer")
-    feedback.note(
-        f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))} "
-        f"({accuracy_words(own, target, frame.total_bounds.tolist())})",
+    accuracy = accuracy_words(own, target, frame.total_bounds.tolist())
+    tell = feedback.warn if is_ballpark(accuracy) else feedback.note
+    tell(
+        f"{where}: the {what} layer is reprojected from {crs_name(own)} to {crs_name(horizontal(target))} ({accuracy})",
         code="reprojected",
     )
+    _refuse_exchanged(frame, own, target, where, what)
     moved = frame.to_crs(horizontal(target))
     coordinates, owner = shapely.get_coordinates(np.asarray(moved.geometry.array), return_index=True)
     if not np.isfinite(coordinates).all():
@@ -440,3 +467,19 @@ def _in_crs(
             "check the layer's CRS"
         )
     return moved
+
+
+def _refuse_exchanged(frame: gpd.GeoDataFrame, own: pyproj.CRS, target: pyproj.CRS, where: str, what: str) -> None:
+    """Reject latitudes in place of longitudes: only exchanged do they lie where the target's CRS is used."""
+    if not own.is_geographic:
+        return
+    x, y = np.median(shapely.get_coordinates(np.asarray(frame.geometry)), axis=0)
+    moved = pyproj.Transformer.from_crs(horizontal(own), horizontal(target), always_xy=True)
+    if near_its_area(horizontal(target), *moved.transform(x, y)):
+        return
+    if near_its_area(horizontal(target), *moved.transform(y, x)):
+        raise UserError(
+            f"{where}: latitude and longitude of the {what} layer are exchanged (it lies at {x:.5g} east, {y:.5g} "
+            f"north); exchange them: in QGIS 'Swap X and Y coordinates', of a table --x-field for the longitude "
+            "and --y-field for the latitude"
+        )

@@ -22,7 +22,7 @@ def command_line(name: str, values: Mapping[str, Any]) -> str:
     for parameter, value in values.items():
         if value is None or value is False or parameter in NEVER:
             continue
-        flag = "--" + parameter.replace("_", "-")
+        flag = "--" + parameter.rstrip("_").replace("_", "-")
         words += [flag] if value is True else [flag, _typed(value)]
     return " ".join(map(quoted, words))
 

@@ -20,6 +20,8 @@ from deadwood_algorithms.files.columns import field_names, number_column, where_
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import is_raster, read_raster_on
 from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.intake.doubts import say_all
+from deadwood_algorithms.intake.values import FRICTION, IMPLAUSIBLE
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.items import say_left_out
@@ -28,8 +30,6 @@ if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_windows import DemWindows
 
 COLUMNS = ("friction", "mu")  # searched for in this order, in any letter case
-# Wood on soil, rock, snow or litter slides with 0.1 to 1; a larger median is an error of the unit.
-IMPLAUSIBLE = 2.0
 
 Array = NDArray[np.float64]
 
@@ -71,6 +71,7 @@ def read_friction(
             share=float(share),
         )
     warn_of_large(float(np.median(mu[ground])) if ground.any() else 0.0, where, feedback)
+    say_all(FRICTION, mu[ground], where, feedback)
     return mu
 
 

@@ -15,13 +15,19 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, count_of
 from deadwood_algorithms.files.columns import id_column, where_of
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.intake.doubts import say
+from deadwood_algorithms.intake.places import off_the_ground
 from deadwood_algorithms.params.counts import none_of, rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 
 if TYPE_CHECKING:
     import geopandas
+    import pandas
 
     from deadwood_algorithms.files.dem_blocks import DemBlocks
+
+
+PIECE_M = 5.0  # of a line whose Z is compared with the ground
 
 
 @dataclass(frozen=True)
@@ -89,6 +95,22 @@ def paths_of(frame: geopandas.GeoDataFrame, grid: Grid, what: str, feedback: Fee
     return Paths(vertices, starts, rows[item[order]].astype(np.int64))
 
 
+def warn_off_the_ground(frame: geopandas.GeoDataFrame, names: tuple[str, ...], grid: Grid, feedback: Feedback) -> None:
+    """Warn of lines that by their own Z are not on the ground."""
+    lines = np.asarray(frame.geometry)
+    if not shapely.has_z(lines).any():
+        return
+    pieces = shapely.segmentize(lines, max(PIECE_M, grid.cell))
+    xyz, row = shapely.get_coordinates(pieces, include_z=True, return_index=True)
+    joined = row[1:] == row[:-1]
+    middle, item = (0.5 * (xyz[1:] + xyz[:-1]))[joined], row[1:][joined]
+    length = np.hypot(*np.diff(xyz[:, :2], axis=0).T)[joined]
+    known = ~np.isin(item, np.flatnonzero(np.bincount(row, np.abs(np.nan_to_num(xyz[:, 2]))) == 0.0))  # 0: a missing Z
+    above = np.where(known, middle[:, 2] - grid.height(middle[:, 0], middle[:, 1]), np.nan)
+    ids = [str(each) for each in ids_of(frame, *names)]
+    say(off_the_ground(ids, item, above, length), where_of(frame), feedback)
+
+
 def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths, feedback: Feedback) -> Items:
     """Rows with paths that share an id become one item, in the order of their first row, with a note.
 
@@ -98,7 +120,7 @@ def items_of(frame: geopandas.GeoDataFrame, names: tuple[str, ...], paths: Paths
     ids = ids_of(frame, *names)[rows].tolist()
     place = {each: k for k, each in enumerate(dict.fromkeys(ids))}
     unique, of_row = list(place), np.array([place[each] for each in ids], np.int64)
-    named = next((name for name in names if name in frame), "")
+    named = named_by(frame, names) or ""
     twins = shared_words(frame, named, ids, rows)
     if twins and named == names[0]:
         feedback.note(f"{twins} and count as one", code="same-id")
@@ -142,13 +164,19 @@ def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
 
     A row without a ``name`` (a road without a name on the map) is called by its number: row 7.
     """
-    name = next((name for name in names if name in frame), None)
-    if name == "name":
+    name = named_by(frame, names)
+    if name and name.lower() == "name":
         blank = np.asarray(frame[name].isna() | (frame[name].astype(str).str.strip() == ""))
         if blank.any():
             called = frame[name].astype(object).where(~blank, [f"row {row}" for row in range(1, len(frame) + 1)])
             return called.to_numpy()
     return id_column(frame, name) if name else np.arange(1, len(frame) + 1)
+
+
+def named_by(frame: pandas.DataFrame, names: tuple[str, ...]) -> str | None:
+    """The first of these fields that a layer has; Name and NAME are the field name."""
+    there = {str(each).lower(): str(each) for each in reversed(frame.columns)}
+    return next((name if name in frame else there[name] for name in names if name in there), None)
 
 
 def plan_of(frame: geopandas.GeoDataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -37,6 +37,7 @@ from deadwood_algorithms.scene.items import (
     points_on,
     say_left_out,
     shared_words,
+    warn_off_the_ground,
     why_left_out,
 )
 from deadwood_algorithms.scene.laws import Breaking
@@ -340,5 +341,6 @@ def lines_of(frame: geopandas.GeoDataFrame | None, grid: Grid, feedback: Feedbac
     if frame is None:
         return Lines.none(), Items([], np.array([], object), np.array([], np.int64))
     paths = paths_of(frame, grid, "line", feedback)
+    warn_off_the_ground(frame, ("line_id", "name"), grid, feedback)
     note_unnamed(frame, ("line_id", "name"), "lines", "rename", feedback)
     return Lines(paths.vertices, paths.starts), items_of(frame, ("line_id", "name"), paths, feedback)

@@ -34,12 +34,14 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms import schemas
+from deadwood_algorithms.intake.doubts import say_all
+from deadwood_algorithms.intake.values import CANOPY
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees.allometry import MADE_HERE, POWER_LAWS, with_name
 from deadwood_algorithms.prepare.trees.dbh_filling import chosen_law, warn_of_another_region
-from deadwood_algorithms.prepare.trees.tops import ROUNDED_M, WINDOWS, Tops, Window, find_tops
+from deadwood_algorithms.prepare.trees.tops import ROUNDED_M, WINDOWS, Tops, Window, find_tops, samples_of
 from deadwood_algorithms.results.identity import writing
 from deadwood_algorithms.schemas import TREE_M
 
@@ -101,14 +103,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
         temporary = outputs.file("output", ".gpkg")
         path = str(ask.chm or ask.dsm)
-        canopy = opened.enter_context(opened_rows(path, ask.crs, feedback))
-        ground = opened.enter_context(opened_rows(ask.dem, ask.crs, feedback)) if ask.dem else None
+        canopy = opened.enter_context(opened_rows(path, ask.crs, feedback, "canopy" if ask.chm else "surface"))
+        ground = opened.enter_context(opened_rows(ask.dem, ask.crs, feedback, "DEM")) if ask.dem else None
         if ground:
             refuse_other_cells(canopy, ground)
 
         def read(rows: slice) -> np.ndarray:
             heights = rows_of(canopy, rows)
             return heights - rows_of(ground, rows) if ground else heights
+
+        say_all(CANOPY, np.concatenate(list(samples_of(read, canopy.shape))), path, feedback)
 
         def after_block(rows: int) -> None:
             if feedback.cancelled():

@@ -129,7 +129,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     import geopandas
 
     from deadwood_algorithms.files.dem_blocks import open_ground
-    from deadwood_algorithms.files.vectors import read_table, write_vector
+    from deadwood_algorithms.files.vectors import read_table, say_of_rows, write_vector
 
     refuse_contradictions(ask)
     with writing(TOOL, ask, feedback) as outputs, ExitStack() as opened:
@@ -145,6 +145,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         sizes = sizes_of(given, taken, areas.frame, feedback, law=law, mapped=ask.deadwood is not None)
         of_area = columns_of_rows(areas.frame, {name: getattr(ask, name) for name in OPTIONS} | sizes, feedback)
         mapped = read_table(ask.deadwood, what="mapped deadwood") if ask.deadwood else None
+        if mapped is not None:
+            say_of_rows(mapped, feedback)
         deadwood = None if mapped is None else mapped_deadwood(mapped, feedback)
         for path, rows in ((ask.areas, areas.frame), (ask.deadwood, mapped)):
             if path and rows is not None and ask.orientation == "upright":

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
-import shlex
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,6 +13,7 @@ import rasterio
 from rasterio.control import GroundControlPoint
 from rasterio.crs import CRS
 from rasterio.transform import Affine, from_origin
+from remedied import carry_out
 
 from deadwood_algorithms.files import remedies
 from deadwood_algorithms.files.dem_windows import read_dem
@@ -28,7 +26,6 @@ from deadwood_algorithms.tools import add_structures
 E, N = 2_783_000.0, 1_190_000.0
 HEIGHTS = np.add.outer(np.arange(40.0), 0.5 * np.arange(50.0)).astype(np.float32) + 500.0
 NORTH_UP = from_origin(E, N, 2, 2)
-RIO = "import sys; from rasterio.rio.main import main_group; main_group(sys.argv[1:])"
 
 
 def tif(path: Path, transform: Affine = NORTH_UP, crs: Any = "EPSG:2056", **facts: Any) -> Path:
@@ -49,28 +46,42 @@ def gcps(made: Any) -> None:
     made.gcps = (places, CRS.from_epsg(2056))
 
 
-def carry_out(message: str, folder: Path) -> Path:
-    """Run the command after ``fix`` in a message, in its folder; returns the last file that was made."""
-    command = re.search(r"\b\S*rio'? .*", message, re.DOTALL)
-    assert command, message
-    text = re.split(r", (?:with|and) the?|, and take| \(if its", command[0])[0]
-    last = folder
-    for step in text.split(" && "):
-        words = shlex.split(step.strip().rstrip(")") if step.count(")") > step.count("(") else step)
-        assert Path(words[0]).name == "rio"
-        ran = subprocess.run([sys.executable, "-c", RIO, *words[1:]], cwd=folder, capture_output=True, text=True)
-        assert ran.returncode == 0, (step, ran.stderr[-500:])
-        last = folder / next(word for word in words[::-1] if word.endswith(".tif"))
-    return last
-
-
 def asc(path: Path, dy: float) -> Path:
     head = f"ncols 50\nnrows 40\nxllcorner {E}\nyllcorner {N}\ndx 2\ndy {dy}\nNODATA_value -9999\n"
     path.write_text(head + "\n".join(" ".join(f"{v:.1f}" for v in row) for row in HEIGHTS))
     return path
 
 
+def two_bands(path: Path) -> Path:
+    """The second of two bands is the elevation, by its name."""
+    with rasterio.open(
+        path, "w", driver="GTiff", dtype="float32", count=2, height=40, width=50, crs="EPSG:2056", transform=TURNED
+    ) as made:
+        for number, (name, values) in enumerate((("slope", HEIGHTS * 0.0 + 26.0), ("elevation", HEIGHTS)), start=1):
+            made.write(values, number)
+            made.set_band_description(number, name)
+    return path
+
+
 TURNED = Affine.translation(E, N) @ Affine.rotation(20.0) @ Affine.scale(2.0, -2.0)
+
+
+def packed(made: Any) -> None:
+    made.scales, made.offsets = (0.1,), (400.0,)
+
+
+def packed_feet(made: Any) -> None:
+    packed(made)
+    made.units = ("feet",)
+
+
+def masked(made: Any) -> None:
+    """Packed, with a mask that is no nodata value: the first five rows hold nothing."""
+    packed(made)
+    made.write_mask(np.where(np.arange(40)[:, None] < 5, 0, 255).astype("uint8") + np.zeros((40, 50), "uint8"))
+
+
+PACKED = {"values": np.rint((HEIGHTS - 400.0) / 0.1), "dtype": "int16"}
 REFUSED: dict[str, Any] = {
     "degrees": lambda f: tif(f / "my dem.tif", from_origin(9.0, 47.0, 2e-5, 2e-5), "EPSG:4326"),
     "feet": lambda f: tif(f / "d.tif", from_origin(6_000_000, 2_000_000, 3, 3), "EPSG:2225"),
@@ -88,6 +99,12 @@ REFUSED: dict[str, Any] = {
     "heights in feet by the CRS": lambda f: tif(f / "d.tif", from_origin(5e5, 4e6, 2, 2), "EPSG:32611+6360", nodata=0),
     "heights in feet by the band": lambda f: tif(f / "d.tif", change=lambda m: setattr(m, "units", ("feet",))),
     "centimetres": lambda f: tif(f / "d.tif", values=HEIGHTS * 100.0, dtype="int32"),
+    "rotated, packed": lambda f: tif(f / "d.tif", TURNED, change=packed, **PACKED),
+    "rotated, masked": lambda f: tif(f / "d.tif", TURNED, change=masked, **PACKED),
+    "oblong, masked, no CRS": lambda f: tif(f / "d.tif", from_origin(E, N, 2, 3), None, change=masked, **PACKED),
+    "heights in feet by the band, packed": lambda f: tif(f / "d.tif", change=packed_feet, **PACKED),
+    "a quarry, masked": lambda f: tif(f / "d.tif", crs='LOCAL_CS["quarry",UNIT["metre",1]]', change=masked, **PACKED),
+    "rotated, two bands": lambda f: two_bands(f / "d.tif"),
     "a quarry": lambda f: tif(f / "d.tif", crs='LOCAL_CS["quarry",UNIT["metre",1]]'),
 }
 
@@ -104,7 +121,8 @@ def test_the_fix_of_a_refused_dem_fixes_it(tmp_path, name, said):
     heights = fixed.values[np.isfinite(fixed.values)]
     feet = 0.3048 if "heights in feet" in name else 1.0
     assert heights.size > 1000
-    assert heights.min() == pytest.approx(HEIGHTS.min() * feet, rel=0.01)
+    lowest = HEIGHTS[5:].min() if "masked" in name else HEIGHTS.min()
+    assert heights.min() == pytest.approx(lowest * feet, rel=0.01)
     assert heights.max() == pytest.approx(HEIGHTS.max() * feet, rel=0.01)
 
 
@@ -158,7 +176,7 @@ def test_scaled_numbers_become_heights(tmp_path):
         made.scales, made.offsets = (0.5,), (100.0,)
 
     path = tif(tmp_path / "d.tif", values=(HEIGHTS - 100.0) * 2.0, dtype="int16", change=scaled)
-    fixed = carry_out(remedies.unscaled(path, 0.5, 100.0), tmp_path)
+    fixed = carry_out(remedies.unscaled(path), tmp_path)
     assert np.array_equal(read_dem(fixed).values, read_dem(path).values)
 
 
@@ -183,7 +201,7 @@ def test_tiles_of_different_scales_become_one_dem(tmp_path):
     carry_out(str(refused.value).split("for each: ")[1], fixed)
     other = ({"west.tif", "east.tif"} - {named}).pop()
     scale, offset = {"west.tif": (0.5, 100.0), "east.tif": (0.25, 400.0)}[other]
-    carry_out(remedies.unscaled(folder / other, scale, offset), fixed)
+    carry_out(remedies.unscaled(folder / other), fixed)
     assert np.array_equal(read_dem(fixed).values[::-1], np.hstack([HEIGHTS, HEIGHTS]))
 
 
@@ -229,12 +247,31 @@ def test_a_raster_without_place_is_placed_with_its_own_numbers(tmp_path):
 
 def test_every_place_that_prints_a_command_is_tested_here():
     """A new one needs a test of its own, which runs what is printed; then its file is counted here."""
-    tested = {"scene/memory.py": 1, "files/rasters.py": 2, "files/dem_header.py": 9, "files/heights.py": 2}
+    tested = {"scene/memory.py": 1, "files/rasters.py": 2, "files/dem_header.py": 11, "files/heights.py": 2}
     tested |= {"files/tiles.py": 1, "prepare/structures/into_dem.py": 2, "tools/assess_mobilisation.py": 1}
     root = Path(remedies.__file__).parents[1]
     found = {str(each.relative_to(root)): each.read_text().count("{remedies.") for each in root.rglob("*.py")}
     found["files/dem_header.py"] += (root / "files/dem_header.py").read_text().count("= remedies.")
     assert {name: count for name, count in found.items() if count} == tested
+
+
+def test_an_undeclared_margin_is_declared(tmp_path, said):
+    low = HEIGHTS - 480.0
+    low[:8] = 0.0
+    read_dem(tif(tmp_path / "d.tif", values=low), feedback=said)
+    told = next(each for each in said.warnings if "--nodata" in each)
+    fixed = read_dem(carry_out(told.split("Fix: ")[1], tmp_path)).values[::-1]
+    assert np.array_equal(np.isnan(fixed), low == 0.0)
+    assert np.array_equal(fixed[8:], low[8:])
+
+
+def test_another_band_is_written_out(tmp_path, said):
+    path = two_bands(tmp_path / "d.tif")
+    with rasterio.open(path, "r+") as made:
+        made.transform = NORTH_UP
+    assert np.array_equal(read_dem(path, feedback=said).values[::-1], HEIGHTS)
+    told = next(each for each in said.notes if "NUMBER" in each).replace("NUMBER", "1").split("heights; ")[1]
+    assert (read_dem(carry_out(told, tmp_path)).values == 26.0).all()
 
 
 def test_rio_is_named_as_it_is_found(monkeypatch, tmp_path):

@@ -217,11 +217,17 @@ def test_mapped_deadwood_that_lies_brings_it_too(tmp_path, sample, said):
 
 def test_names_that_are_not_taken_are_said(tmp_path, sample, said):
     """As for lines: before, areas with a field of names were silently called 1 and 2."""
-    layer = areas(tmp_path, [RING], Name=["Hinterberg"])
+    layer = areas(tmp_path, [RING], Ort=["Hinterberg"])
     sample(layer, count=5)
-    assert any("the areas are named by their rows, 1 to 1; --release-id-field 'Name'" in each for each in said.notes)
+    assert any("the areas are named by their rows, 1 to 1; --release-id-field 'Ort'" in each for each in said.notes)
     said.notes.clear()
-    sample(layer, count=5, release_id_field="Name", overwrite=True)
+    sample(layer, count=5, release_id_field="Ort", overwrite=True)
+    assert not any("named by their rows" in each for each in said.notes)
+
+
+def test_a_field_called_name_names_the_areas(tmp_path, sample, said):
+    frame = sample(areas(tmp_path, [RING], Name=["Hinterberg"]), count=5)
+    assert set(frame["release_id"]) == {"Hinterberg"}
     assert not any("named by their rows" in each for each in said.notes)
 
 

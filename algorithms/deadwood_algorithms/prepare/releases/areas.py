@@ -14,6 +14,7 @@ from deadwood_algorithms.params.counts import rows_named, significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.prepare.releases.places import area_m2, positions, weighted_positions
 from deadwood_algorithms.prepare.releases.weights import Weights, read_weights
+from deadwood_algorithms.scene.items import named_by
 
 if TYPE_CHECKING:
     import pandas
@@ -43,14 +44,17 @@ class ReleaseAreas:
         return len(self.shapes)
 
     def release_ids(self, field: str | None, feedback: Feedback) -> np.ndarray:
-        """The name of each area: the field asked for, else ``release_id``, else the row number from 1, which is said
-        where a field may hold names.
+        """The name of each area: the field asked for, else ``release_id``, else ``name`` if each area has its own, else
+        the row number from 1, which is said where a field may hold names.
         """
         if field and field not in self.frame:
             known = ", ".join(str(name) for name in self.frame.columns if name != "geometry") or "none"
             where = where_of(self.frame)
             raise UserError(f"{where}: there is no field '{field}' (--release-id-field); the fields are {known}")
-        field = field or ("release_id" if "release_id" in self.frame else None)
+        field = field or named_by(self.frame, ("release_id",))
+        called = named_by(self.frame, ("name",)) if not field else None
+        if called and not self.frame[called].isna().any() and bool(self.frame[called].is_unique):
+            field = called
         if not field and self.named:
             note_unnamed(self.frame, ("release_id",), "areas", "--release-id-field", feedback)
         return id_column(self.frame, field) if field else np.arange(1, len(self.frame) + 1)

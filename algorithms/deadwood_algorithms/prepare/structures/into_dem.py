@@ -33,7 +33,7 @@ def write_with_structures(path: Path, dem: DemWindows, plans: Sequence[Plan], fe
     if dtype.kind in "iu" and scale > COARSE_STEP_M:
         feedback.warn(
             f"{dem.path}: the heights have steps of {scale:g} m, and so will the structures; for finer steps: "
-            f"{remedies.unscaled(dem.path, source.scales[0], source.offsets[0])}",
+            f"{remedies.unscaled(dem.path)}",
             code="stepped-heights",
             step_m=scale,
         )
@@ -101,6 +101,6 @@ def _stored(heights: NDArray[np.float64], dem: DemWindows, at: str) -> NDArray[A
     if bad.any():
         raise UserError(
             f"{at}: the height {heights[bad][0]:.2f} m cannot be stored in the DEM's type ({dtype}); "
-            f"fix: {remedies.unscaled(dem.path, dem.source.scales[0], dem.source.offsets[0])}, and take that DEM"
+            f"fix: {remedies.unscaled(dem.path)}, and take that DEM"
         )
     return numbers.astype(dtype)

@@ -6,7 +6,8 @@ that tool decides what to do about them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ from deadwood_algorithms.files.quantities import read_sizes
 from deadwood_algorithms.files.units import named
 from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.counts import counted
-from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.prepare.trees.sources import ROLES, Layout, names_of, plain_name, plain_names_of
 
 if TYPE_CHECKING:
@@ -25,9 +26,12 @@ if TYPE_CHECKING:
     import pandas
 
 # Units of a DBH, in cm; girth-cm is the circumference, as French and Spanish inventories measure it.
-DBH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54, "girth-cm": 1 / np.pi}
 GIRTH_UNITS = {"cm": 1.0, "m": 100.0, "mm": 0.1, "in": 2.54}  # in cm
-SIZE_UNITS = {"girth-cm": "cm"}  # units in which a girth is given
+DBH_UNITS = {**GIRTH_UNITS, "girth-cm": 1 / np.pi, "radius-cm": 2.0, "radius-m": 200.0}
+SIZE_UNITS = {"girth-cm": "cm", "radius-cm": "cm", "radius-m": "m"}  # units in which a girth or a radius is given
+FACTORS = {"girth": 1 / np.pi, "radius": 2.0}  # of what is measured round a stem, or from its middle
+# A radius without unit: up to the first in m, from the second on in cm; between them it may be that of a crown in m.
+RADIUS_M, RADIUS_CM = 1.0, 4.0
 IN_Z = "the Z of the points"
 HEIGHT_UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "ft": 0.3048}  # in m
 AREA_UNITS = ("m2", "m²", "qm", "sqm")  # names of the unit of a crown's area, which is in m2
@@ -35,6 +39,13 @@ CROWN_MEASURES = ("diameter", "radius", "area")
 # A Z of points or a column z whose median is above this is the height of the ground above the sea, not of a tree.
 TALLEST_M = 80.0
 UNREAD_SHOWN = 4
+# 2024-10-12, 12.10.2024, 10/12/2024; 12-Oct, Okt 12, 12. Okt
+DATE = re.compile(
+    r"\s*(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}"
+    r"|(\d+[-. ]+)?(jan|feb|f[ée]v|m[aä]r|mrz|a[pv]r|ma[iy]|mag|j[uo]in|giu|jun|jul|juil|lug|aug|ao[uû]t|ago|sep|set"
+    r"|o[ck]t|ott|nov|de[zc]|d[ée]c|dic)\w*\.?([-. ]+\d+)?\b)",
+    re.IGNORECASE,
+)
 
 
 def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> str | None:
@@ -43,7 +54,7 @@ def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterab
 
 
 def candidates(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> list[str]:
-    """The requested column, otherwise those of the usual names that exist, the most specific first."""
+    """The requested column, otherwise those of the usual names that exist, the most specific first, empty ones last."""
     there = names_of(source)
     if asked and asked.lower() not in there:
         has = ", ".join(dict.fromkeys(there.values()))
@@ -52,7 +63,22 @@ def candidates(source: pandas.DataFrame, asked: str | None, option: str, names: 
         return [there[asked.lower()]]
     plain = plain_names_of(source)
     found = (there.get(name) or plain.get(plain_name(name)) for name in names)
-    return list(dict.fromkeys(name for name in found if name))
+    return sorted(dict.fromkeys(name for name in found if name), key=lambda name: is_empty(source, name))
+
+
+def is_empty(source: pandas.DataFrame, name: str) -> bool:
+    """Whether a column has no value at all."""
+    return bool(source[name].isna().all())
+
+
+def warn_of_empty(source: pandas.DataFrame, asked: str | None, names: Iterable[str], feedback: Feedback) -> None:
+    """Refuse a requested column without any value, and warn of one that was found by its name."""
+    why = "wholly empty (formulas whose values were not stored? open and save the table in a spreadsheet program)"
+    if asked and len(source) and is_empty(source, asked := candidates(source, asked, "", ())[0]):
+        raise UserError(f"{where_of(source)}: the field '{asked}' is {why}")
+    for name in candidates(source, None, "", names):
+        if is_empty(source, name) and not asked:
+            feedback.warn(f"{where_of(source)}: the field '{name}' is {why}; it is not used", code="empty-field")
 
 
 def words_of(text: str | None) -> dict[str, float]:
@@ -76,7 +102,7 @@ def sizes(
     source: pandas.DataFrame,
     name: str,
     unit: str,
-    missing_value: float | None,
+    missing_value: float | Sequence[float] | None,
     feedback: Feedback,
     words: Mapping[str, float] | None = None,
 ) -> np.ndarray:
@@ -122,13 +148,21 @@ def refuse_unread(source: pandas.DataFrame, name: str, unread: np.ndarray) -> No
     row = int(np.argmax(unread))
     words = list(dict.fromkeys(str(cell).strip() for cell in source[name][unread]))
     rows = f" and {unread.sum() - 1} more" if unread.sum() > 1 else ""
+    dated = ""
+    if is_date(source[name][unread].iloc[0]):
+        dated = " is a date (a spreadsheet makes one of a class such as 10-12, or of 5.10: make the column text there),"
     wanted = quoted("; ".join(f"{word}=NUMBER" for word in words[:UNREAD_SHOWN]))
     more = f", and {len(words) - UNREAD_SHOWN} words more" if len(words) > UNREAD_SHOWN else ""
     raise UserError(
-        f"{where_of(source)}, field '{name}', row {int(source.index[row]) + 1}{rows}: '{words[0]}' is neither a size "
-        f"nor a class with two ends; correct it, or define such words with --read-as {wanted}{more} (nothing "
+        f"{where_of(source)}, field '{name}', row {int(source.index[row]) + 1}{rows}: '{words[0]}'{dated} is neither "
+        f"a size nor a class with two ends; correct it, or define such words with --read-as {wanted}{more} (nothing "
         "instead of NUMBER: a gap)"
     )
+
+
+def is_date(cell: object) -> bool:
+    """Whether a cell is a date, or the text of one, in which a spreadsheet has turned it."""
+    return hasattr(cell, "year") or DATE.match(str(cell)) is not None
 
 
 def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> str:
@@ -147,31 +181,62 @@ def dbh_column(
     layout: Layout,
     asked: str | None,
     unit: str | None,
-    missing_value: float | None,
+    missing_value: float | Sequence[float] | None,
     feedback: Feedback,
     words: Mapping[str, float] | None = None,
 ) -> np.ndarray:
     """DBH in cm, NaN where missing; without ``unit`` the field's name determines it (``BHD [mm]``, ``dbh_in``), else
     cm.
 
-    If the table has no DBH but the girth at breast height, according to its name, the DBH is the girth divided by pi,
-    with a note.
+    If the table has no DBH but, according to a name, the girth or the radius at breast height, the DBH follows from
+    it, with a warning.
     """
     where = where_of(source)
+    warn_of_empty(source, asked, layout.dbh, feedback)
     name = find(source, asked, "--dbh-field", layout.dbh)
-    girth = find(source, None, "", layout.girth) if name is None else None
-    if asked and unit is None and named(asked).plain in layout.girth:
-        name, girth = None, name
-    if girth is not None:
-        measured = unit_of(girth, GIRTH_UNITS, None, "cm", where, feedback)
-        feedback.warn(
-            f"{where}: the field '{girth}' is read as the girth in {measured}; the DBH is the girth / pi", code="girth"
-        )
-        return sizes(source, girth, measured, missing_value, feedback, words) * GIRTH_UNITS[measured] / np.pi
+    if asked is None and (name is None or is_empty(source, name)):
+        round_ = (find(source, None, "", names) for names in (layout.girth, layout.radius))
+        name = next((each for each in round_ if each), name)
     if name is None:
         return np.full(len(source), np.nan)
+    plain, kind = plain_name(name), ""
+    if unit is None or unit in GIRTH_UNITS:
+        of_kind = {"radius": layout.radius} if unit else {"girth": layout.girth, "radius": layout.radius}
+        kind = next((each for each, names in of_kind.items() if plain in map(plain_name, names)), "")
+    if kind:
+        return _from_round(source, name, kind, unit, missing_value, feedback, words)
     measured = unit_of(name, DBH_UNITS, unit, "cm", where, feedback)
     return sizes(source, name, SIZE_UNITS.get(measured, measured), missing_value, feedback, words) * DBH_UNITS[measured]
+
+
+def _from_round(
+    source: pandas.DataFrame,
+    name: str,
+    kind: str,
+    unit: str | None,
+    missing_value: float | Sequence[float] | None,
+    feedback: Feedback,
+    words: Mapping[str, float] | None,
+) -> np.ndarray:
+    """DBH in cm from the girth or the radius of the stem; a radius without unit is judged by its median."""
+    where = where_of(source)
+    usual = "cm"
+    if kind == "radius" and unit is None and named(name).unit not in GIRTH_UNITS:
+        numbers = sizes(source, name, "cm", missing_value, Quiet(), words)
+        middle = float(np.median(numbers[np.isfinite(numbers)])) if np.isfinite(numbers).any() else 0.0
+        if RADIUS_M < middle < RADIUS_CM:
+            feedback.warn(
+                f"{where}: the field '{name}' (median {middle:.3g}) is a radius of the stem in cm, or of the crown in "
+                "m; it is not used. --dbh-field names it, --dbh-unit radius-cm or radius-m its unit",
+                code="radius-not-read",
+                median=middle,
+            )
+            return np.full(len(source), np.nan)
+        usual = "m" if middle <= RADIUS_M else "cm"
+    measured = unit_of(name, GIRTH_UNITS, unit, usual, where, feedback)
+    said = "2 x the radius" if kind == "radius" else "the girth / pi"
+    feedback.warn(f"{where}: the field '{name}' is read as the {kind} in {measured}; the DBH is {said}", code=kind)
+    return sizes(source, name, measured, missing_value, feedback, words) * GIRTH_UNITS[measured] * FACTORS[kind]
 
 
 def height_column(
@@ -179,7 +244,7 @@ def height_column(
     layout: Layout,
     asked: str | None,
     unit: str | None,
-    missing_value: float | None,
+    missing_value: float | Sequence[float] | None,
     feedback: Feedback,
     words: Mapping[str, float] | None = None,
 ) -> np.ndarray:
@@ -189,7 +254,9 @@ def height_column(
     above the height of trees is the elevation of the ground: it is ignored, with a message.
     """
     where = where_of(source)
+    warn_of_empty(source, asked, layout.height, feedback)
     names = candidates(source, asked, "--height-field", layout.height)
+    names = [name for name in names if not is_empty(source, name)]
     if not names and layout.height_in_z and has_z(source):
         source = source.copy()
         source[IN_Z] = shapely.get_z(np.asarray(source.geometry.array))

@@ -12,7 +12,7 @@ from deadwood_algorithms import schemas
 from deadwood_algorithms.files.accounts import OFF_DEM
 from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.params.counts import counted
-from deadwood_algorithms.params.tool import Feedback
+from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees import columns as tree_columns
 from deadwood_algorithms.prepare.trees import status as tree_status
 from deadwood_algorithms.prepare.trees.dbh_filling import Filled
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 # Height / DBH [-] of the median tree of a stand: solitary oaks to dense spruce. With a girth taken as DBH it is a
 # third of that.
 SLENDERNESS = (25, 150)
+MOST_DROPPED, FEWEST_JUDGED = 0.9, 10  # share of trees without a possible size; of how many
 IN_MM = 12  # below this the DBH is more likely in millimetres (a tenth of 25 to 150) than a girth (a third)
 
 
@@ -63,6 +64,7 @@ def trees_kept(
                 said.append(f"{counted((kept & wrong).sum(), 'tree')} dropped: {column} {words} {schema.unit}")
                 source.left_out["size"] += int((kept & wrong).sum())
                 kept &= ~wrong
+    refuse_most_dropped(source, status, kept, said)
     if ground:
         x, y = shapely.get_x(source.places), shapely.get_y(source.places)
         on = ground.contains(x, y)
@@ -80,6 +82,18 @@ def trees_kept(
         source.left_out["same_place"] = int(goes.sum())
         kept[np.flatnonzero(kept)[goes]] = False
     return kept, said
+
+
+def refuse_most_dropped(source: Source, status: np.ndarray, kept: np.ndarray, said: list[str]) -> None:
+    """Reject a table of whose standing trees few have a possible size: it was not understood."""
+    standing = int((status != tree_status.GONE).sum())
+    lost = standing - int(kept.sum())
+    if standing >= FEWEST_JUDGED and lost >= MOST_DROPPED * standing and kept.any():
+        raise UserError(
+            f"{where_of(source.frame)}: only {int(kept.sum())} of {standing} trees have a possible size "
+            f"({'; '.join(said)}); name the fields and their units (--dbh-field, --dbh-unit, --height-field, "
+            "--height-unit), lower --min-height-m, or delete the rows that are no trees"
+        )
 
 
 def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: Feedback) -> None:

@@ -69,8 +69,8 @@ class TableOptions:
         default=None,
         help="Without it: from the source or the field's usual name, else the diameter.",
     )
-    missing_value: float | None = tool.number(
-        "Number that marks a missing value", default=None, help="For example -1 (FINT-CH) or 0."
+    missing_value: tuple[float, ...] | None = tool.ask(
+        "numbers", "Numbers that mark a missing value", default=None, help="Several with commas; FINT-CH writes -1."
     )
     read_as: str | None = tool.text(
         "Words in the columns of DBH and height, and their numbers",
@@ -155,7 +155,13 @@ def sizes(
     for what, values, other in (("DBH", dbh, "height"), ("height", height, "DBH")):
         if np.isnan(values).all():
             warn_of_idle_fields(frame, layout, what, other, named_fields, feedback)
-    warn_implausible(dbh, schemas.TREES.column("dbh_cm"), where, feedback, fix="--dbh-unit names the unit")
+    warn_implausible(
+        dbh,
+        schemas.TREES.column("dbh_cm"),
+        where,
+        feedback,
+        fix="--dbh-unit names the unit, also that of a girth or of a radius",
+    )
     warn_implausible(height, schemas.TREES.column("height_m"), where, feedback, fix="--height-unit names the unit")
 
     sample = None

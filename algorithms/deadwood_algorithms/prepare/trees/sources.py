@@ -40,6 +40,7 @@ class Layout:
     id: tuple[str, ...] = ()
     dbh: tuple[str, ...] = ()
     girth: tuple[str, ...] = ()  # circumference at breast height, if there is no dbh
+    radius: tuple[str, ...] = ()  # of the stem at breast height, if there is neither
     height: tuple[str, ...] = ()
     height_in_z: bool = False  # the points' Z is the height, if no column has it
     species: tuple[str, ...] = ()
@@ -63,13 +64,16 @@ USUAL_GIRTH = ("girth", "gbh", "cbh", "circumference", "umfang", "stammumfang", 
 USUAL_GIRTH += ("st_umf", "brusthöhenumfang", "circonference", "circonférence", "circonfere", "circ", "c130")
 USUAL_GIRTH += ("circonferenza", "circonf", "omtrek", "stamomtrek", "perimetro", "circunferencia")
 USUAL_GIRTH += tuple(f"{name}_{unit}" for name in USUAL_GIRTH for unit in ("cm", "mm", "m"))
+# Its radius, as programs that fit circles to point clouds give it (TreeLS, 3D Forest).
+USUAL_RADIUS = ("radius", "stem_radius", "dbh_radius", "stammradius", "stamm_radius", "rayon", "raggio", "radio")
+USUAL_RADIUS += tuple(f"{name}_{unit}" for name in USUAL_RADIUS for unit in ("cm", "mm", "m"))
 
 # The tree's height takes precedence over a plain "height", which may be above sea level.
 USUAL_HEIGHT = ("height_m", "tree_height_m", "tree_heigh", "tree_height", "treeheight", "baumhoehe", "baumhöhe")
 USUAL_HEIGHT += ("baum_hoehe", "hauteur_arbre", "hauteur_totale", "haut_tot", "altezza_albero", "altezza_totale")
 USUAL_HEIGHT += ("total_height", "gesamthöhe", "scheitelhöhe", "baumlänge")
 USUAL_HEIGHT += ("h_tot", "htot", "height", "hoehe", "höhe", "hauteur", "altezza", "altura", "hoogte", "th", "tth")
-USUAL_HEIGHT += ("h_m", "h", "z")
+USUAL_HEIGHT += ("h_m", "ht", "hgt", "tree_ht", "tot_ht", "total_ht", "h", "z")
 
 USUAL_STATUS = ("live_dead", "plantstatus", "tree_status", "status", "zustand", "baumzustand", "lebend_tot")
 USUAL_STATUS += ("tot_lebend", "lebendstatus", "etat", "état", "etat_arbre", "statut", "vivant_mort", "stato")
@@ -83,6 +87,7 @@ USUAL = Layout(
     id=("tree_id", "treeid", "tree_no", "id", "dn", "baumnr", "baum_nr", "baumnummer", "baum_id", "individualid", "nr"),
     dbh=USUAL_DBH,
     girth=USUAL_GIRTH,
+    radius=USUAL_RADIUS,
     height=USUAL_HEIGHT,
     height_in_z=True,
     species=("species", "spp", "baumart", "essence", "specie", "spezies", "especie", "gehoelzart", "art", "s"),
@@ -242,7 +247,7 @@ LAYOUTS = (
         status=("type",),
     ),
 )
-ROLES = ("id", "dbh", "girth", "height", "species", "crown", "status")
+ROLES = ("id", "dbh", "girth", "radius", "height", "species", "crown", "status")
 SOURCES = ("auto", USUAL.source, *dict.fromkeys(each.source for each in LAYOUTS))
 
 
@@ -290,7 +295,7 @@ def _completed(layout: Layout) -> Layout:
     claimed = {name for names in own.values() for name in names}
     more = {
         role: own[role] + tuple(name for name in getattr(USUAL, role) if name not in claimed)
-        for role in ("id", "dbh", "girth", "species", "status")
+        for role in ("id", "dbh", "girth", "radius", "species", "status")
     }
     crown = layout.crown | {name: kind for name, kind in USUAL.crown.items() if name not in claimed}
     return replace(layout, **more, crown=crown)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,6 +55,7 @@ FLAGS: dict[str, str] = dict.fromkeys(
 FLAGS |= dict.fromkeys(("alive", "is_alive", "live", "living", "lebend", "lebt", "vivant", "vivo"), "live")
 YES = ("1", "yes", "y", "true", "t", "ja", "j", "wahr", "oui", "o", "vrai", "sì", "si", "s", "vero", "x")
 NO = ("0", "no", "n", "false", "f", "nein", "falsch", "non", "faux", "falso", "")
+REMARKS = re.compile(r"remar[kq]|bemerk|anmerk|kommentar|comment|not(e|iz|a)|observ|osserv|hinweis", re.IGNORECASE)
 NEGATED = re.compile(r"\b(not|no|non|pas|nicht|kein\w*)\b")
 
 
@@ -79,13 +80,7 @@ def status_of(
                 trees=int(is_dead.sum()),
             )
             return np.where(is_dead, DEAD, LIVE)
-        if unread := passed_over(source):
-            feedback.warn(
-                f"{where}: all trees count as living, but the field '{unread}' holds words such as "
-                f"'{_telling_word(source[unread])}'; --status-field {quoted(unread)} reads it",
-                code="status-not-read",
-            )
-        return np.full(len(source), LIVE)
+        return warn_of_remarks(source, np.full(len(source), LIVE), None, feedback)
     words = [code_of(value) for value in source[name]]
     lists = [(DEAD, codes(dead) or layout.dead), (GONE, codes(gone) or layout.gone)]
     if gone and not dead:
@@ -112,7 +107,28 @@ def status_of(
                 shown = ", ".join(f"{word}: {count}" for word, count in of_kind[:WORDS_SHOWN])
                 parts.append(f"{label} ({shown}{', ...' if len(of_kind) > WORDS_SHOWN else ''})")
         feedback.note(f"{where}, field '{name}': {'; '.join(parts)}", code="status-read")
+    return warn_of_remarks(source, status, name, feedback)
+
+
+def warn_of_remarks(source: pandas.DataFrame, status: np.ndarray, used: str | None, feedback: Feedback) -> np.ndarray:
+    """Warn if another field says of trees that count as living that they are dead or no longer stand."""
+    for name in told_by(source, used):
+        meant = np.array([_known(meaning_of(code_of(value), None, None)) for value in source[name]])
+        dead, gone = (int(((status == LIVE) & (meant == kind)).sum()) for kind in (DEAD, GONE))
+        if dead or gone:
+            feedback.warn(
+                f"{where_of(source)}: by the field '{name}' {dead} dead and {gone} fallen or removed trees count as "
+                f"living ('{_telling_word(source[name])}'); --status-field {quoted(name)} reads it",
+                code="status-not-read",
+                dead=dead,
+                gone=gone,
+            )
+            break
     return status
+
+
+def _known(kind: int | None) -> int:
+    return LIVE if kind is None else kind
 
 
 def meaning_of(word: str, dead: str | None, gone: str | None) -> int | None:
@@ -140,22 +156,25 @@ def flags_of(source: pandas.DataFrame) -> tuple[str, np.ndarray] | None:
     return None
 
 
-def passed_over(source: pandas.DataFrame) -> str | None:
-    """A field with few different words, all known, some of which mean dead or removed trees."""
+def told_by(source: pandas.DataFrame, used: str | None) -> Iterator[str]:
+    """Fields, other than the one used, with few different words, all known, or with remarks, some of which mean dead
+    or removed trees.
+    """
     import pandas
 
     for name in source.columns:
-        if name == "geometry" or pandas.api.types.is_numeric_dtype(source[name]):
+        if name in ("geometry", used) or pandas.api.types.is_numeric_dtype(source[name]):
             continue
         words = {code_of(value) for value in source[name]} - {""}
         meant = [meaning_of(word, None, None) for word in words]
-        if 0 < len(words) <= MOST_WORDS and None not in meant and any(kind != LIVE for kind in meant):
-            return str(name)
-    return None
+        of_remarks = REMARKS.search(str(name)) is not None
+        known = 0 < len(words) <= MOST_WORDS and None not in meant
+        if (known or of_remarks) and any(kind not in (None, LIVE) for kind in meant):
+            yield str(name)
 
 
 def _telling_word(column: Iterable[object]) -> str:
-    return next(word for word in map(code_of, column) if word and meaning_of(word, None, None) != LIVE)
+    return next(word for word in map(code_of, column) if _known(meaning_of(word, None, None)) != LIVE)
 
 
 def code_of(value: object) -> str:

@@ -152,9 +152,10 @@ def earlier_visits(frame: pandas.DataFrame, tree: str, date: str, among: np.ndar
 
 def measured_trees(path: str, feedback: Feedback) -> tuple[np.ndarray, np.ndarray]:
     """DBH [cm] and height [m] of the living trees of a sample."""
-    from deadwood_algorithms.files.vectors import read_table
+    from deadwood_algorithms.files.vectors import read_table, say_of_rows
 
     rows = read_table(path, what="sample of trees")
+    say_of_rows(rows, feedback)
     layout = tree_sources.layout_of(rows, path, "auto", mapped=False)
     living = tree_status.status_of(rows, layout, None, None, None, feedback) == tree_status.LIVE
     dbh = tree_columns.dbh_column(rows, layout, None, None, layout.missing_value, feedback)

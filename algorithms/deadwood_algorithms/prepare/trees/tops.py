@@ -123,15 +123,20 @@ def _canopy(read: Callable[[slice], NDArray[np.float64]], rows: slice, highest: 
 
 
 def _are_rounded(read: Callable[[slice], NDArray[np.float64]], shape: tuple[int, int]) -> bool:
-    """Whether all heights in a sample of five strips are multiples of a decimetre."""
+    """Whether all heights in a sample are multiples of a decimetre."""
+    return all(
+        (np.abs(heights - ROUNDED_M * np.rint(heights / ROUNDED_M)) <= ROUNDED_TO_M).all()
+        for heights in samples_of(read, shape)
+    )
+
+
+def samples_of(read: Callable[[slice], NDArray[np.float64]], shape: tuple[int, int]) -> Iterator[NDArray[np.float64]]:
+    """The known heights of five strips over the whole."""
     ny, nx = shape
     rows = max(1, SAMPLE_CELLS // (5 * nx))
     for start in np.linspace(0, max(0, ny - rows), 5).astype(int).tolist():
         heights = read(slice(start, min(ny, start + rows)))
-        heights = heights[np.isfinite(heights)]
-        if (np.abs(heights - ROUNDED_M * np.rint(heights / ROUNDED_M)) > ROUNDED_TO_M).any():
-            return False
-    return True
+        yield heights[np.isfinite(heights)]
 
 
 def _highest_of(

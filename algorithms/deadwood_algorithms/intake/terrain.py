@@ -1,0 +1,166 @@
+"""What is doubted about a terrain model: crowns on it, numbers that are no heights, an undeclared value for nothing.
+
+Arrays only: samples of the heights [m], NaN outside, as `files/dem_windows` takes them from a large model. The steps
+and the steepness of heights are judged there too (`files/heights`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deadwood_algorithms.intake.doubts import Check, Doubt
+from deadwood_algorithms.intake.names import OF_SLOPE, words_of
+
+# A top stands more than CROWN_M above every cell of a ring of RING_M: 0.000 to 0.010 per ha on terrain models, cliffs
+# of 8 m included, and 27 to 47 on surface models of a forest. COARSEST_M: beyond it a crown is less than a cell.
+CROWN_M, RING_M, COARSEST_M = 3.0, 4.0, 4.0
+TOPS_PER_HA, FEWEST_TOPS = 0.5, 3
+
+# Heights rise over LAG cells nearly LAG times as much as over one: 0.66 to 1.0 of that on terrain models. Slopes,
+# aspects and grey values wander within their range: 0.15 to 0.29 on the same ground.
+# On smooth ground they differ over twice as many cells (0.57 against 0.74 and more).
+LAG, WANDERING, WANDERING_NAMED, WANDERING_SMOOTH, LEAST_SPREAD = 16, 0.45, 0.9, 0.65, 15.0
+MOST_DEGREES = 360.0
+MOST_SLOPE_DEG, LEAST_SLOPE_CELLS = 90.0, 100
+
+# An undeclared margin of one value on low ground is lower than its rim by more than the shore of a sea.
+EMPTY_M = (0.0, -1.0, -9.0, -99.0)
+RIM_M, RIM_TIMES, EMPTY_CELLS, EMPTY_SHARE = 3.0, 3.0, 20, 0.002
+LOW_M = 100.0  # above it `files/heights` takes such a margin as outside
+
+
+@dataclass(frozen=True)
+class Terrain:
+    """Samples of a terrain model: heights [m], their cell [m], the file's name, and the command that declares nodata.
+
+    named : what the file and its band are called
+    """
+
+    samples: Sequence[NDArray[np.floating]]
+    cell: float
+    named: str = ""
+    declared: Callable[[float], str] = lambda value: f"declare {value:g} as its nodata"
+
+
+def crowns(terrain: Terrain) -> Doubt | None:
+    """A surface model: many tops that no ground has."""
+    if terrain.cell > COARSEST_M:
+        return None
+    counted = [tops_of(each, terrain.cell) for each in terrain.samples]
+    tops, hectares = (sum(each) for each in zip(*counted, strict=True))
+    if tops < FEWEST_TOPS or tops < TOPS_PER_HA * hectares:
+        return None
+    rate = tops / hectares
+    return Doubt(
+        "surface-model",
+        f"{rate:.3g} tops per hectare stand more than {CROWN_M:g} m above everything {RING_M:g} m around them, as tree "
+        "crowns do, and no ground; is it a surface model (DSM, DOM, MNS)? Logs would slide over the crowns: use the "
+        "terrain model (DTM, DGM, MNT)",
+        {"tops": tops, "tops_per_ha": rate},
+    )
+
+
+def tops_of(heights: NDArray[np.floating], cell: float) -> tuple[int, float]:
+    """How many cells are tops, the highest of their eight neighbours, and on how many hectares they were sought."""
+    reach = int(np.ceil(RING_M / cell + 0.5))
+    ny, nx = heights.shape[0] - 2 * reach, heights.shape[1] - 2 * reach
+    if ny < 1 or nx < 1:
+        return 0, 0.0
+
+    def shifted(down: int, right: int) -> NDArray[np.floating]:
+        return heights[reach + down : reach + down + ny, reach + right : reach + right + nx]
+
+    span = range(-reach, reach + 1)
+    ring = [(j, i) for j in span for i in span if abs(np.hypot(j, i) * cell - RING_M) <= 0.5 * cell]
+    around, known = np.full((ny, nx), -np.inf), np.isfinite(shifted(0, 0))
+    for offset in ring:
+        there = shifted(*offset)
+        around = np.fmax(around, there)
+        known &= np.isfinite(there)
+    here = shifted(0, 0)
+    top = known & (here - np.where(known, around, 0.0) > CROWN_M)
+    if top.any():
+        near = [(j, i) for j in (-1, 0, 1) for i in (-1, 0, 1) if j or i]
+        for offset in near:
+            top &= (here > shifted(*offset)) if offset < (0, 0) else (here >= shifted(*offset))
+    return int(top.sum()), float(known.sum()) * cell**2 / 1e4
+
+
+def no_heights(terrain: Terrain) -> Doubt | None:
+    """Slopes, aspects or grey values in place of heights: within their range, and wandering."""
+    known = np.concatenate([each[np.isfinite(each)] for each in terrain.samples] or [np.empty(0)])
+    if known.size < LEAST_SLOPE_CELLS or known.min() < 0.0 or known.max() > MOST_DEGREES:
+        return None
+    low, high = np.quantile(known, [0.05, 0.95])
+    wander = wandering(terrain.samples, LAG)
+    limit = WANDERING_NAMED if words_of(terrain.named) & OF_SLOPE else WANDERING
+    smooth = known.max() <= MOST_SLOPE_DEG and wandering(terrain.samples, 2 * LAG) < WANDERING_SMOOTH
+    if high - low <= LEAST_SPREAD or not (wander < limit or smooth):
+        return None
+    what = "slopes in degrees" if known.max() <= MOST_SLOPE_DEG else "aspects or grey values"
+    return Doubt(
+        "not-heights",
+        f"its numbers, {known.min():.3g} to {known.max():.3g}, look like {what}, not like heights: give the terrain "
+        "model itself",
+        {"lowest": float(known.min()), "highest": float(known.max()), "wandering": wander},
+    )
+
+
+def wandering(samples: Sequence[NDArray[np.floating]], lag: int) -> float:
+    """Mean difference over ``lag`` cells as a share of ``lag`` mean differences over one; 1 for a plane."""
+    rises = [_mean_rise(samples, apart) for apart in (1, lag)]
+    return rises[1] / rises[0] / lag if rises[0] > 0.0 and np.isfinite(rises[1]) else 1.0
+
+
+def _mean_rise(samples: Sequence[NDArray[np.floating]], apart: int) -> float:
+    """Mean difference [m] between cells so far apart along rows and columns; NaN if there are none."""
+    total, cells = 0.0, 0
+    for heights in samples:
+        for along in (heights, heights.T):
+            rise = np.abs(along[:, apart:].astype(np.float64) - along[:, :-apart])
+            total, cells = total + float(np.nansum(rise)), cells + int(np.isfinite(rise).sum())
+    return total / cells if cells else np.nan
+
+
+def undeclared(terrain: Terrain) -> Doubt | None:
+    """Cells of one usual value for nothing, beside ground that rises from them like a wall."""
+    for empty in EMPTY_M:
+        cells, all_cells, rim, rises, lowest = 0, 0, [np.empty(0)], [np.empty(0)], np.inf
+        for heights in terrain.samples:
+            hole, known = heights == empty, np.isfinite(heights)
+            cells, all_cells = cells + int(hole.sum()), all_cells + int(known.sum())
+            lowest = min(lowest, float(np.min(heights, where=known & ~hole, initial=np.inf)))
+            for one, other, a, b in _pairs(heights, hole):
+                rim += [(b - empty)[one & ~other & np.isfinite(b)], (a - empty)[other & ~one & np.isfinite(a)]]
+                rises.append(np.abs(a - b)[~one & ~other & np.isfinite(a) & np.isfinite(b)])
+        edge, usual = np.concatenate(rim), np.concatenate(rises)
+        if cells < max(EMPTY_CELLS, EMPTY_SHARE * all_cells) or edge.size < 5 or lowest > empty + LOW_M:
+            continue
+        step = float(np.median(edge))
+        if step > max(RIM_M, RIM_TIMES * (float(np.median(usual)) if usual.size else 0.0)):
+            return Doubt(
+                "undeclared-nodata",
+                f"{cells} cells hold exactly {empty:g} m, and the ground beside them stands {step:.3g} m above them: "
+                "is this an undeclared nodata value? Logs would come to rest there. Fix: " + terrain.declared(empty),
+                {"value_m": empty, "cells": cells, "rim_m": step},
+            )
+    return None
+
+
+def _pairs(
+    heights: NDArray[np.floating], hole: NDArray[np.bool_]
+) -> Iterator[tuple[NDArray, NDArray, NDArray, NDArray]]:
+    """Neighbours along rows and columns: whether each is in the hole, and their heights."""
+    for values, empty in ((heights, hole), (heights.T, hole.T)):
+        yield empty[:, :-1], empty[:, 1:], values[:, :-1], values[:, 1:]
+
+
+CHECKS = (
+    Check("surface-model", "a surface model: tree crowns stand on it", crowns),
+    Check("not-heights", "slopes, aspects or grey values in place of heights", no_heights),
+    Check("undeclared-nodata", "an undeclared value for nodata on low ground", undeclared),
+)

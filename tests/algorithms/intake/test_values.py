@@ -1,0 +1,107 @@
+"""What is doubted about friction, canopies, coordinates, lines with heights, and pages of web services."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deadwood_algorithms.intake import places, terrain, values
+from deadwood_algorithms.intake.pages import one_page
+from deadwood_algorithms.intake.places import off_the_ground, rounded
+from deadwood_algorithms.intake.values import codes, groundless, too_large
+
+
+def test_friction_of_codes_or_of_several_units_is_doubted():
+    assert codes(np.array([1.0, 3.0, 3.0, np.nan])) is not None
+    assert codes(np.array([0.3, 0.4, 1.0])) is None
+    assert codes(np.full(9, 1.0)) is None
+    some = too_large(np.repeat([0.3, 30.0], [90, 10]))
+    assert some is not None
+    assert some.numbers["share"] == pytest.approx(0.1)
+    assert too_large(np.repeat([0.3, 1.2], [90, 10])) is None
+
+
+def test_a_canopy_comes_down_to_the_ground():
+    heights = np.clip(np.random.default_rng(2).normal(8.0, 9.0, 10_000), 0.0, None)
+    assert groundless(heights) is None
+    doubt = groundless(heights + 52.0)
+    assert doubt is not None
+    assert doubt.numbers["lowest_m"] == pytest.approx(52.0)
+    assert groundless(np.where(heights < 5.0, np.nan, heights)) is None  # cut off by its maker
+
+
+def test_coordinates_cut_by_a_spreadsheet_are_doubted():
+    draw = np.random.default_rng(3)
+    x, y = 2_700_000 + draw.uniform(0, 160, 40), 1_200_000 + draw.uniform(0, 200, 40)
+    assert rounded(x, y) is None
+    assert rounded(np.round(x), np.round(y)) is None
+    cut = [np.array([float(f"{each:.5E}") for each in axis]) for axis in (x, y)]
+    doubt = rounded(*cut)
+    assert doubt is not None
+    assert doubt.numbers["step_m"] == 10.0
+    assert rounded(cut[0], y) is not None
+    assert rounded(np.round(8.75 + x / 1e9, 4) + np.arange(40) * 1e-4, 46.9 + y / 1e9, degrees=True) is not None
+
+
+def test_a_tunnel_is_doubted_by_its_z():
+    item = np.array([0, 0, 1, 1])
+    doubt = off_the_ground(["road", "tunnel"], item, np.array([0.3, -0.5, -42.0, -42.0]), np.full(4, 5.0))
+    assert doubt is not None
+    assert doubt.numbers == {"metres": -42.0, "length_m": 10.0, "lines": 1}
+    assert off_the_ground(["road"], np.zeros(2, int), np.array([0.3, np.nan]), np.full(2, 5.0)) is None
+
+
+ROW = {
+    "type": "Feature",
+    "properties": {"numberMatched": 99},
+    "geometry": {"type": "Point", "coordinates": [8.0, 46.0]},
+}
+
+
+@pytest.mark.parametrize(
+    ("members", "total"),
+    [
+        ({"numberMatched": 40, "numberReturned": 10}, 40),
+        ({"totalFeatures": 40}, 40),
+        ({"totalFeatures": "unknown", "numberMatched": 40}, 40),
+        ({"links": [{"rel": "self", "href": "a"}, {"rel": "next", "href": "b"}]}, None),
+        ({"properties": {"exceededTransferLimit": True}}, None),
+        ({"exceededTransferLimit": True}, None),
+        ({"context": {"matched": 40, "returned": 10}}, 40),
+        ({"next": "https://example.org/?page=2"}, None),
+    ],
+)
+def test_a_page_of_a_service_says_so_itself(tmp_path, members, total):
+    path = tmp_path / "a.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [ROW] * 10} | members))
+    doubt = one_page(path, 10)
+    assert doubt is not None
+    assert doubt.numbers == {"rows": 10} | ({"total": total} if total else {})
+
+
+@pytest.mark.parametrize("members", [{}, {"numberMatched": 10}, {"next": None}, {"exceededTransferLimit": False}])
+def test_a_whole_answer_is_not_doubted(tmp_path, members):
+    path = tmp_path / "a.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [ROW] * 10} | members))
+    assert one_page(path, 10) is None
+
+
+def test_a_page_of_gml_says_so_in_its_attributes(tmp_path):
+    path = tmp_path / "a.gml"
+    path.write_text(
+        '<wfs:FeatureCollection xmlns:wfs="w" numberMatched="40" numberReturned="10"></wfs:FeatureCollection>'
+    )
+    doubt = one_page(path, 10)
+    assert doubt is not None
+    assert doubt.numbers["total"] == 40
+    path.write_text('<w:C xmlns:w="w" numberMatched="unknown"><w:truncatedResponse/></w:C>')
+    assert one_page(path, 10) is not None
+
+
+def test_the_page_lists_every_check():
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "inspect.md").read_text(encoding="utf-8")
+    for check in (*terrain.CHECKS, *values.FRICTION, *values.CANOPY, *places.CHECKS):
+        assert f"| `{check.code}` | {check.doubts} |" in page
