@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 OVERVIEW, LAYER, PICTURE, REPORT = "overview.csv", "overview.gpkg", "overview.png", "report.html"
 ON_PAGE = 12  # sites that the report shows
 # Options of slide-logs that mean another thing here:
-APART = ("output", "overwrite", "resume", "report", "plan", "plan_logs", "plan_workers")
+APART = ("output", "overwrite", "resume", "restart", "report", "plan", "plan_logs", "plan_workers")
 
 
 @dataclass(frozen=True, kw_only=True)

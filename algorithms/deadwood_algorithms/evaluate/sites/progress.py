@@ -23,8 +23,7 @@ class SitesFolder:
     def __init__(self, output: str, *, resume: bool, feedback: Feedback) -> None:
         self.path = working_folder(output)
         self.sites, self.releases = self.path / "sites", self.path / "releases"
-        if self.path.is_dir() and not resume:
-            feedback.note(f"{self.path}: the unfinished work of an earlier run is discarded (--resume continues it)")
+        if self.path.is_dir() and not resume:  # with nothing that could be continued (`refuse_unfinished`)
             shutil.rmtree(self.path)
         elif resume and not self.path.is_dir():
             feedback.note(f"{self.path}: there is no unfinished work to resume; all sites are slid")

@@ -24,6 +24,7 @@ OURS = (
     "output",
     "overwrite",
     "resume",
+    "restart",
     "plan",
     "plan_logs",
     "plan_workers",
