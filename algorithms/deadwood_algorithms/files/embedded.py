@@ -74,6 +74,11 @@ def seal_of_record(record: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def is_sealed(record: Mapping[str, Any]) -> bool:
+    """Whether a record, or a manifest, is as it was written, or from before there were seals."""
+    return not record.keys() & {"seal", "content", "files"} or record.get("seal") == seal_of_record(record)
+
+
 def embed(path: Path, record: Mapping[str, Any]) -> None:
     """Add a sealed record to a finished file, if its format allows it, or beside it."""
     ending = path.suffix.lower()
@@ -114,7 +119,7 @@ def state_of(path: Path, record: Mapping[str, Any]) -> str:
     if "seal" not in record and "content" not in record:
         return UNSEALED
     try:
-        same = record.get("seal") == seal_of_record(record) and record.get("content") == (_content_of(path) or "")
+        same = is_sealed(record) and record.get("content") == (_content_of(path) or "")
     except (OSError, ValueError):
         return CHANGED
     return SAME if same else CHANGED

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files import accounts, embedded, identity
-from deadwood_algorithms.files.decoded import is_as_stored
+from deadwood_algorithms.files.decoded import is_as_stored, rasters_in
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.params import manifest as declared
@@ -50,7 +50,8 @@ class Making:
     def __init__(self, tool: Tool, ask: Any) -> None:
         self.tool, self.ask = tool, ask
         self.began = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
-        self.named = declared.inputs_of(tool, ask)
+        named = declared.inputs_of(tool, ask)
+        self.named = {name: value for name, value in named.items() if _may_be(tool, name, value)}
         self.facts: dict[str, Any] = {}  # what the tool adds to its record
         self.accounts: dict[str, dict[str, Any]] = {}  # what became of the rows of each layer, as the tool says it
         self.messages: list[Message] = []  # what the tool has said about its result so far
@@ -329,6 +330,16 @@ def _stamps(named: str) -> list[Any]:
     return [
         (str(each), (identity.stamp_of(each) or (0,) * 5)[:4]) for place in places_of(named) for each in files_of(place)
     ]
+
+
+def _may_be(tool: Tool, name: str, value: str) -> bool:
+    """Whether the input can be what its path names: a folder in place of a file, which the tool refuses, is not walked
+    through."""
+    kind = next(each.kind for each in tool.parameters() if each.name == name)
+    folders = [place for place in places_of(value) if place.is_dir() and place.suffix.lower() != ".gdb"]
+    if kind in ("vector", "table", "file"):
+        return not folders
+    return kind not in ("raster", "number_or_layer") or all(rasters_in(each) for each in folders)
 
 
 def _newest(stamps: list[Any]) -> str | None:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import geopandas
 
 Array = NDArray[np.float64]
+MOST_TURNED_DEG = 3600.0
 LEAST_OF_A_RELEASE = 20  # logs; with fewer, the quantiles of the azimuths are meaningless
 
 
@@ -110,12 +111,19 @@ def releases_of(
         density=size("density_kg_m3", DENSITY),
         orientation=_orientations(frame, defaults["orientation"]),
         tilt=np.radians(column("tilt_deg")),
-        azimuth=np.radians(number_column(frame, "azimuth_deg", default=defaults["azimuth_deg"]) % 360.0),
+        azimuth=np.radians(_azimuths(frame, defaults["azimuth_deg"]) % 360.0),
         speed=column("speed_ms"),
         drop=column("drop_m"),
     )
     release_id = id_column(frame, "release_id") if "release_id" in frame else np.ones(len(frame), np.int64)
     return Releases(logs, release_id, x, y, dbh_cm, digest_of(logs, release_id))
+
+
+def _azimuths(frame: geopandas.GeoDataFrame, default: float) -> NDArray[np.float64]:
+    """Azimuths [°]; of a number of many turns nothing is left but rounding."""
+    if not abs(default) <= MOST_TURNED_DEG:
+        raise UserError(f"--azimuth-deg is {default:g}, but must be within +-{MOST_TURNED_DEG:g}")
+    return number_column(frame, "azimuth_deg", default=default, minimum=-MOST_TURNED_DEG, maximum=MOST_TURNED_DEG)
 
 
 def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:

@@ -109,7 +109,8 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         work = SitesFolder(ask.output, resume=ask.resume, feedback=feedback)
         found: list[SiteFound] = []
         try:
-            sites = read_sites(ask, work.releases, feedback)
+            with work.removed_if_refused():
+                sites = read_sites(ask, work.releases, feedback)
             load_kernels(None, feedback)
             for number, site in enumerate(sites, start=1):
                 found.append(slide_site(ask, site, work, site_stage(feedback, site.name, number, len(sites))))
