@@ -50,8 +50,8 @@ class Making:
     def __init__(self, tool: Tool, ask: Any) -> None:
         self.tool, self.ask = tool, ask
         self.began = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
-        named = declared.inputs_of(tool, ask)
-        self.named = {name: value for name, value in named.items() if _may_be(tool, name, value)}
+        self.given = declared.inputs_of(tool, ask)
+        self.named = {name: value for name, value in self.given.items() if _may_be(tool, name, value)}
         self.facts: dict[str, Any] = {}  # what the tool adds to its record
         self.accounts: dict[str, dict[str, Any]] = {}  # what became of the rows of each layer, as the tool says it
         self.messages: list[Message] = []  # what the tool has said about its result so far
@@ -169,7 +169,7 @@ class Outputs(Making):
 
     @contextmanager
     def _file(self, place: str, suffix: str | None) -> Iterator[Path]:
-        guard = {"inputs": self.named.values(), "tool": self.tool.name}
+        guard = {"inputs": self.given.values(), "tool": self.tool.name}
         with output_path(place, self.overwrite, suffix=suffix, **guard) as path:
             self._begin(place)
             token = embedded.MAKING.set(self.carried)
@@ -182,7 +182,7 @@ class Outputs(Making):
 
     @contextmanager
     def _folder(self, place: str, *, replaces: bool) -> Iterator[Path]:
-        guard = {"inputs": self.named.values(), "tool": self.tool.name}
+        guard = {"inputs": self.given.values(), "tool": self.tool.name}
         guard |= {"foreign": foreign_files, "warn": self.feedback.warn}
         with output_folder(place, self.overwrite or replaces, **guard) as folder, declared.moving_to(folder, place):
             self._begin(place)
@@ -227,9 +227,7 @@ def verify_inputs(tool: Tool, ask: Any, feedback: Feedback) -> None:
                 made_by, run_id = record["tool"], record.get("run_id", "unknown")
                 said = f"{place}: not as {made_by} wrote it (run {run_id})"
                 if kinds[name].kind == "results" or (kinds[name].kind == "raster" and not kinds[name].path_like):
-                    raise UserError(
-                        f"{said}; restore it, run {made_by} again, or export what you changed to a new file"
-                    )
+                    raise UserError(f"{said}; restore it, run {made_by} again, or export your change to a new file")
                 feedback.warn(f"{said}: it was edited or damaged since; it is used as it is now", code="input-edited")
             for each in warnings_among(messages_in(record)):
                 feedback.warn(f"{place.name}: {each.text}", code=each.code, **each.numbers)
