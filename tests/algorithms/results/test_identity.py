@@ -349,6 +349,15 @@ def test_no_flipped_bit_no_half_file_and_no_file_of_another_run_is_read(case, ru
         same_rows = name.endswith(".gpkg") and content_of(mine / name) == content_of(run / name) is not None
         assert status == (0 if same_rows else 2)
         assert "bug in the toolbox" not in capsys.readouterr().err
+    (mine / name).write_bytes(whole)
+    if name.endswith(".tif"):
+        beside = mine / f"{name}.aux.xml"
+        beside.write_text('<PAMDataset><PAMRasterBand band="1"><Scale>10</Scale></PAMRasterBand></PAMDataset>')
+        assert read(name, case, mine, tmp_path) == 2
+        beside.unlink()
+    assert read(name, case, mine, tmp_path) == 0
+    (mine / name).unlink()
+    assert read(name, case, mine, tmp_path) == 2
 
 
 def test_files_of_another_run_are_refused(case, run, tmp_path, capsys):
