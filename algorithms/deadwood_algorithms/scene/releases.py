@@ -102,6 +102,8 @@ def releases_of(
     _say_overridden(frame, defaults, feedback)
     sizes = {name: defaults[name] for name in ("dbh_cm", "length_m", "density_kg_m3")}
     say_defaults(frame, "releases", sizes, where_of(frame), feedback)
+    most = MOST_TURNED_DEG  # of a number of many turns nothing is left but rounding
+    turned = number_column(frame, "azimuth_deg", default=defaults["azimuth_deg"], minimum=-most, maximum=most)
     logs = Logs(
         log_id=log_id,
         x=x,
@@ -111,19 +113,12 @@ def releases_of(
         density=size("density_kg_m3", DENSITY),
         orientation=_orientations(frame, defaults["orientation"]),
         tilt=np.radians(column("tilt_deg")),
-        azimuth=np.radians(_azimuths(frame, defaults["azimuth_deg"]) % 360.0),
+        azimuth=np.radians(turned % 360.0),
         speed=column("speed_ms"),
         drop=column("drop_m"),
     )
     release_id = id_column(frame, "release_id") if "release_id" in frame else np.ones(len(frame), np.int64)
     return Releases(logs, release_id, x, y, dbh_cm, digest_of(logs, release_id))
-
-
-def _azimuths(frame: geopandas.GeoDataFrame, default: float) -> NDArray[np.float64]:
-    """Azimuths [°]; of a number of many turns nothing is left but rounding."""
-    if not abs(default) <= MOST_TURNED_DEG:
-        raise UserError(f"--azimuth-deg is {default:g}, but must be within +-{MOST_TURNED_DEG:g}")
-    return number_column(frame, "azimuth_deg", default=default, minimum=-MOST_TURNED_DEG, maximum=MOST_TURNED_DEG)
 
 
 def read_log_ids(frame: geopandas.GeoDataFrame) -> NDArray[np.int64]:
