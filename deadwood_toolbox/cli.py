@@ -35,6 +35,7 @@ from deadwood_toolbox.environment import (
     drop_foreign_paths,
     keep_cache_small,
     refuse_no_threads,
+    refuse_shared_cache,
     refuse_small_address_space,
     stay_offline,
 )
@@ -52,6 +53,7 @@ USERS_OSERRORS = {
     errno.EPERM: "permission denied",
     errno.EMFILE: "too many files are open at once; raise the limit, for example with ulimit -n 1024",
     errno.ENFILE: "too many files are open at once on this machine; close other programs",
+    errno.ELOOP: "a link that points to itself",
     errno.EPIPE: "a program that was written to has closed its end",
 }
 
@@ -59,6 +61,7 @@ USERS_OSERRORS = {
 def main() -> None:
     """The ``deadwood-tool`` script."""
     collector.put_off()
+    _open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
@@ -75,6 +78,25 @@ def main() -> None:
     sys.exit(status)
 
 
+def _open_closed_streams() -> None:
+    """Open a standard stream that the caller has closed (``2>&-``): otherwise the first file that a library opens takes
+    its number, and is written to by everything that prints.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
+            setattr(sys, name, os.fdopen(number, "r" if number == 0 else "w", encoding="utf-8", closefd=False))
+
+
+def _refuse_lost_folder() -> None:
+    try:
+        os.getcwd()
+    except OSError as error:
+        raise UserError("the current folder no longer exists; change to another one (cd) and run again") from error
+
+
 def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
     """Carry out one command line and return its exit status; for tests, ``tools`` replaces the registered tools."""
     dropped = drop_foreign_paths(os.environ)
@@ -83,6 +105,7 @@ def run(arguments: Sequence[str], tools: Sequence[Tool] | None = None) -> int:
     speaker = Speaker("json" if _wants_json(arguments) else "auto")
     verbose = "--verbose" in arguments
     try:
+        _refuse_lost_folder()
         wanted = _understand(arguments, tools)
         if isinstance(wanted, Job):
             speaker = Speaker(wanted.progress, quiet=wanted.quiet, verbose=wanted.verbose)
@@ -106,6 +129,7 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
     ask = parameters.ask_from(job.tool, {**config, **job.values})
     refuse_small_address_space()
     refuse_no_threads(os.environ)
+    refuse_shared_cache(os.environ)
     began, before = time.perf_counter(), _standing(job.tool, ask)
     try:
         with interruptible(speaker.stop), warnings.catch_warnings():
@@ -219,6 +243,8 @@ def _users_oserror(error: BaseException) -> str | None:
         if isinstance(seen, OSError) and seen.errno in USERS_OSERRORS:
             where = f"{seen.filename}: " if seen.filename is not None else ""
             return f"{where}{USERS_OSERRORS[seen.errno]}"
+        if isinstance(seen, RuntimeError) and str(seen).startswith("Symlink loop"):  # pathlib's own, up to Python 3.12
+            return f"{USERS_OSERRORS[errno.ELOOP]} ({seen})"
         if "No space left on device" in str(seen):  # GDAL's own error, which has no errno
             return f"{USERS_OSERRORS[errno.ENOSPC]} ({str(seen).splitlines()[0]})"
         seen = seen.__cause__ or seen.__context__

@@ -6,6 +6,8 @@ with ``crs = None``), so this runs before any GIS library is imported.
 
 from __future__ import annotations
 
+import os
+import stat
 from collections.abc import Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
 
@@ -15,6 +17,7 @@ from deadwood_algorithms.params.tool import UserError
 FOREIGN = ("PROJ_LIB", "PROJ_DATA", "GDAL_DATA", "GDAL_DRIVER_PATH")
 # Measured: below 2.2 GB the libraries' threads get no stacks, and the compiler aborts or hangs.
 LEAST_ADDRESS_SPACE = int(2.5 * 2**30)
+OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 CACHE_MB = 256  # a row of tiles of 512 cells across 40 000 columns is 82 MB
 KEEP = "DEADWOOD_KEEP_GDAL_ENV"  # set to anything but 0 by users who direct these variables to their own files
 
@@ -54,6 +57,22 @@ def refuse_no_threads(environ: Mapping[str, str]) -> None:
             f"the environment variable NUMBA_NUM_THREADS is {given}, but must be at least 1; unset it, and limit the "
             "threads with --threads"
         )
+
+
+def refuse_shared_cache(environ: Mapping[str, str]) -> None:
+    """Reject a folder of compiled kernels, which are executed, to which others can write."""
+    named = environ.get("NUMBA_CACHE_DIR", "").strip()
+    if not named or not hasattr(os, "getuid") or not os.path.isdir(named):
+        return
+    places = [named, *(each.path for each in os.scandir(named))]
+    for each in places:
+        state = os.stat(each, follow_symlinks=False)
+        shared = state.st_mode & OTHERS_WRITE and not stat.S_ISLNK(state.st_mode)
+        if shared or state.st_uid != os.getuid():
+            raise UserError(
+                f"the environment variable NUMBA_CACHE_DIR names {named}, where other users can write ({each}), and "
+                f"what lies there is executed; unset it, or name a folder of your own (chmod 700)"
+            )
 
 
 @contextmanager

@@ -1366,6 +1366,7 @@ def slide_logs(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
+    restart: bool = False,
     fidelity: Literal["draft", "standard", "fine", "reference", "auto"] = "standard",
     error: float | None = None,
     budget: str | list[str] | None = None,
@@ -1529,6 +1530,8 @@ def slide_logs(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
@@ -1648,6 +1651,7 @@ def run_sites(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
+    restart: bool = False,
     fidelity: Literal["draft", "standard", "fine", "reference", "auto"] = "standard",
     error: float | None = None,
     budget: str | list[str] | None = None,
@@ -1821,6 +1825,8 @@ def run_sites(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     fidelity : one of draft, standard, fine, reference, auto, default standard
         Speed against accuracy. auto: the cheapest that keeps error, or the best within budget.
     error : 0 < x <= 0.5
@@ -2144,6 +2150,7 @@ def value_trees(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
+    restart: bool = False,
     run: PathInput,
     lines: LayerInput | None = None,
     stands: LayerInput | None = None,
@@ -2196,6 +2203,8 @@ def value_trees(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     run : required
         Folder of a run. Written by slide-logs.
     lines : line or polygon
@@ -2243,6 +2252,7 @@ def break_trees(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
+    restart: bool = False,
     run: PathInput,
     tree_capacity_kj: float,
     tree_capacity_power: float = 2.0,
@@ -2287,6 +2297,8 @@ def break_trees(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     run : required
         Folder of a run. Written by slide-logs, with trees and with roads, railways or houses.
     tree_capacity_kj : kJ, > 0, required
@@ -2334,6 +2346,7 @@ def site_barriers(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
+    restart: bool = False,
     run: PathInput,
     lines: LayerInput | None = None,
     candidates: LayerInput | None = None,
@@ -2396,6 +2409,8 @@ def site_barriers(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     run : required
         Folder of a run. Written by slide-logs, with roads, railways or houses.
     lines : line or polygon
@@ -2924,6 +2939,7 @@ def calibrate_friction(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
+    restart: bool = False,
     observed: LayerInput | None = None,
     error_m: float = 10.0,
     search_complete: bool = False,
@@ -3078,6 +3094,8 @@ def calibrate_friction(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     observed : point or polygon
         Observed deposits: points, or areas in which logs came to rest. The centres of the logs; a field
         release_id gives the release of each.
@@ -3170,6 +3188,7 @@ def compare_fidelity(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
+    restart: bool = False,
     fidelities: str | list[str] = "draft,standard,fine,reference",
     logs: int = 2000,
     planned_logs: int | None = None,
@@ -3319,6 +3338,8 @@ def compare_fidelity(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     fidelities : default draft,standard,fine,reference
         Fidelities to compare. At least two, separated by commas; the others are compared with the finest.
     logs : >= 1, default 2000
@@ -3400,6 +3421,7 @@ def vary(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
+    restart: bool = False,
     vary: PathsInput = "friction_factor,rolling_friction,log_dbh_factor,log_length_factor",
     design: Literal["ends", "latin", "sobol"] = "latin",
     samples: int = 32,
@@ -3556,6 +3578,8 @@ def vary(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     vary : default friction_factor,rolling_friction,log_dbh_factor,log_length_factor
         Factors and their ranges. NAME=LOW:HIGH, separated by commas, or a JSON or CSV file of them. A name
         alone takes its default range: friction 0.2:0.3, friction_factor 0.8:1.2, rolling_friction 0.03:0.15,
@@ -3904,12 +3928,12 @@ def check(
     """Verify a result: which run it belongs to, and whether its inputs and files are unchanged.
 
     For any result (a folder, a file in it, or a single file) the tool reports which tool made it, when, and in
-    which run; whether this toolbox has the same engine, which gives the same bits; which files of a folder are
-    unchanged; and which inputs are the same, have changed or are missing. Inputs that were moved together with
-    the result are found.
+    which run; whether this toolbox has the same engine, which gives the same bits; whether files, rows and
+    pixels are as they were written; and which inputs are the same, have changed or are missing. Inputs that
+    were moved together with the result are found. How a layer is drawn (a style, the QGIS project) may change.
 
-    The exit status is 0 if nothing has changed, 3 if something has changed or is missing, and 2 for a file that
-    is not a result.
+    The exit status is 0 if nothing has changed, 3 if something has changed or is missing or if the result has
+    no seal, so that this is unknown, and 2 for a file that is not a result.
 
     Parameters
     ----------
@@ -3947,6 +3971,7 @@ def reproduce_paper(
     seed: int = 0,
     threads: int | None = None,
     resume: bool = False,
+    restart: bool = False,
     output: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     progress: bool = False,
@@ -4013,6 +4038,8 @@ def reproduce_paper(
         Threads (default: every core).
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     output : output, optional
         Folder of the findings. Without it, in a temporary folder that lasts as long as the result.
     overwrite : optional

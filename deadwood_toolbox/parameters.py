@@ -39,7 +39,7 @@ def ask_from(tool: Tool, values: Mapping[str, Any]) -> Any:
 
 def section(parameter: Parameter) -> str:
     """The heading of a parameter in the help."""
-    if parameter.is_output or parameter.name in ("overwrite", "resume", "plan"):
+    if parameter.is_output or parameter.name in ("overwrite", "resume", "restart", "plan"):
         return "Outputs"
     if parameter.group:
         return parameter.group

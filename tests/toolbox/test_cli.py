@@ -408,6 +408,20 @@ def test_an_address_space_that_is_too_small_is_refused_at_the_start(start_toy, t
     assert said.count("\n") == 1
 
 
+@pytest.mark.skipif(os.name == "nt", reason="a shell that closes streams")
+@pytest.mark.parametrize(("command", "status"), [("list 2>&-", 0), ("list >&-", 0), ("list <&-", 0), ("lst 2>&-", 2)])
+def test_a_closed_stream_is_not_taken_by_a_file(checkout, command, status):
+    line = f"'{sys.executable}' -m deadwood_toolbox {command}"
+    assert subprocess.run(["sh", "-c", line], env=checkout, capture_output=True, timeout=60).returncode == status
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a folder in use cannot be removed there")
+def test_a_folder_that_no_longer_exists_is_one_line(checkout, tmp_path):
+    line = f"cd '{tmp_path}' && rmdir '{tmp_path}' && '{sys.executable}' -m deadwood_toolbox list"
+    done = subprocess.run(["sh", "-c", line], env=checkout, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+
+
 def test_a_reader_that_stops_early_gets_no_complaint(start_toy):
     reading, writing = os.pipe()
     os.close(reading)

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from deadwood_algorithms.params.tool import UserError
-from deadwood_toolbox.environment import CACHE_MB, keep_cache_small, refuse_no_threads
+from deadwood_toolbox.environment import CACHE_MB, keep_cache_small, refuse_no_threads, refuse_shared_cache
 
 
 @pytest.mark.parametrize("given", ["0", "-2", " 0 "])
@@ -47,3 +47,16 @@ with rasterio.open(sys.argv[1]) as source:
     command = [sys.executable, "-W", "ignore", "-c", code, str(tmp_path / "a.tif")]
     done = subprocess.run(command, env=environ, capture_output=True, text=True, timeout=120, check=True)
     assert megabytes - 64 < int(done.stdout) < megabytes + 150
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="modes of POSIX")
+def test_a_cache_of_kernels_that_others_can_write_is_refused(tmp_path):
+    refuse_shared_cache({"NUMBA_CACHE_DIR": str(tmp_path / "new")})
+    (tmp_path / "kernels").mkdir(mode=0o700)
+    tmp_path.chmod(0o700)
+    refuse_shared_cache({"NUMBA_CACHE_DIR": str(tmp_path)})
+    for shared in (tmp_path / "kernels", tmp_path):
+        shared.chmod(0o777)
+        with pytest.raises(UserError, match="NUMBA_CACHE_DIR"):
+            refuse_shared_cache({"NUMBA_CACHE_DIR": str(tmp_path)})
+        shared.chmod(0o700)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.params.tool import UserError
 
 MOST_MESSAGE = 1 << 20  # bytes of a message: ten thousand trees by their numbers take 70 000
+MOST_DIGITS = 20  # of a whole number: those of 2^63, and its sign
 ALIGNED = 8  # bytes: where each array of a frame starts
 
 
@@ -72,12 +73,17 @@ def message_of(text: str | bytes) -> dict[str, Any]:
     def finite(word: str) -> float:
         return float(word) if math.isfinite(float(word)) else refused(word)
 
+    def whole(word: str) -> int:
+        return int(word) if len(word) <= MOST_DIGITS else refused(f"{word[:MOST_DIGITS]}...")
+
     try:
-        message = json.loads(text, parse_constant=refused, parse_float=finite)
+        message = json.loads(text, parse_constant=refused, parse_float=finite, parse_int=whole)
     except (ValueError, RecursionError) as error:
         raise UserError(f"the message is not JSON ({type(error).__name__})") from error
     if not isinstance(message, dict):
         raise UserError("the message is not a JSON object with an 'op'")
+    if not isinstance(message.get("id"), int | str | None):
+        raise UserError("the 'id' of the message is neither a number nor text")
     return message
 
 

@@ -6,6 +6,7 @@ own rows with all columns, minus felled objects, followed by drawn ones.
 
 from __future__ import annotations
 
+import glob
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from deadwood_algorithms.explore.frames import Frame as Told
 from deadwood_algorithms.explore.questions import Changes, Drawn, Question
 from deadwood_algorithms.explore.released import releases_layer
 from deadwood_algorithms.files.columns import schema_column
+from deadwood_algorithms.files.outputs import STAGED
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.tool import Quiet, UserError
@@ -29,6 +31,7 @@ from deadwood_algorithms.scene.items import ids_of, plan_of, points_on
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.lying_logs import TIP
 from deadwood_algorithms.schemas import BARRIERS, LYING_LOGS
+from deadwood_algorithms.simulate.checkpoints import part_path
 
 Layer = geopandas.GeoDataFrame
 NAME = re.compile(r"\w[\w. -]{0,79}")
@@ -54,6 +57,8 @@ class Keeper:
         if not isinstance(name, str) or not NAME.fullmatch(name) or name.endswith((".", " ")):
             raise UserError("give the run a name of letters, digits, blanks, points, - and _, at most 80 of them")
         run, beside = self.folder / name, self.folder / f"{name}_layers.gpkg"
+        if not run.exists() and _holds_work(run):  # an engine that was killed while it saved this
+            beside.unlink(missing_ok=True)
         for each in (run, beside):
             if each.exists() and not self.overwrite:
                 raise UserError(f"a run or file '{each.name}' already exists; choose another name")
@@ -74,6 +79,7 @@ class Keeper:
                     "seed": question.seed,
                     "output": str(run),
                     "overwrite": self.overwrite,
+                    "restart": True,
                 }
             )
         except BaseException:
@@ -85,6 +91,10 @@ class Keeper:
         command = f"deadwood-tool slide-logs --config {manifest} --output {again}"
         files = [name, beside.name]
         return Told({"op": "kept", "name": name, "command": command, "files": files, "layers": list(kept)})
+
+
+def _holds_work(run: Path) -> bool:
+    return part_path(str(run)).is_dir() or any(run.parent.glob(f".{glob.escape(run.name)}{STAGED}*"))
 
 
 def chosen(question: Question, changes: Changes) -> dict[str, Any]:

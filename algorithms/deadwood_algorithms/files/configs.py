@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files import identity
-from deadwood_algorithms.files.embedded import BESIDE, CARRIERS, record_in
+from deadwood_algorithms.files.embedded import BESIDE, CARRIERS, is_sealed, record_in
 from deadwood_algorithms.params.manifest import is_path, moved_paths
 from deadwood_algorithms.params.renamed import with_new_names
 from deadwood_algorithms.params.tool import Parameter, Quiet, Tool, UserError
@@ -61,6 +61,11 @@ def read_config(
         made_by = content.get("tool", tool.name)
         if made_by != tool.name:
             raise UserError(f"--config {path} belongs to the tool '{made_by}', not to '{tool.name}'")
+        if not is_sealed(content):
+            raise UserError(
+                f"--config {path}: this record of a run is not as it was written; restore it, or name a file of your "
+                "own parameters; an option given beside --config overrides its value there"
+            )
         then, records = content.get("folder"), _records(content)
         content = content["parameters"]
     if not isinstance(content, dict):

@@ -1,5 +1,7 @@
 """The record of a file's origin, stored inside the file: GeoPackage metadata, a GeoTIFF tag, a script in a page.
 
+It is sealed: ``content`` is a digest of what the file holds (rows, pixels as they are read, the page, bytes of any
+other format), ``seal`` one of the record itself, so that an edit of either is noticed (`state_of`).
 Files in the folder of a result need none: its manifest names and seals them. A format that cannot store it (a CSV
 table, a glTF scene) gets ``NAME.manifest.json`` beside it. What is written here contains no time and no number of
 threads, so that two equal runs still make the same bytes. Reading a record needs the standard library, and rasterio
@@ -8,7 +10,9 @@ only for a GeoTIFF.
 
 from __future__ import annotations
 
+import hashlib
 import json
+import mmap
 import re
 import sqlite3
 from collections.abc import Callable, Mapping
@@ -18,6 +22,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from deadwood_algorithms.files.identity import CHANGED, SAME, content_of, content_of_raster, sha256_of
+
 BESIDE = ".manifest.json"
 CARRIERS = (".gpkg", ".tif", ".tiff", ".html")  # formats that contain their record
 # In the default domain of a GeoTIFF: GDAL's copy to the layout of a COG (`geotiff.lay_out`) drops all other domains,
@@ -26,7 +32,8 @@ TAG = "DEADWOOD_MANIFEST"
 STANDARD = "urn:deadwood-toolbox:manifest"  # identifies this kind of metadata in a GeoPackage
 WRITTEN_AT = "2000-01-01T00:00:00.000Z"  # as in all our GeoPackages, so that the same content gives the same bytes
 SPECIFICATION = "http://www.geopackage.org/spec120/#extension_metadata"
-PAGE = '<script type="application/json" id="deadwood-manifest">'
+PAGE, SCRIPT_END = '<script type="application/json" id="deadwood-manifest">', "</script>\n"
+RECORD_IN_PAGE = re.escape(PAGE) + "(.*?)" + SCRIPT_END
 TABLES = """
 CREATE TABLE IF NOT EXISTS gpkg_extensions (table_name TEXT, column_name TEXT, extension_name TEXT NOT NULL,
     definition TEXT NOT NULL, scope TEXT NOT NULL,
@@ -42,6 +49,11 @@ CREATE TABLE IF NOT EXISTS gpkg_metadata_reference (reference_scope TEXT NOT NUL
 """
 EXTENSION_TABLES = ("gpkg_metadata", "gpkg_metadata_reference")
 
+TIFFS = (".tif", ".tiff")
+UNSEALED = "unsealed"  # the state of a file whose record has no seal
+# A GeoTIFF gets its record when it is created, because changing a tag later breaks the layout of a COG. These stand in
+# for the two digests, which replace them in place.
+STAND_INS = {name: hashlib.sha256(f"deadwood-toolbox {name}".encode()).hexdigest() for name in ("content", "seal")}
 # The record of what is being written; a GeoTIFF includes it when it is created.
 MAKING: ContextVar[Callable[[], Mapping[str, Any]] | None] = ContextVar("MAKING", default=None)
 
@@ -53,24 +65,73 @@ def as_text(record: Mapping[str, Any]) -> str:
 def tags_now() -> dict[str, str]:
     """The tag for a GeoTIFF that is created now; empty unless a result is being made."""
     making = MAKING.get()
-    return {TAG: as_text(making())} if making else {}
+    return {TAG: as_text({**making(), **STAND_INS})} if making else {}
+
+
+def seal_of_record(record: Mapping[str, Any]) -> str:
+    """SHA-256 of a record, or of a manifest, except for this entry."""
+    text = json.dumps({key: value for key, value in record.items() if key != "seal"}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def is_sealed(record: Mapping[str, Any]) -> bool:
+    """Whether a record, or a manifest, is as it was written, or from before there were seals."""
+    return not record.keys() & {"seal", "content", "files"} or record.get("seal") == seal_of_record(record)
 
 
 def embed(path: Path, record: Mapping[str, Any]) -> None:
-    """Add a record to a finished file, if its format allows it, or beside it."""
+    """Add a sealed record to a finished file, if its format allows it, or beside it."""
     ending = path.suffix.lower()
-    if ending in (".tif", ".tiff"):
-        return  # included when it was created (`tags_now`)
-    if ending == ".gpkg":
+    record = (record_in(path) if ending in TIFFS else None) or json.loads(as_text(record))
+    record["content"] = _content_of(path)
+    if record["content"] is None:
+        raise OSError(f"{path}: the written file cannot be read back")
+    record["seal"] = seal_of_record(record)
+    if ending in TIFFS:
+        _replace_stand_ins(path, record)
+    elif ending == ".gpkg":
         _into_geopackage(path, as_text(record))
     elif ending == ".html":
         page = path.read_text(encoding="utf-8")
-        script = PAGE + as_text(record).replace("<", "\\u003c") + "</script>\n"
+        script = PAGE + as_text(record).replace("<", "\\u003c") + SCRIPT_END
         at = page.rfind("</body>")
         path.write_text(page[:at] + script + page[at:] if at >= 0 else page + script, encoding="utf-8")
     else:
         text = json.dumps(record, ensure_ascii=False, indent=2) + "\n"
         path.with_name(path.name + BESIDE).write_text(text, encoding="utf-8")
+
+
+def _content_of(path: Path) -> str | None:
+    """Digest of what a file holds, apart from its record; None if it cannot be read."""
+    ending = path.suffix.lower()
+    if ending == ".gpkg":
+        return content_of(path)
+    if ending in TIFFS:
+        return content_of_raster(path)
+    if ending == ".html":
+        page = re.sub(RECORD_IN_PAGE, "", path.read_text(encoding="utf-8"), count=1, flags=re.DOTALL)
+        return hashlib.sha256(page.encode()).hexdigest()
+    return sha256_of(path)
+
+
+def state_of(path: Path, record: Mapping[str, Any]) -> str:
+    """Whether a file and its record are as they were written: `SAME`, `CHANGED`, or `UNSEALED` if that is unknown."""
+    if "seal" not in record and "content" not in record:
+        return UNSEALED
+    try:
+        same = is_sealed(record) and record.get("content") == (_content_of(path) or "")
+    except (OSError, ValueError):
+        return CHANGED
+    return SAME if same else CHANGED
+
+
+def _replace_stand_ins(path: Path, record: Mapping[str, Any]) -> None:
+    with path.open("rb+") as file, mmap.mmap(file.fileno(), 0) as content:
+        for name, stand_in in STAND_INS.items():
+            at = content.find(stand_in.encode())
+            while at >= 0:
+                content[at : at + len(stand_in)] = str(record[name]).encode()
+                at = content.find(stand_in.encode(), at)
 
 
 def _into_geopackage(path: Path, text: str) -> None:
@@ -95,7 +156,7 @@ def _into_geopackage(path: Path, text: str) -> None:
 def record_in(path: Path) -> dict[str, Any] | None:
     """The record in a file or beside it; None if there is none."""
     readers = {".gpkg": _of_geopackage, ".html": _of_page}
-    readers |= dict.fromkeys((".tif", ".tiff"), _of_geotiff)
+    readers |= dict.fromkeys(TIFFS, _of_geotiff)
     try:
         record = readers.get(path.suffix.lower(), _of_beside)(path)
         found = json.loads(record) if record else None
@@ -124,7 +185,7 @@ def _of_geotiff(path: Path) -> str | None:
 
 
 def _of_page(path: Path) -> str | None:
-    found = re.search(re.escape(PAGE) + r"(.*?)</script>", path.read_text(encoding="utf-8"), re.DOTALL)
+    found = re.search(RECORD_IN_PAGE, path.read_text(encoding="utf-8"), re.DOTALL)
     return found.group(1) if found else None
 
 

@@ -1,9 +1,10 @@
-"""The identity of files: SHA-256 of all content that determines what is read, and whether it has changed. Standard
-library only.
+"""The identity of files: SHA-256 of all files that determine what is read, a digest of what is read, and whether it has
+changed. Heavy libraries are imported only for rasters.
 
-The path of an input may stand for several files (`input_files`). A GeoPackage changes its bytes without changing its
-content (QGIS opens it, stores a style in it, or keeps changes in a ``-wal`` beside it), so a digest of its rows is
-stored as well: if either is the same, so is the input.
+The path of an input may stand for several files (`input_files`, `decoded`). A GeoPackage changes its bytes without
+changing its content (QGIS opens it, stores a style in it, or keeps changes in a ``-wal`` beside it), and so does a
+raster (statistics, overviews), so ``content`` is a digest of the rows, or of all that is read of the raster: if either
+is the same, so is the input.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from deadwood_algorithms.files.decoded import digest_of, raster_files, rasters_in
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.sqlite_files import settled, unmerged
 from deadwood_algorithms.params.manifest import moved_paths
@@ -32,9 +34,10 @@ CRS_OF_TABLE = (
     "SELECT organization, organization_coordsys_id FROM gpkg_geometry_columns JOIN gpkg_spatial_ref_sys USING (srs_id) "
     "WHERE table_name = ?"
 )
+DECODED = -1  # ends the key of what was decoded, beside those of bytes
 SAME, CHANGED, GONE = "same", "changed", "gone"
 
-# SHA-256 by (device, inode, size, times): an unchanged file is hashed once per process
+# digests by (device, inode, size, times): an unchanged file is hashed once per process
 _known: dict[tuple[int, ...], str] = {}
 
 
@@ -65,27 +68,57 @@ def sha256_of(path: Path) -> str:
     return found
 
 
-def of_input(named: str) -> dict[str, Any]:
-    """Record of an input, from its bytes.
+def of_input(named: str, *, decoded: bool = True) -> dict[str, Any]:
+    """Record of an input.
 
     ``sha256`` and ``bytes`` of one file are its own; of several files ``sha256`` is that of the lines that
-    ``sha256sum`` prints of them, and ``files`` has each. The folder of a result is identified by its ``run_id``;
-    several places with one among them are identified by a digest of all (`_identity_of_several`).
+    ``sha256sum`` prints of them, and ``files`` has each. ``content``, which is left out unless ``decoded``, is the
+    digest of what is read of a GeoPackage or raster. The folder of a result is identified by its ``run_id``; several
+    places with one among them are identified by a digest of all (`_identity_of_several`).
     """
     layer = str(named).partition("|")[2].removeprefix("layername=")
     places = places_of(named)
-    files = list(dict.fromkeys(each for place in places for each in files_of(place)))
-    parts = [{"name": _name(each), "sha256": sha256_of(each), "bytes": each.stat().st_size} for each in files]
+    parts = [{"name": _name(each), "sha256": sha256_of(each), "bytes": each.stat().st_size} for each in _files(places)]
     facts: dict[str, Any] = {"layer": layer or None, **_together(parts)}
     if len(parts) > 1:
         facts["files"] = parts
-    if len(places) == 1 and places[0].suffix.lower() == ".gpkg" and places[0].is_file():
+    if decoded and all(rasters := [rasters_in(place) for place in places]):
+        facts["content"] = _content_of_rasters([tile for tiles in rasters for tile in tiles])
+    elif decoded and len(places) == 1 and places[0].suffix.lower() == ".gpkg" and places[0].is_file():
         facts["content"] = content_of(places[0], layer)
     if len(places) == 1 and (run_id := _run_id_of(places[0])):
         facts["run_id"] = run_id
     elif any(_run_id_of(each) for each in places):
         facts["run_id"] = _identity_of_several(places)
     return facts
+
+
+def _files(places: Sequence[Path]) -> list[Path]:
+    """Every file that determines what is read from these places."""
+    found = [[file for tile in rasters_in(place) for file in raster_files(tile)] or files_of(place) for place in places]
+    return list(dict.fromkeys(file for files in found for file in files))
+
+
+def _content_of_rasters(rasters: Sequence[Path]) -> str | None:
+    """The digest of one raster, or of those of all, in order; None if one cannot be read."""
+    found = [content_of_raster(each) for each in rasters]
+    if len(found) == 1 or None in found:
+        return found[0] if len(found) == 1 else None
+    return hashlib.sha256("".join(map(str, found)).encode()).hexdigest()
+
+
+def content_of_raster(place: Path) -> str | None:
+    """Digest of all that is read of a raster (`decoded`); one that has not changed is read once per process."""
+    stamps = [stamp_of(each) for each in raster_files(place)]
+    key = tuple(one for each in stamps for one in each or ())
+    if known := _known.get((*key, DECODED)):
+        return known
+    found = digest_of(place)
+    settled_since = time.time_ns() - SETTLED_NS
+    unchanged = stamps == [stamp_of(each) for each in raster_files(place)]
+    if found and unchanged and all(each and max(each[3:]) < settled_since for each in stamps):
+        _known[(*key, DECODED)] = found
+    return found
 
 
 def _run_id_of(place: Path) -> str | None:
@@ -162,19 +195,25 @@ def compared(record: Mapping[str, Any], named: str | None = None) -> tuple[str, 
     missing = [each for each in places if not each.exists()]
     if missing or not places:
         return GONE, str((missing or [named])[0])
+    whole = f"{places[0]}|layername={record['layer']}" if record.get("layer") else named
     try:
-        now = of_input(f"{places[0]}|layername={record['layer']}" if record.get("layer") else named)
+        now = of_input(whole, decoded=False)
+        if not _agree(now, record) and record.get("content"):
+            now = of_input(whole)
     except OSError as error:
         return GONE, str(error.filename or named)
-    for key in ("run_id", "sha256", "content"):
-        if now.get(key) is not None and now.get(key) == record.get(key):
-            return SAME, named
+    if _agree(now, record):
+        return SAME, named
     before = {each["name"]: each["sha256"] for each in record.get("files", ())}
     for each in now.get("files", ()):
         if before and before.get(each["name"]) != each["sha256"]:
-            at = next((str(one) for place in places for one in files_of(place) if _name(one) == each["name"]), named)
+            at = next((str(one) for one in _files(places) if _name(one) == each["name"]), named)
             return CHANGED, at
     return CHANGED, str(places[0])
+
+
+def _agree(now: Mapping[str, Any], then: Mapping[str, Any]) -> bool:
+    return any(now.get(key) is not None and now[key] == then.get(key) for key in ("run_id", "sha256", "content"))
 
 
 def where_now(record: Mapping[str, Any], now: Path, then: str | None) -> tuple[str, str, str]:
@@ -218,10 +257,10 @@ def described(named: str) -> dict[str, Any]:
     with suppress(Exception):  # the tool itself reports what it cannot read
         if (place / MANIFEST).is_file():
             return facts
-        if place.is_dir() or place.suffix.lower() in (".tif", ".tiff", ".asc", ".vrt", ".img", ".bil", ".flt"):
+        if rasters := rasters_in(place):
             import rasterio
 
-            with rasterio.open(files_of(place)[0]) as source:
+            with rasterio.open(rasters[0]) as source:
                 facts["crs"] = source.crs.to_string() if source.crs else None
         elif place.suffix.lower() in (".csv", ".txt", ".tsv", ".tab", ".dat"):
             with place.open("rb") as source:

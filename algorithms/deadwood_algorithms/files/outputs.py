@@ -13,6 +13,8 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from datetime import date
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +28,8 @@ if TYPE_CHECKING:
 
 STAGED, LOCK = ".partial-", ".lock"  # suffixes of the hidden names beside an output
 REPLACED, WHOLE = "-old", "-whole"  # suffixes of a result about to be replaced, and of one about to appear
-ASIDE = "-aside"  # suffix of a folder that holds a file about to be replaced, with SQLite's files beside it
+ASIDE = "-aside"  # suffix of a folder that holds a file about to be replaced, with those beside it
+READ_WITH = (".aux.xml", ".msk", ".ovr")  # suffixes of files beside a GeoTIFF that would be read with a new one
 
 # Errors of file systems without locks; there two runs into one output are not detected.
 LOCKLESS = tuple(getattr(errno, name) for name in ("ENOLCK", "ENOTSUP", "EOPNOTSUPP", "ENOSYS") if hasattr(errno, name))
@@ -58,7 +61,7 @@ def output_path(
     tool : str
         The tool's name.
     """
-    final = Path(path)
+    final = _real(path)
     if suffix and final.suffix.lower() != suffix:
         raise UserError(f"{path}: the output must be a {suffix} file; name it {final.with_suffix(suffix)}")
     inputs = [str(each) for each in inputs if each]
@@ -72,7 +75,7 @@ def output_path(
         refuse_input(final, path, inputs, tool)
 
     with _staged(final, path, check) as folder:
-        if (left := beside(final)) and not overwrite:
+        if (left := _left_beside(final)) and not overwrite:
             raise UserError(
                 f"{left[0]}: this was left beside an earlier {final.name} and would be read as part of the new one; "
                 "--overwrite removes it"
@@ -94,13 +97,16 @@ def output_folder(
     *,
     inputs: Iterable[str | Path | None] = (),
     tool: str = "",
+    foreign: Callable[[Path], list[str]] | None = None,
+    warn: Callable[[str], None] = lambda _: None,
 ) -> Iterator[Path]:
     """Provide a temporary folder that takes the final place on success and disappears on failure.
 
     ``overwrite`` replaces only a folder whose ``manifest.json`` names this ``tool``, that is, an earlier result of it,
-    without inputs in it: a mistake such as ``--output ~ --overwrite`` must not destroy anybody's files.
+    without inputs in it: a mistake such as ``--output ~ --overwrite`` must not destroy anybody's files. If ``foreign``
+    names files in it that are not the earlier result's own, it is kept under another name (`_kept_name`).
     """
-    final = Path(path)
+    final = _real(path)
     inputs = [str(each) for each in inputs if each]
 
     def occupied() -> bool:
@@ -145,7 +151,8 @@ def output_folder(
             os.replace(folder, whole)
             _fill(final, whole)
         else:
-            old = folder.with_name(folder.name + REPLACED)
+            others = foreign(final) if foreign else []
+            old = _kept_name(final) if others else folder.with_name(folder.name + REPLACED)
             folder.chmod(0o777 & ~_umask())
             try:
                 os.replace(final, old)
@@ -153,7 +160,30 @@ def output_folder(
             finally:
                 if not final.exists():  # interrupted between the two renamings
                     os.replace(old, final)
-            shutil.rmtree(old, ignore_errors=True)
+            if others:
+                listed = ", ".join(others[:3]) + (f" and {len(others) - 3} more" if len(others) > 3 else "")
+                warn(
+                    f"{path}: the earlier result is kept as {old}, because it holds what {tool} did not write: {listed}"
+                )
+            else:
+                shutil.rmtree(old, ignore_errors=True)
+
+
+def _kept_name(final: Path) -> Path:
+    """The name under which a folder is kept that cannot be replaced without loss."""
+    dated = f"{final.name}.old-{date.today().isoformat()}"
+    names = (final.with_name(dated if k == 1 else f"{dated}-{k}") for k in count(1))
+    return next(each for each in names if not os.path.lexists(each))
+
+
+def _real(path: str | Path) -> Path:
+    """The place of an output: where a link of this name points to, so that the link stays one."""
+    try:
+        return Path(path).resolve() if Path(path).is_symlink() else Path(path)
+    except RuntimeError as error:
+        raise UserError(f"{path}: the output is a link that points to itself; name another") from error
+    except (OSError, ValueError):  # a name too long, a NUL in it: reported when it is made
+        return Path(path)
 
 
 @contextmanager
@@ -233,9 +263,9 @@ def _tidy(final: Path) -> None:
 
 @contextmanager
 def _set_aside(final: Path, aside: Path) -> Iterator[None]:
-    """Move a GeoPackage aside together with SQLite's files beside it, which would be replayed into the
-    file that takes its name; both are moved back if none takes it."""
-    left = beside(final)
+    """Move a file aside together with those beside it that would be read with the file that takes its name (SQLite's
+    of a GeoPackage, GDAL's of a GeoTIFF); all are moved back if none takes it."""
+    left = _left_beside(final)
     if left:
         aside.mkdir()
     try:
@@ -246,6 +276,11 @@ def _set_aside(final: Path, aside: Path) -> Iterator[None]:
     finally:
         if left:
             _put_back(final, aside)
+
+
+def _left_beside(final: Path) -> list[Path]:
+    named = [final.with_name(final.name + ending) for ending in READ_WITH if final.suffix.lower() in (".tif", ".tiff")]
+    return [*beside(final), *(each for each in named if each.exists())]
 
 
 def _put_back(final: Path, aside: Path) -> None:

@@ -12,11 +12,11 @@ from typing import Any
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.manifest import engine_digest
-from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.params.tool import UserError
 
 
-def open_work(work: Path, decided_by: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> Path:
-    """The folder of finished scenarios; deleted unless resumed, rejected if begun with other inputs or options."""
+def open_work(work: Path, decided_by: Mapping[str, Any], *, resume: bool) -> Path:
+    """The folder of finished scenarios; emptied unless resumed, rejected if begun with other inputs or options."""
     identity = {"version": tool.VERSION, "engine": engine_digest(), **decided_by}
     note = work / ".identity.json"
     if work.is_dir() and resume:
@@ -25,11 +25,10 @@ def open_work(work: Path, decided_by: Mapping[str, Any], *, resume: bool, feedba
         if changed:
             raise UserError(
                 f"--resume: the unfinished work in {work} was begun with other {', '.join(changed)}; give the same, "
-                "or leave out --resume to start again"
+                "or start again with --restart"
             )
         return work
     if work.is_dir():
-        feedback.note(f"{work}: the unfinished work of an earlier run is discarded (--resume continues it)")
         shutil.rmtree(work)
     work.mkdir(parents=True)
     note.write_text(json.dumps(identity), encoding="utf-8")

@@ -11,7 +11,7 @@ from typing import Any
 from deadwood_algorithms.params.tool import Tool
 
 PLAIN = re.compile(r"[\w.:/\\+=-]+")  # a word that no shell of Windows changes
-NEVER = ("resume", "overwrite", "plan")  # about how a command is run, not about what it does
+NEVER = ("resume", "restart", "overwrite", "plan")  # about how a command is run, not about what it does
 
 
 def command_line(name: str, values: Mapping[str, Any]) -> str:

@@ -44,6 +44,7 @@ class SlidingOptions:
         "Workers for which the plan also states the time", default=16, minimum=1, maximum=1_000_000, advanced=True
     )
     resume: bool = tool.flag("Continue an interrupted run")
+    restart: bool = tool.flag("Give up an interrupted run and start again")
 
     def where(self, name: str) -> Where:
         return Where(self.threads, self.scheduler, self.workers, name)

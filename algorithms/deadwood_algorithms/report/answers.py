@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from deadwood_algorithms.files.embedded import record_in
+from deadwood_algorithms.files.embedded import is_sealed, record_in
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.results.identity import refuse_damaged
@@ -101,7 +101,10 @@ def _take_folder(place: Path, sources: Sequence[ReportedRun]) -> None:
     try:
         manifest = json.loads((place / "manifest.json").read_text(encoding="utf-8"))
         made_by = manifest["tool"]
-        refuse_damaged(place, manifest, FACTS[made_by])
+        for name in (FACTS[made_by], *manifest.get("files", ())):
+            refuse_damaged(place, manifest, name)
+        if not is_sealed(manifest):
+            raise ValueError
         facts = json.loads((place / FACTS[made_by]).read_text(encoding="utf-8"))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(f"--results: {place} is not {TAKEN}, or is damaged") from error

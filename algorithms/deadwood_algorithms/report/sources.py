@@ -226,8 +226,8 @@ def read_rasters(run: Run, extent: Extent) -> dict[str, tuple[NDArray[np.float64
     found = {}
     for name, stem in SHOWN_RASTERS.items():
         path = run.path / f"{stem}.tif"
-        if not path.is_file():
-            continue
+        if not path.is_file() and path.name not in run.manifest.get("files", {}):
+            continue  # was never written; one that is gone is refused
         try:
             with rasterio.open(run.part(path.name)) as source:
                 found[name] = thinned_raster(source, extent, np.nanmean if name in ("hits", "danger") else np.nanmax)

@@ -13,9 +13,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from deadwood_algorithms.files.embedded import is_sealed
 from deadwood_algorithms.files.input_files import MANIFEST
 from deadwood_algorithms.params.tool import Tool, UserError
-from deadwood_algorithms.results.identity import Making, damaged_files, is_whole, refuse_damaged, seal_of_manifest
+from deadwood_algorithms.results.identity import Making, damaged_files, is_whole, refuse_damaged
 
 SUMMARY = "summary.json"
 
@@ -97,7 +98,7 @@ def fault_of(content: Any, wanted: Wanted, at: str) -> str:
 def read_manifest_of(folder: Path) -> dict[str, Any]:
     """The manifest of a result, whole and of the right types."""
     manifest = read_json(folder / MANIFEST, OF_MANIFEST)
-    if manifest.keys() & {"files", "seal"} and manifest.get("seal") != seal_of_manifest(manifest):
+    if not is_sealed(manifest):
         raise UserError(
             f"{folder / MANIFEST}: the manifest is not as it was written, so it is not known what made the result; "
             f"restore it, or run {manifest['tool']} again"

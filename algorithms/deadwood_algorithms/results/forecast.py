@@ -30,9 +30,9 @@ VERTEX_MEMORY = 100  # per vertex of a trajectory, while read, thinned and writt
 EMPTY_LAYERS, TRAJECTORY_ROW = 220_000, 300
 RASTER_DECADE = 0.9  # relative growth of a raster's file with ten times the logs; 0.5 to 0.9 measured
 WRITE_S = 0.5e-3  # per log, to collect and write its rows
-# Smallest size per log, and per log with trajectory, of any run, including the working folder: no run with less has
-# been seen, so nothing is started if not even that is free.
-LEAST_LOG_DISK, LEAST_KEPT_DISK = 1000, 3000
+# Smallest size of a run, per log, and per log with trajectory, including the working folder: no run with less has been
+# seen, so nothing is started if not even that is free.
+LEAST_RUN_DISK, LEAST_LOG_DISK, LEAST_KEPT_DISK = 180_000, 1000, 3000
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def refuse_too_large(found: Forecast, output: str) -> None:
 
 def refuse_full_disk(output: str, logs: int, kept: int) -> None:
     """Raise ``UserError`` before the work if not even the smallest output of these logs fits on the disk."""
-    least, room = logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, free_disk(output)
+    least, room = LEAST_RUN_DISK + logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, free_disk(output)
     if least > room:
         raise UserError(
             f"{output}: {counted(logs, 'log')}, of which {kept} keep their trajectory, take at least {_size(least)} "

@@ -15,7 +15,7 @@ import json
 import os
 import platform
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from functools import cached_property
@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files import accounts, embedded, identity
+from deadwood_algorithms.files.decoded import is_as_stored, rasters_in
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.params import manifest as declared
@@ -32,9 +33,13 @@ from deadwood_algorithms.params.tool import VERSION, Feedback, Tool, UserError
 
 # Parameters that may change without changing any value of a result.
 FREE = (
-    "threads", "scheduler", "workers", "output", "overwrite", "resume", "plan", "plan_logs", "plan_workers", "report",
+    "threads", "scheduler", "workers", "output", "overwrite", "resume", "restart", "plan", "plan_logs", "plan_workers",
+    "report",
 )  # fmt: skip
-UNSEALED = (MANIFEST,)
+STYLES = (".qml", ".qgs", ".qgz")
+# What GIS and desktops leave beside the files of a result, and make again.
+LEFT_BY_PROGRAMS = (".aux.xml", "-wal", "-shm", "-journal", "~")
+LEFT_BY_SYSTEMS = (".DS_Store", "Thumbs.db", "desktop.ini")
 LIBRARIES = ("numpy", "numba", "rasterio", "pyogrio", "pyproj", "shapely", "geopandas", "pyarrow")
 RECORD = ("tool", "version", "engine", "run_id", "parameters", "inputs", "presets", "effective", "chosen", "warnings")
 
@@ -45,7 +50,8 @@ class Making:
     def __init__(self, tool: Tool, ask: Any) -> None:
         self.tool, self.ask = tool, ask
         self.began = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
-        self.named = declared.inputs_of(tool, ask)
+        self.given = declared.inputs_of(tool, ask)
+        self.named = {name: value for name, value in self.given.items() if _may_be(tool, name, value)}
         self.facts: dict[str, Any] = {}  # what the tool adds to its record
         self.accounts: dict[str, dict[str, Any]] = {}  # what became of the rows of each layer, as the tool says it
         self.messages: list[Message] = []  # what the tool has said about its result so far
@@ -132,9 +138,9 @@ class Making:
 class Outputs(Making):
     """The outputs of a tool while it works, each of which appears complete and with its record, or not at all."""
 
-    def __init__(self, tool: Tool, ask: Any, stack: ExitStack) -> None:
+    def __init__(self, tool: Tool, ask: Any, stack: ExitStack, feedback: Feedback) -> None:
         super().__init__(tool, ask)
-        self.stack = stack
+        self.stack, self.feedback = stack, feedback
 
     def file(self, name: str, suffix: str | None = None) -> Path:
         """The place to which the file of an output parameter is written."""
@@ -154,10 +160,18 @@ class Outputs(Making):
     def overwrite(self) -> bool:
         return bool(getattr(self.ask, "overwrite", False))
 
+    def _begin(self, place: str) -> None:
+        """Once no other run can write the output: unfinished work of an earlier one is continued, or given up."""
+        if hasattr(self.ask, "restart") and place == self.ask.output:
+            from deadwood_algorithms.simulate.checkpoints import refuse_unfinished
+
+            refuse_unfinished(place, resume=self.ask.resume, restart=self.ask.restart, feedback=self.feedback)
+
     @contextmanager
     def _file(self, place: str, suffix: str | None) -> Iterator[Path]:
-        guard = {"inputs": self.named.values(), "tool": self.tool.name}
+        guard = {"inputs": self.given.values(), "tool": self.tool.name}
         with output_path(place, self.overwrite, suffix=suffix, **guard) as path:
+            self._begin(place)
             token = embedded.MAKING.set(self.carried)
             try:
                 yield path
@@ -168,11 +182,13 @@ class Outputs(Making):
 
     @contextmanager
     def _folder(self, place: str, *, replaces: bool) -> Iterator[Path]:
-        guard = {"inputs": self.named.values(), "tool": self.tool.name}
+        guard = {"inputs": self.given.values(), "tool": self.tool.name}
+        guard |= {"foreign": foreign_files, "warn": self.feedback.warn}
         with output_folder(place, self.overwrite or replaces, **guard) as folder, declared.moving_to(folder, place):
+            self._begin(place)
             yield folder
             manifest = {**self.manifest(), "files": seal_of(folder)}
-            write_manifest(folder, {**manifest, "seal": seal_of_manifest(manifest)})
+            write_manifest(folder, {**manifest, "seal": embedded.seal_of_record(manifest)})
 
 
 @contextmanager
@@ -180,15 +196,10 @@ def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
     """Write the outputs of a tool, protected and with their record."""
     hearing = feedback if isinstance(feedback, Hearing) else Hearing(feedback)
     with ExitStack() as stack:
-        outputs = Outputs(tool, ask, stack)
+        outputs = Outputs(tool, ask, stack, hearing)
         outputs.messages = hearing.messages
         outputs.accounts = stack.enter_context(accounts.accounting())
-        for each in outputs.named.values():
-            for place in places_of(each):
-                manifest = made_from(place)
-                if is_part := place.name in manifest.get("files", {}):
-                    refuse_damaged(place.parent, manifest, place.name)
-                repeat_warnings(place, manifest if is_part or place.is_dir() else None, hearing)
+        verify_inputs(tool, ask, hearing)
         yield outputs
         for each in outputs.changed():
             hearing.warn(
@@ -198,11 +209,28 @@ def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
             )
 
 
-def repeat_warnings(place: Path, manifest: Mapping[str, Any] | None, feedback: Feedback) -> None:
-    """Repeat what an input's own record warns of, for the result made from it."""
-    record = embedded.record_in(place) if manifest is None else manifest
-    for each in warnings_among(messages_in(record or {})):
-        feedback.warn(f"{place.name}: {each.text}", code=each.code, **each.numbers)
+def verify_inputs(tool: Tool, ask: Any, feedback: Feedback) -> None:
+    """Verify the inputs of a tool that are results themselves, and repeat what their own records warn of.
+
+    What is read as a result (a file of a run, a layer of results, a map) is refused if it is not as it was written;
+    of a layer of the scene, which users edit, the change is reported.
+    """
+    kinds = {each.name: each for each in tool.parameters()}
+    for name, value in declared.inputs_of(tool, ask).items():
+        for place in places_of(value):
+            manifest = made_from(place)
+            is_part = place.name in manifest.get("files", {})
+            if is_part:
+                refuse_damaged(place.parent, manifest, place.name)
+            record = manifest if is_part or place.is_dir() else embedded.record_in(place) or {}
+            if record is not manifest and record and embedded.state_of(place, record) == identity.CHANGED:
+                made_by, run_id = record["tool"], record.get("run_id", "unknown")
+                said = f"{place}: not as {made_by} wrote it (run {run_id})"
+                if kinds[name].kind == "results" or (kinds[name].kind == "raster" and not kinds[name].path_like):
+                    raise UserError(f"{said}; restore it, run {made_by} again, or export your change to a new file")
+                feedback.warn(f"{said}: it was edited or damaged since; it is used as it is now", code="input-edited")
+            for each in warnings_among(messages_in(record)):
+                feedback.warn(f"{place.name}: {each.text}", code=each.code, **each.numbers)
 
 
 @contextmanager
@@ -226,12 +254,6 @@ def seal_of(folder: Path) -> dict[str, dict[str, Any]]:
     }
 
 
-def seal_of_manifest(manifest: Mapping[str, Any]) -> str:
-    """SHA-256 of the content of a manifest, except for this entry."""
-    text = json.dumps({key: value for key, value in manifest.items() if key != "seal"}, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
 def sealed(path: Path) -> dict[str, Any]:
     facts: dict[str, Any] = {"sha256": identity.sha256_of(path), "bytes": path.stat().st_size}
     if path.suffix.lower() == ".gpkg":
@@ -240,12 +262,17 @@ def sealed(path: Path) -> dict[str, Any]:
 
 
 def is_whole(path: Path, seal: Mapping[str, Any]) -> bool:
-    """Whether a file is the one that was sealed; a GeoPackage may have been opened by QGIS meanwhile."""
+    """Whether a file is the one that was sealed, and nothing beside it changes what is read from it.
+
+    A GeoPackage may have been opened by QGIS meanwhile; how a layer is drawn (`STYLES`) is the user's to change.
+    """
     try:
+        if path.suffix.lower() in STYLES:
+            return True
         wal = path.with_name(path.name + "-wal")
         held = wal.is_file() and wal.stat().st_size > 0
         if not held and path.stat().st_size == seal.get("bytes") and identity.sha256_of(path) == seal.get("sha256"):
-            return True
+            return path.suffix.lower() not in embedded.TIFFS or is_as_stored(path)
     except OSError:
         return False
     return seal.get("content") is not None and identity.content_of(path) == seal["content"]
@@ -268,15 +295,49 @@ def refuse_damaged(folder: Path, manifest: Mapping[str, Any], name: str) -> None
         )
 
 
-def damaged_files(folder: Path, manifest: Mapping[str, Any]) -> list[str]:
-    """The files of a result that have changed since they were sealed."""
-    return [name for name, seal in manifest.get("files", {}).items() if not is_whole(folder / name, seal)]
+def damaged_files(folder: Path, manifest: Mapping[str, Any], names: Iterable[str] | None = None) -> list[str]:
+    """The files of a result, or these of them, that have changed since they were sealed."""
+    seals = manifest.get("files", {})
+    return [name for name in (seals if names is None else names) if not is_whole(folder / name, seals[name])]
+
+
+def foreign_files(folder: Path) -> list[str]:
+    """The files in the folder of a result that the result did not write, or that somebody has changed since."""
+    manifest = made_from(folder)
+    seals = manifest.get("files", {})
+    found = []
+    for each in sorted(folder.rglob("*")):
+        name = each.relative_to(folder).as_posix()
+        made_again = each.name in LEFT_BY_SYSTEMS or any(
+            name.endswith(ending) and name.removesuffix(ending) in seals for ending in LEFT_BY_PROGRAMS
+        )
+        if name == MANIFEST or made_again or (each.is_dir() and not each.is_symlink()):
+            continue
+        if name not in seals or each.is_symlink() or not _is_as_written(each, seals[name]):
+            found.append(name)
+    return found
+
+
+def _is_as_written(path: Path, seal: Mapping[str, Any]) -> bool:
+    if path.suffix.lower() in STYLES:
+        return identity.sha256_of(path) == seal.get("sha256")
+    return is_whole(path, seal)
 
 
 def _stamps(named: str) -> list[Any]:
     return [
         (str(each), (identity.stamp_of(each) or (0,) * 5)[:4]) for place in places_of(named) for each in files_of(place)
     ]
+
+
+def _may_be(tool: Tool, name: str, value: str) -> bool:
+    """Whether the input can be what its path names: a folder in place of a file, which the tool refuses, is not walked
+    through."""
+    kind = next(each.kind for each in tool.parameters() if each.name == name)
+    folders = [place for place in places_of(value) if place.is_dir() and place.suffix.lower() != ".gdb"]
+    if kind in ("vector", "table", "file"):
+        return not folders
+    return kind not in ("raster", "number_or_layer") or all(rasters_in(each) for each in folders)
 
 
 def _newest(stamps: list[Any]) -> str | None:

@@ -29,6 +29,8 @@ def question_of(source: Run, **changes: Any) -> ReleasedScene:
     values = {name: asked[name] for name in names if name in asked}
     for each in dataclasses.fields(ReleasedScene):
         declared = dataclasses.replace(each.metadata["parameter"], name=each.name)
+        if each.name in changes:
+            continue
         if each.name in values:
             _refuse_unfit(source, declared, values[each.name])
         if each.name in values and is_path(declared, values[each.name]):

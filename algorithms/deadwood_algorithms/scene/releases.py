@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import geopandas
 
 Array = NDArray[np.float64]
+MOST_TURNED_DEG = 3600.0
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,8 @@ def releases_of(
     _say_overridden(frame, defaults, feedback)
     sizes = {name: defaults[name] for name in ("dbh_cm", "length_m", "density_kg_m3")}
     say_defaults(frame, "releases", sizes, where_of(frame), feedback)
+    most = MOST_TURNED_DEG  # of a number of many turns nothing is left but rounding
+    turned = number_column(frame, "azimuth_deg", default=defaults["azimuth_deg"], minimum=-most, maximum=most)
     logs = Logs(
         log_id=log_id,
         x=x,
@@ -109,7 +112,7 @@ def releases_of(
         density=size("density_kg_m3", DENSITY),
         orientation=_orientations(frame, defaults["orientation"]),
         tilt=np.radians(column("tilt_deg")),
-        azimuth=np.radians(number_column(frame, "azimuth_deg", default=defaults["azimuth_deg"]) % 360.0),
+        azimuth=np.radians(turned % 360.0),
         speed=column("speed_ms"),
         drop=column("drop_m"),
     )

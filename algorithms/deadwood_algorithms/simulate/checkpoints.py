@@ -10,6 +10,7 @@ and its logs are slid again. The two last checkpoints are kept, so that a damage
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import io
 import json
@@ -27,6 +28,8 @@ import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid, Part
+from deadwood_algorithms.files.input_files import MANIFEST
+from deadwood_algorithms.params.run_options import AUTO
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.simulate.columns import Columns
 from deadwood_algorithms.simulate.totals import Totals
@@ -57,10 +60,7 @@ class WorkFolder:
             self._refuse_another(dict(identity), feedback)
             self._take_over(feedback)
         else:
-            if self.path.is_dir():
-                feedback.note(
-                    f"{self.path}: the unfinished work of an earlier run is discarded (--resume continues it)"
-                )
+            if self.path.is_dir():  # with nothing that could be continued (`refuse_unfinished`)
                 shutil.rmtree(self.path)
             elif resume:
                 feedback.note(f"{self.path}: there is no unfinished work to resume; the run starts from its beginning")
@@ -82,12 +82,12 @@ class WorkFolder:
             raise UserError(
                 f"--resume: the unfinished work in {self.path} was begun by another engine ({before.get('engine')}, "
                 f"version {before.get('version')}; this is {identity['engine']}, version {identity['version']}), and "
-                f"two must not be mixed in one result; continue with that one, or leave out --resume to start again"
+                f"two must not be mixed in one result; continue with that one, or start again with --restart"
             )
         if changed:
             raise UserError(
                 f"--resume: the unfinished work in {self.path} was begun with other {', '.join(changed)}; "
-                "give the same inputs and parameters, or leave out --resume to start again"
+                "give the same inputs and parameters, or start again with --restart"
             )
 
     def _take_over(self, feedback: Feedback) -> None:
@@ -226,6 +226,31 @@ def working_folder(output: str) -> Path:
         what = "a link" if path.is_symlink() else "a file"
         raise UserError(f"{path}: this is {what}, where the unfinished work of a run is kept; remove or rename it")
     return path
+
+
+def refuse_unfinished(output: str, *, resume: bool, restart: bool, feedback: Feedback) -> None:
+    """Refuse to start where an earlier run left finished logs, unless it is continued or given up."""
+    if resume and restart:
+        raise UserError("--resume continues an interrupted run and --restart gives it up; give one of them")
+    hidden = working_folder(output)
+    name = glob.escape(hidden.name.removesuffix(".part"))
+    folders = [hidden, *(each for end in ("", "-*") for each in hidden.parent.glob(f"{name}.{AUTO}{end}.part"))]
+    unfinished = [each for each in folders if each.is_dir() and _holds_work(each)]
+    if unfinished and not (resume or restart):
+        raise UserError(
+            f"{unfinished[0]}: an earlier run with this output was interrupted, and its finished logs are kept there; "
+            "--resume continues it, --restart gives it up"
+        )
+    for each in folders if restart else ():
+        shutil.rmtree(each, ignore_errors=True)
+        feedback.note(f"{each}: the unfinished work of an earlier run is given up")
+
+
+def _holds_work(folder: Path) -> bool:
+    """Whether a working folder has anything that would be continued: a checkpoint, a step, or a whole run."""
+    chunks = {each.stem.removeprefix("poses_") for each in folder.rglob("poses_*.parquet")}
+    steps = (each for each in folder.rglob("logs_*.npz") if each.stem.removeprefix("logs_") not in chunks)
+    return any(True for found in (folder.rglob("rasters_*.npz"), steps, folder.rglob(MANIFEST)) for _ in found)
 
 
 def _logs_name(chunk: int) -> str:

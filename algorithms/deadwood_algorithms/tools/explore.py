@@ -131,12 +131,14 @@ def answer(ask: Ask, out: Out, feedback: Feedback) -> None:
     from deadwood_algorithms.explore.session import Session
     from deadwood_algorithms.explore.stdio import Front
     from deadwood_algorithms.explore.surroundings import part_to_explore
+    from deadwood_algorithms.results.identity import verify_inputs
     from deadwood_algorithms.simulate.simulation import open_simulation
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.simulate.windows import scene_on
     from deadwood_engine import FIDELITIES
 
     where = Where(ask.threads, name=TOOL.name)
+    verify_inputs(TOOL, ask, feedback)
     with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, feedback) as simulation, accounting() as said:
         layers = scene_on(simulation, part_to_explore(simulation, feedback), feedback)
         load_kernels(layers.shape, feedback)

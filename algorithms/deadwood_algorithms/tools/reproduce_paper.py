@@ -92,6 +92,7 @@ class Ask:
     seed: int = tool.seed()
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     resume: bool = tool.flag("Continue an interrupted run")
+    restart: bool = tool.flag("Give up an interrupted run and start again")
     output: str = tool.output_folder("Folder of the findings", parts=("findings.json", "report.html"))
     overwrite: bool = tool.overwrite()
 
@@ -115,7 +116,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     names = SITES if ask.site == "both" else (ask.site,)
     with result_folder(TOOL, ask, feedback) as folder, moving_to(working_folder(ask.output), final):
         begun_with = {name: getattr(ask, name) for name in DECIDE}
-        work = open_work(working_folder(ask.output), begun_with, resume=ask.resume, feedback=feedback)
+        work = open_work(working_folder(ask.output), begun_with, resume=ask.resume)
         found: dict[str, list[Finding]] = {}
         sites: dict[str, Site] = {}
         figures: list[tuple[str, Path]] = []

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 OVERVIEW, LAYER, PICTURE, REPORT = "overview.csv", "overview.gpkg", "overview.png", "report.html"
 ON_PAGE = 12  # sites that the report shows
 # Options of slide-logs that mean another thing here:
-APART = ("output", "overwrite", "resume", "report", "plan", "plan_logs", "plan_workers")
+APART = ("output", "overwrite", "resume", "restart", "report", "plan", "plan_logs", "plan_workers")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +109,8 @@ def all_sites(ask: Ask, feedback: Feedback) -> Outcome:
         work = SitesFolder(ask.output, resume=ask.resume, feedback=feedback)
         found: list[SiteFound] = []
         try:
-            sites = read_sites(ask, work.releases, feedback)
+            with work.removed_if_refused():
+                sites = read_sites(ask, work.releases, feedback)
             load_kernels(None, feedback)
             for number, site in enumerate(sites, start=1):
                 found.append(slide_site(ask, site, work, site_stage(feedback, site.name, number, len(sites))))

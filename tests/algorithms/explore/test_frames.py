@@ -59,9 +59,11 @@ def test_a_view_of_an_array_is_sent_as_it_looks():
         ('{"a": -1e400}', "-1e400 is not a number"),
         ('{"a": "' + "x" * MOST_MESSAGE + '"}', "at most 1048576 are allowed"),
         ("[" * 50_000, "not JSON"),
+        ('{"n": ' + "9" * 400 + "}", "not a number"),
+        ('{"op": "release", "id": [1, 2]}', "neither a number nor text"),
         (b"\xff\xfe\xff", "not JSON"),
     ],
-    ids=["empty", "number", "infinite", "too large", "long", "deep", "bytes"],
+    ids=["empty", "number", "infinite", "too large", "long", "deep", "whole", "id", "bytes"],
 )
 def test_what_is_no_message_is_refused(text: str, words: str):
     with pytest.raises(UserError, match=words):

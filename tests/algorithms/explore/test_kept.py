@@ -118,7 +118,14 @@ def test_what_is_there_is_not_replaced_and_what_fails_leaves_nothing(tmp_path: P
 
         with pytest.raises(UserError, match="full"):
             asked.keep("b", fails)
-    assert sorted(each.name for each in (tmp_path / "kept").iterdir()) == ["a", "a_layers.gpkg"]
+        # an engine that was killed while it saved: its name can be used again
+        kept = tmp_path / "kept"
+        (kept / "c_layers.gpkg").write_bytes(b"half")
+        (kept / ".c.part").mkdir()
+        (kept / ".c.part" / "rasters_1.npz").write_bytes(b"some")
+        (kept / ".c.partial-x1").mkdir()
+        asked.keep("c")
+    assert sorted(each.name for each in kept.iterdir()) == ["a", "a_layers.gpkg", "c", "c_layers.gpkg"]
 
 
 def test_the_run_can_be_left_to_whoever_asks(tmp_path: Path):

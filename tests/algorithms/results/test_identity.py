@@ -16,7 +16,7 @@ import pytest
 import rasterio
 from slope_case import Case, write_dem
 
-from deadwood_algorithms.files.embedded import embed, record_in
+from deadwood_algorithms.files.embedded import embed, record_in, state_of
 from deadwood_algorithms.files.identity import CHANGED, GONE, SAME, compared, content_of, of_input
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.identity import Making
@@ -173,7 +173,10 @@ def test_a_second_record_takes_the_place_of_the_first(case, tmp_path):
     path = Path(shutil.copy(case.trees, tmp_path / "t.gpkg"))
     embed(path, {"tool": "one"})
     embed(path, {"tool": "two"})
-    assert record_in(path) == {"tool": "two"}
+    record = record_in(path)
+    assert record is not None
+    assert record["tool"] == "two"
+    assert state_of(path, record) == SAME
 
 
 def test_runs_in_a_folder_with_an_umlaut_name_their_final_place(copied, tmp_path):
@@ -349,6 +352,15 @@ def test_no_flipped_bit_no_half_file_and_no_file_of_another_run_is_read(case, ru
         same_rows = name.endswith(".gpkg") and content_of(mine / name) == content_of(run / name) is not None
         assert status == (0 if same_rows else 2)
         assert "bug in the toolbox" not in capsys.readouterr().err
+    (mine / name).write_bytes(whole)
+    if name.endswith(".tif"):
+        beside = mine / f"{name}.aux.xml"
+        beside.write_text('<PAMDataset><PAMRasterBand band="1"><Scale>10</Scale></PAMRasterBand></PAMDataset>')
+        assert read(name, case, mine, tmp_path) == 2
+        beside.unlink()
+    assert read(name, case, mine, tmp_path) == 0
+    (mine / name).unlink()
+    assert read(name, case, mine, tmp_path) == 2
 
 
 def test_files_of_another_run_are_refused(case, run, tmp_path, capsys):

@@ -108,6 +108,7 @@ MATRIX = {
         ["bad.gpkg", "'dbh_cm'", "row 2", "100000 is not a number greater than 0 and at most 1500"],
     ),
     "too long": (lambda f: releases(f, length_m=[1e9, 10.0]), ["'length_m'", "row 1", "at most 150"]),
+    "azimuth of many turns": (lambda f: releases(f, azimuth_deg=[1.0, 1e308]), ["'azimuth_deg'", "row 2", "3600"]),
     "tonnes": (
         lambda f: releases(f, density_kg_m3=[300.0, 0.3]),
         ["'density_kg_m3'", "row 2", "0.3 kg/m³ is smaller than any possible", "check the unit"],

@@ -205,14 +205,14 @@ def test_scenarios_are_compared_by_the_fidelity_that_was_chosen(case, early, tmp
 
 def test_what_such_a_run_asked_can_be_asked_again(case, tmp_path):
     """With the fidelity that was chosen, and here: where it slid is not one of its parameters."""
-    from deadwood_algorithms.results.identity import seal_of_manifest
+    from deadwood_algorithms.files.embedded import seal_of_record
     from deadwood_algorithms.results.replay import fidelity_of, question_of
     from deadwood_algorithms.results.run_folder import MANIFEST, read_run
 
     run = case.run(output=str(tmp_path / "run"), **values_of(case))
     told = json.loads((run / MANIFEST).read_text(encoding="utf-8"))
     told["parameters"]["scheduler"] = "tcp://127.0.0.1:1"
-    told["seal"] = seal_of_manifest(told)
+    told["seal"] = seal_of_record(told)
     (run / MANIFEST).write_text(json.dumps(told), encoding="utf-8")
     source = read_run(str(run), feedback=Quiet())
     assert source.fidelity == summary(run)["accuracy"]["fidelity"] != "auto"

@@ -280,13 +280,20 @@ def test_a_resumed_run_is_the_uninterrupted_run(case, full, tmp_path, monkeypatc
     assert sorted(each.name for each in tmp_path.iterdir()) == ["run"]
 
 
-def test_without_resume_unfinished_work_is_dropped(case, tmp_path, monkeypatch, said):
+def test_unfinished_work_is_continued_or_given_up_never_forgotten(case, tmp_path, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK", 5)
+    monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
+    output, part = str(tmp_path / "run"), tmp_path / ".run.part"
     with pytest.raises(Cancelled):
-        case.run(StopAfter(5), output=str(tmp_path / "run"))
-    case.run(said, output=str(tmp_path / "run"))
-    assert any("discarded" in note for note in said.notes)
-    assert not (tmp_path / ".run.part").exists()
+        case.run(StopAfter(5), output=output)
+    kept = {each.name: each.read_bytes() for each in part.iterdir()}
+    for changes in ({}, {"friction": "0.3"}, {"resume": True, "restart": True}):
+        with pytest.raises(UserError, match="--resume .*--restart"):
+            case.run(output=output, **changes)
+        assert {each.name: each.read_bytes() for each in part.iterdir()} == kept
+    anew = case.run(output=output, restart=True, friction="0.3")
+    assert json.loads((anew / "manifest.json").read_text())["parameters"]["friction"] == "0.3"
+    assert not part.exists()
 
 
 def test_an_existing_run_is_kept_unless_overwrite(case, tmp_path):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.params.where import Where
 from deadwood_algorithms.results.replay import fidelity_of, logs_of, question_of
-from deadwood_algorithms.results.run_folder import Run
+from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.simulate.log_order import hash_order
@@ -55,11 +55,12 @@ def open_rerun(
     source: Run, lines: str | None, logs: int | None, seed: int, where: Where, feedback: Feedback
 ) -> Iterator[tuple[Rerun, SceneLayers, NDArray[np.int64]]]:
     """Open a run as it was asked for (with other lines if they are given), with a random subset of its logs or with
-    all.
+    all. The run's own lines are those stored with it, as for all tools that read a run.
 
     Also returns the scene as it was read, and the logs' rows in the run's deposits.
     """
-    scene = question_of(source, **({"lines": lines} if lines else {}))
+    own = f"{source.path / GEOPACKAGE}|layername=reach" if "reach" in layers_in(source.path) else None
+    scene = question_of(source, lines=lines or own)
     if not scene.lines:
         raise UserError(f"{source.path}: the run has no roads, railways or houses; name them with --lines LAYER")
     with open_simulation(scene.inputs(), fidelity_of(source), where, feedback) as simulation:

@@ -34,7 +34,8 @@ SAME = {
 }
 # Parameters that change no log's movement, or are compared as releases.
 NO_MATTER = (
-    "output", "overwrite", "threads", "resume", "trajectories", "until_ci", "error", "budget", "assume", "seed",
+    "output", "overwrite", "threads", "resume", "restart", "trajectories", "until_ci", "error", "budget", "assume",
+    "seed",
     "min_runout_m", "releases", "report", "qgis_project", "geoparquet", "outline_every_s", "danger_least",
     "danger_counts", "scheduler", "workers", "friction_preset",  # its values are in friction
 )  # fmt: skip

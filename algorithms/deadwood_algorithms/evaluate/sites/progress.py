@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files.input_files import MANIFEST
-from deadwood_algorithms.params.tool import Feedback, Tool
+from deadwood_algorithms.params.tool import Feedback, Tool, UserError
 from deadwood_algorithms.results.checked import stands
 from deadwood_algorithms.results.identity import Making
 from deadwood_algorithms.results.run_folder import link_or_copy
@@ -23,8 +24,7 @@ class SitesFolder:
     def __init__(self, output: str, *, resume: bool, feedback: Feedback) -> None:
         self.path = working_folder(output)
         self.sites, self.releases = self.path / "sites", self.path / "releases"
-        if self.path.is_dir() and not resume:
-            feedback.note(f"{self.path}: the unfinished work of an earlier run is discarded (--resume continues it)")
+        if self.path.is_dir() and not resume:  # with nothing that could be continued (`refuse_unfinished`)
             shutil.rmtree(self.path)
         elif resume and not self.path.is_dir():
             feedback.note(f"{self.path}: there is no unfinished work to resume; all sites are slid")
@@ -71,6 +71,16 @@ class SitesFolder:
             feedback.note(f"{name}: its files are damaged or belong to another run; it is slid again")
             shutil.rmtree(run, ignore_errors=True)
         return run.is_dir()
+
+    @contextmanager
+    def removed_if_refused(self) -> Iterator[None]:
+        """Leave nothing behind if the sites are refused before one of them has begun."""
+        try:
+            yield
+        except UserError:
+            if not any(self.sites.iterdir()):
+                self.remove()
+            raise
 
     def remove(self) -> None:
         shutil.rmtree(self.path, ignore_errors=True)

@@ -24,6 +24,7 @@ OURS = (
     "output",
     "overwrite",
     "resume",
+    "restart",
     "plan",
     "plan_logs",
     "plan_workers",
@@ -31,7 +32,7 @@ OURS = (
     "workers",
 )  # of slide-logs, that run-sites sets itself
 YES, NO = ("true", "yes", "y", "1"), ("false", "no", "n", "0")
-UNFIT = re.compile(r'[\x00-\x1f/\\:*?"<>|]')  # characters that some system does not allow in the name of a folder
+UNFIT = re.compile(r'[\x00-\x1f/\\:*?"<>|;]')  # characters that some system or library does not allow in a name
 LONGEST_NAME = 80
 
 

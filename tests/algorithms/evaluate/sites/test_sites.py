@@ -145,6 +145,7 @@ def test_names_of_folders_are_apart_on_every_system():
     assert _unlike("Nord", {"sued"}) == "Nord"
     assert _unlike("Nord", {"nord", "nord_2"}) == "Nord_3"
     assert folder_name(' a/b:c?".') == "a_b_c__"
+    assert folder_name("a;b|c") == "a_b_c"
     assert folder_name(" . ") == "_"
     assert len(folder_name("x" * 200)) == 80
 
