@@ -1334,6 +1334,7 @@ def slide_logs(
     assume: Literal["none", "standard", "draft"] = "standard",
     time_step_s: float | None = None,
     station_spacing_m: float | None = None,
+    own_slope: str | list[str] | None = None,
     trajectories: str | list[str] = "1000",
     until_ci: float | None = None,
     danger_least: int = 10,
@@ -1370,6 +1371,9 @@ def slide_logs(
     taken from the benchmarks: at most that of `standard` on their worst slope (assume). summary.json and the
     report state both errors, separately and together. With budget 60s instead of error the result is the most
     accurate within that time.
+
+    With lines, 100 to 200 of the logs slide again at a finer fidelity (own_slope N|none): the interval of the
+    paired difference shows how far each line's reach is off on this slope.
 
     Parameters
     ----------
@@ -1510,6 +1514,10 @@ def slide_logs(
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
         Spacing of the contact stations, instead of the fidelity's.
+    own_slope : optional
+        Logs of the run that slide again at a finer fidelity: how many, or none. Shows how far the reach of each
+        line is off on this slope. If no number is given, 200, or down to 100 so that they take at most a fifth
+        of the run's time; with budget none. Needs lines.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5
@@ -1619,6 +1627,7 @@ def run_sites(
     assume: Literal["none", "standard", "draft"] = "standard",
     time_step_s: float | None = None,
     station_spacing_m: float | None = None,
+    own_slope: str | list[str] | None = None,
     trajectories: str | list[str] = "1000",
     until_ci: float | None = None,
     danger_least: int = 10,
@@ -1803,6 +1812,10 @@ def run_sites(
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
         Spacing of the contact stations, instead of the fidelity's.
+    own_slope : optional
+        Logs of the run that slide again at a finer fidelity: how many, or none. Shows how far the reach of each
+        line is off on this slope. If no number is given, 200, or down to 100 so that they take at most a fifth
+        of the run's time; with budget none. Needs lines.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5
