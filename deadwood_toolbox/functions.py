@@ -1373,6 +1373,7 @@ def slide_logs(
     assume: Literal["none", "standard", "draft"] = "standard",
     time_step_s: float | None = None,
     station_spacing_m: float | None = None,
+    own_slope: str | list[str] | None = None,
     trajectories: str | list[str] = "1000",
     until_ci: float | None = None,
     danger_least: int = 10,
@@ -1407,6 +1408,9 @@ def slide_logs(
     within 2 points, at 95 % confidence, of what `reference` would give; the error of the calculation is taken
     from random slopes of the same kind (assume). The run states both errors. With budget 60s the result is the
     most accurate in that time.
+
+    With lines, 100 to 200 of the logs slide again at a finer fidelity (own_slope N|none): the interval of the
+    paired difference shows how far each line's reach is off on this slope.
 
     Parameters
     ----------
@@ -1548,6 +1552,10 @@ def slide_logs(
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
         Spacing of the contact stations, instead of the fidelity's.
+    own_slope : optional
+        Logs of the run that slide again at a finer fidelity: how many, or none. Shows how far the reach of each
+        line is off on this slope. If no number is given, 200, or down to 100 so that they take at most a fifth
+        of the run's time; with budget none. Needs lines.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5
@@ -1658,6 +1666,7 @@ def run_sites(
     assume: Literal["none", "standard", "draft"] = "standard",
     time_step_s: float | None = None,
     station_spacing_m: float | None = None,
+    own_slope: str | list[str] | None = None,
     trajectories: str | list[str] = "1000",
     until_ci: float | None = None,
     danger_least: int = 10,
@@ -1843,6 +1852,10 @@ def run_sites(
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
         Spacing of the contact stations, instead of the fidelity's.
+    own_slope : optional
+        Logs of the run that slide again at a finer fidelity: how many, or none. Shows how far the reach of each
+        line is off on this slope. If no number is given, 200, or down to 100 so that they take at most a fifth
+        of the run's time; with budget none. Needs lines.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5

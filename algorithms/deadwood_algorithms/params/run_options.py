@@ -65,6 +65,24 @@ class FidelityOptions:
         maximum=100.0,
         advanced=True,
     )
+    own_slope: str | None = tool.text(
+        "Logs of the run that slide again at a finer fidelity: how many, or none",
+        default=None,
+        help="Shows how far the reach of each line is off on this slope. If no number is given, 200, or down to 100 so "
+        "that they take at most a fifth of the run's time; with --budget none. Needs --lines.",
+    )
+
+    @property
+    def own_slope_logs(self) -> int | None:
+        """How many logs slide again; None if the run decides."""
+        name = "" if self.own_slope is None else str(self.own_slope).strip().lower()
+        if name == "none" or (not name and self.budget is not None):
+            return 0
+        if name.isdigit():
+            return int(name)
+        if name:
+            raise UserError(f"--own-slope is '{self.own_slope}', but must be none or a whole number")
+        return None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,4 +140,29 @@ class CapacityOptions:
     )
     log_capacity_power: float = tool.number(
         "Exponent of DBH / 40 cm with which that grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class AddedOptions:
+    """What is written beside the results themselves."""
+
+    qgis_project: bool = tool.flag(
+        "Add a QGIS project to the run",
+        help="With styled and grouped layers, animated logs and a 3-D view: project.qgz, and scene.gpkg beside it.",
+    )
+    outline_every_s: float = tool.number(
+        "Time between two outlines of the animated logs",
+        unit="s",
+        default=0.25,
+        minimum=0.02,
+        advanced=True,
+        help="In the QGIS project, for the logs that keep their trajectory.",
+    )
+    geoparquet: bool = tool.flag(
+        "Write the run's layers as GeoParquet too",
+        help="deposits.parquet, trajectories.parquet and so on, for programs that work on very many rows.",
+    )
+    report: bool = tool.flag(
+        "Add a report to the run", help="One page with maps, figures, tables and a 3-D view: report.html (make-report)."
     )

@@ -182,6 +182,15 @@ PHRASES = {
     "promise_assumed": "assumed: as on the benchmark's slopes of this kind",
     "promise_measured": "measured on this slope against {against}",
     "calculation_measure": ("Measured on synthetic slopes; compare-fidelity measures it on this one."),
+    "own_slope": "on this slope: {fidelity} minus {finer} [points, 95 %]",
+    "own_slope_note": (
+        "{n} logs of this run were slid at {finer} too and compared log by log. So few show a large error of the "
+        "calculation, but not that there is none."
+    ),
+    "own_slope_flagged": (
+        "On this slope the error of the calculation is larger than on any of the synthetic slopes (±{bound} points): "
+        "slide the logs at {finer}."
+    ),
     "line": "line",
     "logs": "logs",
     "n_reach": "reach it",

@@ -28,6 +28,7 @@ from deadwood_algorithms.report.rounded import (
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.results.capacity import as_share
+from deadwood_algorithms.results.own_slope import interval_of
 from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.schemas.looks import LOOKS
 from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
@@ -59,6 +60,9 @@ def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Pa
         for name in ("left_dem", "failed", "time_limit")
         if reasons.get(name, 0)
     ]
+    if (own := source.summary.get("own_slope")) and own["flagged"]:
+        bound = shown_number(100.0 * own["promised"], words, 2)
+        found.append(words.say("own_slope_flagged", bound=bound, finer=own["finer"]))
     for parameter, file in source.run.changed:
         what = input_words(parameter, words)
         found.append(words.say("input_changed", what=what, path=Path(file).name))
@@ -145,8 +149,12 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
     calculation = calculation_words(source.summary["accuracy"], source.run.manifest.get("parameters", {}), words)
     head = [words.say(each) for each in ("line", "logs", "n_reach", "sampling", "calculation")]
     rows = [
-        (each["line_id"], each["n_total"], each["n_reach"], shown_share(each, words), calculation) for each in records
+        [each["line_id"], each["n_total"], each["n_reach"], shown_share(each, words), calculation] for each in records
     ]
+    if own := source.summary.get("own_slope"):
+        head.append(words.say("own_slope", fidelity=own["fidelity"], finer=own["finer"]))
+        for row in rows:
+            row.append(shown_range(own["by_line"][str(row[0])], words))
     parts: Parts = [figure_of(drawings.get("reach")), table(head, rows)]
     if lost := [each for each in records if each.get("n_lost")]:
         head = [words.say(each) for each in ("line", "n_lost", "if_lost")]
@@ -155,9 +163,11 @@ def reach(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) ->
     parts += [
         element("p", words.say("reach_note"), class_="quiet"),
     ]
+    if own:
+        parts.append(element("p", words.say("own_slope_note", n=own["logs"], finer=own["finer"]), class_="quiet"))
     if promise := source.summary["accuracy"].get("auto"):
         parts.append(element("p", promise_words(promise, words)))
-    elif source.summary["accuracy"]["fidelity"] in REACH_ERRORS:
+    elif source.summary["accuracy"]["fidelity"] in REACH_ERRORS and not own:
         parts.append(element("p", words.say("calculation_measure"), class_="quiet"))
     if rule := source.summary.get("until_ci"):
         state = words.say("until_reached" if rule["reached"] else "until_missed", n=rule["logs"])
@@ -195,6 +205,12 @@ def points_words(points: Points, words: Words) -> str:
     """``−0.4 (−0.8 to +0.1)``, to a tenth of a point, as in the README."""
     value, low, high = (in_signs(to_decimals(each, 1, sign=True), words) for each in points)
     return f"{value} ({low} {words.say('to')} {high})"
+
+
+def shown_range(record: Mapping[str, float], words: Words) -> str:
+    """``−3 to +9``: the interval of a difference, in points."""
+    low, high = (in_signs(each, words) for each in interval_of(record))
+    return f"{low} {words.say('to')} {high}"
 
 
 def arrivals(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> Parts:

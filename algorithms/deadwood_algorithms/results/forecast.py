@@ -48,6 +48,7 @@ class Pilot:
     passed_cells : number of cells that any log passed
     vertices : number of vertices of all trajectories
     spread : standard deviation over mean of the time for which a log is slid
+    again : what the run slides besides its logs, in logs
     """
 
     logs: int
@@ -60,12 +61,13 @@ class Pilot:
     passed_cells: int
     vertices: int
     spread: float
+    again: float = 0.0
 
 
 @dataclass(frozen=True)
 class Forecast:
     """What the run will take; sizes in bytes, times in seconds. ``off`` is the half-width of the 95 % interval of the
-    time, relative to it."""
+    time, relative to it; ``again_s`` the part of ``cpu_s`` for logs that slide again."""
 
     logs: int
     kept: int
@@ -79,11 +81,13 @@ class Forecast:
     threads: int
     workers: int
     workers_s: float
+    again_s: float = 0.0
 
 
 def forecast(pilot: Pilot, logs: int, kept: int, *, threads: int, workers: int) -> Forecast:
     """Forecast for these logs, of which ``kept`` keep their trajectory."""
     times, more = logs / pilot.logs, max(0, logs - pilot.logs)
+    times_slid = (logs + pilot.again) / pilot.logs
     more_kept = max(0, kept - pilot.kept)
     a_trajectory = pilot.vertices / max(pilot.kept, 1)
     memory = pilot.memory + more * LOG_MEMORY + round(more_kept * (KEPT_MEMORY + VERTEX_MEMORY * a_trajectory))
@@ -104,15 +108,16 @@ def forecast(pilot: Pilot, logs: int, kept: int, *, threads: int, workers: int) 
         logs=logs,
         kept=kept,
         pilot_logs=pilot.logs,
-        cpu_s=pilot.cpu_s * times,
+        cpu_s=pilot.cpu_s * times_slid,
         off=1.96 * pilot.spread / math.sqrt(pilot.logs) if logs > pilot.logs else 0.0,
         memory=memory,
         disk=round(at_end + work),
         disk_at_end=round(at_end),
-        wall_s=pilot.slide_s * times + beside,
+        wall_s=pilot.slide_s * times_slid + beside,
         threads=threads,
         workers=workers,
-        workers_s=pilot.slide_s * times / workers + beside,
+        workers_s=pilot.slide_s * times_slid / workers + beside,
+        again_s=pilot.cpu_s * pilot.again / pilot.logs,
     )
 
 
@@ -133,6 +138,7 @@ def together(parts: Sequence[Forecast]) -> Forecast:
         threads=max(each.threads for each in parts),
         workers=parts[0].workers,
         workers_s=sum(each.workers_s for each in parts),
+        again_s=sum(each.again_s for each in parts),
     )
 
 
@@ -199,9 +205,10 @@ def words_of_forecast(found: Forecast, output: str) -> tuple[str, ...]:
     """The forecast for a reader."""
     free = free_bytes()
     off = f" (±{100 * found.off:.0f} %)" if found.off else ""
+    again = f", of which at most {significant(found.again_s, 2)} s for --own-slope" if found.again_s else ""
     rows = {
         "logs": f"{found.logs}, of which {found.kept} keep their trajectory",
-        "core-hours": f"{significant(found.cpu_s / 3600.0, 3)}{off}",
+        "core-hours": f"{significant(found.cpu_s / 3600.0, 3)}{off}{again}",
         "memory": _size(found.memory) + (f"; {_size(free)} are free" if free is not None else ""),
         "disk": f"{_size(found.disk)}, of which {_size(found.disk_at_end)} stay; {_size(free_disk(output))} are free",
         "this machine": f"{_span(found.wall_s)}, {counted(found.threads, 'thread')}",

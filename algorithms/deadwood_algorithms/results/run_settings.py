@@ -7,13 +7,14 @@ from typing import Any
 
 from deadwood_algorithms.results.capacity import Capacity
 from deadwood_algorithms.scene.released_scene import ReleasedScene
+from deadwood_algorithms.simulate.own_slope import Sample
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
     """Settings of a run: the scene, the fidelity by name, whether any trajectory is kept, the number of logs from
     which danger is given, whether its counts are kept, and the capacity of stems. With --fidelity auto also what was
-    promised, and what the pilot cost beside the run."""
+    promised, and what the pilot cost beside the run. own_slope : the logs that slid again, if any did"""
 
     scene: ReleasedScene
     fidelity: str
@@ -23,3 +24,4 @@ class RunSettings:
     capacity: Capacity = Capacity()
     auto: dict[str, Any] | None = None
     pilot_cpu_s: float = 0.0
+    own_slope: Sample | None = None

@@ -16,6 +16,7 @@ from deadwood_algorithms.results.capacity import overload_lines, overload_record
 from deadwood_algorithms.results.hits import obstacle_record
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, reach_records
 from deadwood_algorithms.results.modelled import in_words, modelled
+from deadwood_algorithms.results.own_slope import own_slope_record, own_slope_words
 from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.scenario import counted_of, scenario_line, scenario_of
 from deadwood_algorithms.scene.items import Items
@@ -60,6 +61,9 @@ def summary_of(
     for name, count in counted.items():
         account(name, count)
     clauses = modelled(settings, layers, counted)
+    own, finer = None, settings.own_slope
+    if finer:
+        own = own_slope_record(settings.fidelity, finer, releases.logs.log_id, touched, layers.lines.ids)
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
     return {
         "logs": {
@@ -69,6 +73,7 @@ def summary_of(
             "started_in_contact": int(by_log["started_in_contact"].sum()),
         },
         "reach": reach_records(layers.lines.ids, touched, left),
+        **({"own_slope": own} if own else {}),
         "until_ci": queue.rule.record() if queue.rule else None,
         "spread": spread_records(releases, by_log["end_position"], left, settings.scene.min_runout_m),
         "barriers": barrier_ledger(
@@ -98,6 +103,7 @@ def summary_of(
             "cpu_s": cpu,
             "wall_s": wall,
             **({"pilot_cpu_s": settings.pilot_cpu_s} if settings.auto else {}),
+            **({"own_slope_cpu_s": finer.cpu_s} if finer else {}),
             "steps": int(steps),
             "logs_per_s": len(releases) / max(wall, 1e-9),
         },
@@ -190,6 +196,8 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
         )
     if summary["until_ci"]:
         lines.append(enough_words(summary["until_ci"]))
+    if own := summary.get("own_slope"):
+        lines.append(own_slope_words(own, summary["cost"]["own_slope_cpu_s"]))
     if accuracy.get("auto"):
         lines.append(promised_words(accuracy["auto"]) + unseen_words(summary["reach"]))
     for record in summary["spread"]:

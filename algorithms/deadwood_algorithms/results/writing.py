@@ -33,6 +33,7 @@ from deadwood_algorithms.results.hits import (
 from deadwood_algorithms.results.identity import Making, write_manifest
 from deadwood_algorithms.results.lost import many, reach_records
 from deadwood_algorithms.results.maps import write_run_rasters
+from deadwood_algorithms.results.own_slope import warn_if_flagged
 from deadwood_algorithms.results.run_folder import GEOPACKAGE, MANIFEST, POSES, write_json
 from deadwood_algorithms.results.run_settings import RunSettings
 from deadwood_algorithms.results.scenario import posture_shares
@@ -185,6 +186,7 @@ def write_results(
         )
     if loss := loss_of_run(summary):
         feedback.warn(loss, code="left-dem", left=summary["logs"]["by_stop_reason"]["left_dem"], logs=len(releases))
+    warn_if_flagged(summary.get("own_slope"), feedback)
     if states := failed_states(layers, releases, by_log):
         write_json(folder / FAILED_STATES, {"logs": states})
         feedback.warn(

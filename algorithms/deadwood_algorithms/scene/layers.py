@@ -93,9 +93,9 @@ class SceneLayers:
         """The band of danger, from 1, of each line that the engine watches; 0 for those along the window's sides."""
         return np.concatenate([self.lines.item + 1, np.zeros(len(self.watched), np.int64)])
 
-    def by_scene_line(self, by_item: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """From (n, items) of the lines to (n, lines that the engine watches)."""
-        return np.pad(by_item[:, self.lines.item], ((0, 0), (0, len(self.watched))))
+    def by_scene_line(self, by_item: NDArray[np.bool_], *, sides: bool = False) -> NDArray[np.bool_]:
+        """From (n, items) of the lines to (n, lines that the engine watches); ``sides`` : those of the window."""
+        return np.pad(by_item[:, self.lines.item], ((0, 0), (0, len(self.watched))), constant_values=sides)
 
     def with_lines_first(self, engine_lines: Lines, items: Items) -> SceneLayers:
         """The scene with further lines, which come before its own."""

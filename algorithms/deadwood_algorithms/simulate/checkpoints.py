@@ -16,7 +16,7 @@ import io
 import json
 import os
 import shutil
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import astuple
 from pathlib import Path
@@ -164,6 +164,13 @@ class WorkFolder:
     def chunk(self, chunk: int) -> dict[str, NDArray]:
         """The results of a finished chunk's logs."""
         return self._arrays(_logs_name(chunk))
+
+    def once(self, name: str, make: Callable[[], Mapping[str, NDArray]]) -> dict[str, NDArray]:
+        """Arrays beside the chunks: made once, stored, and reused when the run is resumed."""
+        file = f"{name}.npz"
+        if not self._is_sound(file):
+            self._write(file, _packed(make()))
+        return self._arrays(file)
 
     def by_log(self, by_row: Collection[str], order: NDArray[np.intp]) -> Columns:
         """The results of all finished logs, of which ``by_row`` has one row for each log; in the ``order`` that is

@@ -17,6 +17,9 @@ are counted separately.
 With --fidelity auto --error 0.02 the tool chooses fidelity and number of logs so that every line's reach is within 2
 points, at 95 % confidence, of what `reference` would give; the error of the calculation is taken from random slopes of
 the same kind (--assume). The run states both errors. With --budget 60s the result is the most accurate in that time.
+
+With --lines, 100 to 200 of the logs slide again at a finer fidelity (--own-slope N|none): the interval of the paired
+difference shows how far each line's reach is off on this slope.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params import tool
-from deadwood_algorithms.params.run_options import CapacityOptions, FidelityOptions, KeptOptions
+from deadwood_algorithms.params.run_options import AddedOptions, CapacityOptions, FidelityOptions, KeptOptions
 from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, Tool, UserError
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.report.languages import LANGUAGES
@@ -49,26 +52,7 @@ PARTS = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ask(CapacityOptions, KeptOptions, FidelityOptions, SlidingOptions, SceneByName):
-    qgis_project: bool = tool.flag(
-        "Add a QGIS project to the run",
-        help="With styled and grouped layers, animated logs and a 3-D view: project.qgz, and scene.gpkg beside it.",
-    )
-    outline_every_s: float = tool.number(
-        "Time between two outlines of the animated logs",
-        unit="s",
-        default=0.25,
-        minimum=0.02,
-        advanced=True,
-        help="In the QGIS project, for the logs that keep their trajectory.",
-    )
-    geoparquet: bool = tool.flag(
-        "Write the run's layers as GeoParquet too",
-        help="deposits.parquet, trajectories.parquet and so on, for programs that work on very many rows.",
-    )
-    report: bool = tool.flag(
-        "Add a report to the run", help="One page with maps, figures, tables and a 3-D view: report.html (make-report)."
-    )
+class Ask(AddedOptions, CapacityOptions, KeptOptions, FidelityOptions, SlidingOptions, SceneByName):
     language: str = tool.choice("Language of report and QGIS project", *LANGUAGES, default="en", advanced=True)
     output: str = tool.output_folder("Folder of the run", parts=PARTS)
     overwrite: bool = tool.overwrite()
@@ -94,16 +78,18 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
     """The cost of a run of a few logs, and the number of all logs."""
     from deadwood_algorithms.results.plan import pilot_from
+    from deadwood_algorithms.simulate.own_slope import again_in_logs
     from deadwood_algorithms.simulate.warm_up import load_kernels
 
     load_kernels(None, feedback)  # compilation is not part of the forecast
     few = replace(
         ask, output=str(place), trajectories="none" if ask.trajectories_kept == 0 else "all", until_ci=None, plan=False,
-        report=False, qgis_project=False, resume=False,
+        report=False, qgis_project=False, resume=False, own_slope="none",
     )  # fmt: skip
     began = time.perf_counter()
     _, logs = slid_run(few, None, feedback, at_most=ask.plan_logs)
-    return pilot_from(place, time.perf_counter() - began), logs
+    again = again_in_logs(ask.fidelity, logs, ask.own_slope_logs) if ask.lines is not None else 0.0
+    return replace(pilot_from(place, time.perf_counter() - began), again=again), logs
 
 
 def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int | None = None) -> tuple[Outcome, int]:
@@ -115,11 +101,13 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_settings import RunSettings
     from deadwood_algorithms.results.writing import keeper_of, write_results
+    from deadwood_algorithms.scene.cell_noise import doubt_draft
     from deadwood_algorithms.simulate.auto_run import slide_promised
     from deadwood_algorithms.simulate.checkpoints import part_path
     from deadwood_algorithms.simulate.log_order import hash_order, keep_by_hash
     from deadwood_algorithms.simulate.log_run import LogRun, slide_logs
     from deadwood_algorithms.simulate.look import look
+    from deadwood_algorithms.simulate.own_slope import own_sample
     from deadwood_algorithms.simulate.simulation import open_simulation
     from deadwood_algorithms.simulate.sliding import workers_for
     from deadwood_algorithms.simulate.windows import read_released_scene
@@ -142,6 +130,8 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
             refuse_full_disk(ask.output, len(releases), int(keep.sum()))
         if at_most is None and not (ask.resume and part_path(ask.output).is_dir()):  # what began was looked at
             look(simulation, layers, releases, ask.seed, feedback)
+        if ask.fidelity == "draft":
+            doubt_draft(layers.dem, releases.x, releases.y, feedback)
         capacities = {"--tree-capacity-kj or --log-capacity-kj": list(vars(capacity).values())} if capacity else {}
         identity = {"--trajectories or --seed": [ask.trajectories, ask.seed], **capacities}
         keeper = keeper_of(capacity, releases)
@@ -153,10 +143,12 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
                 done, chosen, pilot_cpu_s = slide_promised(prepared, promise, began)
             else:
                 done, chosen, pilot_cpu_s = slide_logs(prepared, ask.until_ci), None, 0.0
+            used = chosen.option.fidelity if chosen else ask.fidelity
+            own_slope = own_sample(done, used, ask, ask.seed)
         settings = RunSettings(
-            scene=tool.taken(ask, ReleasedScene), keeps_poses=kept_count != 0, capacity=capacity,
-            fidelity=chosen.option.fidelity if chosen else ask.fidelity, auto=chosen.record if chosen else None,
-            danger_least=ask.danger_least, danger_counts=ask.danger_counts, pilot_cpu_s=pilot_cpu_s,
+            scene=tool.taken(ask, ReleasedScene), fidelity=used, keeps_poses=kept_count != 0, capacity=capacity,
+            danger_least=ask.danger_least, danger_counts=ask.danger_counts, auto=chosen.record if chosen else None,
+            pilot_cpu_s=pilot_cpu_s, own_slope=own_slope,
         )  # fmt: skip
         outcome = write_results(folder, Path(ask.output), outputs, settings, done, feedback, geoparquet=ask.geoparquet)
         outcome = replace(outcome, outputs={**outcome.outputs, **added(ask, folder, done, feedback)})

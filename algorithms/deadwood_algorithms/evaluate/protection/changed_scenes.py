@@ -119,9 +119,8 @@ class ChangedScenes:
 
     def aside(self, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
         """The lines that these logs need not reach: where they start, and those along the window's sides."""
-        lines = self.layers.lines
-        inside = starts_inside(lines, self.rerun.releases.take(rows))[:, lines.item]
-        return np.pad(inside, ((0, 0), (0, len(self.layers.watched))), constant_values=True)
+        inside = starts_inside(self.layers.lines, self.rerun.releases.take(rows))
+        return self.layers.by_scene_line(inside, sides=True)
 
     def stages_of(self, scene: SceneLayers, task: Task) -> dict[str, Any]:
         """The stages from which logs can continue, if the same rule of steps applies: stages belong to one window and
