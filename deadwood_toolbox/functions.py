@@ -200,6 +200,7 @@ def assess_mobilisation(
     plan_logs: int = 400,
     plan_workers: int = 16,
     resume: bool = False,
+    restart: bool = False,
     areas_by: Literal["starts", "goes_far", "reaches"] = "goes_far",
     threshold: float = 0.1,
     min_area_m2: float = 100.0,
@@ -378,6 +379,8 @@ def assess_mobilisation(
         Workers for which the plan also states the time.
     resume : optional
         Continue an interrupted run.
+    restart : optional
+        Give up an interrupted run and start again.
     areas_by : one of starts, goes_far, reaches, default goes_far
         Outcome by which release areas are drawn.
     threshold : 0 < x <= 1, default 0.1

