@@ -116,7 +116,6 @@ def is_tool(path: Path) -> bool:
     return any(line.startswith("TOOL = ") for line in path.read_text(encoding="utf-8").splitlines())
 
 
-LONGEST_TOOL = 200  # lines; longer code belongs in a package below
 TOOL_FILES = sorted(path for path in (ALGORITHMS / "tools").glob("*.py") if is_tool(path))
 
 
@@ -171,10 +170,6 @@ def test_rooms_are_built_on_those_below_them():
 def test_a_tool_keeps_to_its_floor():
     names = {path.stem for path in TOOL_FILES}
     assert offenders(TOOL_FILES, lambda path, source: tool_breaches(source, names - {path.stem})) == {}
-
-
-def test_a_tool_is_read_on_a_few_screens():
-    assert offenders(TOOL_FILES, lambda path, source: max(0, source.count("\n") - LONGEST_TOOL)) == {}
 
 
 def test_the_front_door_never_reaches_past_the_tools():
