@@ -41,6 +41,7 @@ STYLES = (".qml", ".qgs", ".qgz")
 LEFT_BY_PROGRAMS = (".aux.xml", "-wal", "-shm", "-journal", "~")
 LEFT_BY_SYSTEMS = (".DS_Store", "Thumbs.db", "desktop.ini")
 LIBRARIES = ("numpy", "numba", "rasterio", "pyogrio", "pyproj", "shapely", "geopandas", "pyarrow")
+SAID_ANEW = ("left-dem",)  # warnings of a run that every tool makes of its own answer (`results/lost`)
 RECORD = ("tool", "version", "engine", "run_id", "parameters", "inputs", "presets", "effective", "chosen", "warnings")
 
 
@@ -230,7 +231,8 @@ def verify_inputs(tool: Tool, ask: Any, feedback: Feedback) -> None:
                     raise UserError(f"{said}; restore it, run {made_by} again, or export your change to a new file")
                 feedback.warn(f"{said}: it was edited or damaged since; it is used as it is now", code="input-edited")
             for each in warnings_among(messages_in(record)):
-                feedback.warn(f"{place.name}: {each.text}", code=each.code, **each.numbers)
+                if each.code not in SAID_ANEW:
+                    feedback.warn(f"{place.name}: {each.text}", code=each.code, **each.numbers)
 
 
 @contextmanager

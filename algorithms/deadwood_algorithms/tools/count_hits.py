@@ -112,10 +112,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 "run slide-logs with --trajectories all"
             )
         if stored.size < chosen.size:
-            feedback.warn(
-                f"only {stored.size} of the {chosen.size} chosen logs have a stored trajectory and are counted",
-                code="some-trajectories", stored=stored.size, logs=chosen.size,
-            )  # fmt: skip
+            words = f"only {stored.size} of the {chosen.size} chosen logs have a stored trajectory and are counted"
+            feedback.warn(words, code="some-trajectories", stored=stored.size, logs=chosen.size)
 
         counts = count_of(source, stored, grid, feedback)
         write_raster(

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import geopandas as gpd
 import numpy as np
@@ -156,7 +157,7 @@ def test_an_interrupted_run_continues_in_the_window_that_it_had(case, whole, sma
     class Stops(Quiet):
         wider = done = False
 
-        def note(self, message: str) -> None:
+        def note(self, message: str, code: str = "", **numbers: Any) -> None:
             self.wider = self.wider or "is read wider" in message
 
         def progress(self, done: float, total: float, what: str) -> None:

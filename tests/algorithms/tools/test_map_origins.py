@@ -28,7 +28,7 @@ class Said(Quiet):
     def __init__(self) -> None:
         self.words: list[str] = []
 
-    def note(self, message: str) -> None:
+    def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.words.append(message)
 
     warn = note

@@ -193,7 +193,7 @@ class Stops(Quiet):
         self.shares.setdefault(what, []).append(done / max(total, 1e-9))
         self.stopped = self.stopped or ("slid" in what and done > 4)
 
-    def note(self, message: str) -> None:
+    def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.notes.append(message)
 
     def cancelled(self) -> bool:

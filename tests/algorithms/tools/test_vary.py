@@ -222,7 +222,7 @@ class StopIn(Quiet):
     def progress(self, done: float, total: float, what: str) -> None:
         self.now = what
 
-    def note(self, message: str) -> None:
+    def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.notes.append(message)
 
     def cancelled(self) -> bool:
