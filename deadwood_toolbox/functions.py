@@ -1165,6 +1165,7 @@ def slide_logs(
     assume: Literal["none", "standard", "draft"] = "standard",
     time_step_s: float | None = None,
     station_spacing_m: float | None = None,
+    friction_range: str | list[str] | None = None,
     trajectories: str | list[str] = "1000",
     until_ci: float | None = None,
     danger_least: int = 10,
@@ -1195,12 +1196,14 @@ def slide_logs(
     never interrupted. With until_ci a run takes the logs in a random order and ends when the intervals are
     narrow enough; logs that were not run are counted separately.
 
+    Friction is the largest uncertainty: with friction_range the reach of lines is given over a range of it,
+    too.
+
     With fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity
     and the number of logs: error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all
-    logs of the kind. The first logs show how many are needed on this slope. The error of the calculation is
-    taken from the benchmarks: at most that of `standard` on their worst slope (assume). summary.json and the
-    report state both errors, separately and together. With budget 60s instead of error the result is the most
-    accurate within that time.
+    logs of the kind. The error of the calculation is taken from the benchmarks: at most that of `standard` on
+    their worst slope (assume). With budget 60s instead of error the result is the most accurate within that
+    time.
 
     Parameters
     ----------
@@ -1341,6 +1344,11 @@ def slide_logs(
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
         Spacing of the contact stations, instead of the fidelity's.
+    friction_range : optional
+        Friction over which the reach of lines is given, too: LOW-HIGH, or auto. 0.2-0.3, for example; auto
+        takes the range of the preset or, without one, of the table (list --presets). A part of the logs slides
+        again at draft, at both ends and, if the posture at the start is assumed, in another one: about a third
+        more time. Needs lines and a friction that is a number.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5
@@ -1450,6 +1458,7 @@ def run_sites(
     assume: Literal["none", "standard", "draft"] = "standard",
     time_step_s: float | None = None,
     station_spacing_m: float | None = None,
+    friction_range: str | list[str] | None = None,
     trajectories: str | list[str] = "1000",
     until_ci: float | None = None,
     danger_least: int = 10,
@@ -1634,6 +1643,11 @@ def run_sites(
         Longest time step, instead of the fidelity's.
     station_spacing_m : m, 0.001 <= x <= 100
         Spacing of the contact stations, instead of the fidelity's.
+    friction_range : optional
+        Friction over which the reach of lines is given, too: LOW-HIGH, or auto. 0.2-0.3, for example; auto
+        takes the range of the preset or, without one, of the table (list --presets). A part of the logs slides
+        again at draft, at both ends and, if the posture at the start is assumed, in another one: about a third
+        more time. Needs lines and a friction that is a number.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5

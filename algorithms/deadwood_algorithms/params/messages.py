@@ -34,10 +34,14 @@ def messages_in(record: Mapping[str, Any]) -> list[Message]:
     """The messages in the record or the summary of a result; none in those of older versions."""
     found = record.get("warnings")
     return [
-        Message(str(each["code"]), str(each["text"]), dict(each.get("numbers", {})), str(each.get("level", WARNING)))
+        Message(str(each["code"]), str(each["text"]), _numbers(each.get("numbers")), str(each.get("level", WARNING)))
         for each in (found if isinstance(found, list) else ())
         if isinstance(each, Mapping) and {"code", "text"} <= each.keys()
     ]
+
+
+def _numbers(found: Any) -> dict[str, float | None]:
+    return dict(found) if isinstance(found, Mapping) else {}
 
 
 def warnings_among(messages: Iterable[Message]) -> list[Message]:

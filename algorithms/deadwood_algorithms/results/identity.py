@@ -15,7 +15,7 @@ import json
 import os
 import platform
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from functools import cached_property
@@ -186,9 +186,9 @@ def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
         for each in outputs.named.values():
             for place in places_of(each):
                 manifest = made_from(place)
-                if is_part := place.name in manifest.get("files", {}):
+                if place.name in manifest.get("files", {}):
                     refuse_damaged(place.parent, manifest, place.name)
-                repeat_warnings(place, manifest if is_part or place.is_dir() else None, hearing)
+        repeat_warnings(outputs.named.values(), hearing)
         yield outputs
         for each in outputs.changed():
             hearing.warn(
@@ -198,11 +198,14 @@ def writing(tool: Tool, ask: Any, feedback: Feedback) -> Iterator[Outputs]:
             )
 
 
-def repeat_warnings(place: Path, manifest: Mapping[str, Any] | None, feedback: Feedback) -> None:
-    """Repeat what an input's own record warns of, for the result made from it."""
-    record = embedded.record_in(place) if manifest is None else manifest
-    for each in warnings_among(messages_in(record or {})):
-        feedback.warn(f"{place.name}: {each.text}", code=each.code, **each.numbers)
+def repeat_warnings(inputs: Iterable[str], feedback: Feedback) -> None:
+    """Repeat what the inputs' own records warn of, for the result made from them."""
+    for place in (place for each in inputs for place in places_of(each)):
+        record = made_from(place)
+        if not place.is_dir() and place.name not in record.get("files", {}):
+            record = embedded.record_in(place) or {}
+        for each in warnings_among(messages_in(record)):
+            feedback.warn(f"{place.name}: {each.text}", code=each.code, **each.numbers)
 
 
 @contextmanager

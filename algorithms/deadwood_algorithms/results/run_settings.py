@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from deadwood_algorithms.results.capacity import Capacity
+from deadwood_algorithms.results.friction_band import SlidBand
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 
 
@@ -13,7 +14,7 @@ from deadwood_algorithms.scene.released_scene import ReleasedScene
 class RunSettings:
     """Settings of a run: the scene, the fidelity by name, whether any trajectory is kept, the number of logs from
     which danger is given, whether its counts are kept, and the capacity of stems. With --fidelity auto also what was
-    promised, and what the pilot cost beside the run."""
+    promised, and what the pilot cost beside the run; with --friction-range what slid over it."""
 
     scene: ReleasedScene
     fidelity: str
@@ -23,3 +24,4 @@ class RunSettings:
     capacity: Capacity = Capacity()
     auto: dict[str, Any] | None = None
     pilot_cpu_s: float = 0.0
+    band: SlidBand | None = None
