@@ -12,9 +12,7 @@ of passing logs that later reach a line: one band for any line, and one for each
 Logs neither break nor collide with each other; barriers and boulders do not give way, trees only with --break-trees.
 --resume continues an interrupted run and gives the same results, bit for bit, as a run that was never interrupted. With
 --until-ci a run takes the logs in a random order and ends when the intervals are narrow enough; logs that were not run
-are counted separately.
-
-Friction is the largest uncertainty: with --friction-range the reach of lines is given over a range of it, too.
+are counted separately. With --friction-range the reach of lines is given over a range of friction, too.
 
 With --fidelity auto you state how large the error of a line's reach may be, and the tool chooses the fidelity and the
 number of logs: --error 0.02 means 2 points, at 95 % confidence, compared with `reference` for all logs of the kind. The
@@ -85,8 +83,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     promise = promise_of(ask, lines=ask.lines, until_ci=ask.until_ci, plan=ask.plan)
     if not ask.plan:
         return slid_run(ask, promise, feedback)[0]
-    kept = ask.trajectories_kept
-    plan = planned(partial(pilot_run, ask, feedback), ask.output, ask.where(""), ask.plan_workers, kept)
+    pilot, kept = partial(pilot_run, ask, feedback), ask.trajectories_kept
+    plan = planned(pilot, ask.output, ask.where(""), ask.plan_workers, kept)
     more = ["at most: --until-ci may end the run earlier"] if ask.until_ci else []
     if ask.report or ask.qgis_project or ask.friction_range:
         more.append("without what --report and --qgis-project add to time and disk, and --friction-range to the time")
