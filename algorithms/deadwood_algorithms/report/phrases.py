@@ -122,7 +122,7 @@ PHRASES = {
         "The {what} of the run, {path}, has changed since the logs slid. This page shows the file as it is now, and "
         "calculates with it; the results of the run are those of the earlier file."
     ),
-    "warned_coarse-cells": (
+    "warned_coarse_cells": (
         "Cells of {cell_m} m do not resolve the relief that holds logs, so too many slide, and too far. Use a "
         "terrain model with cells of 0.5 to {largest_m} m."
     ),

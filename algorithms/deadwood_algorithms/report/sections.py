@@ -46,6 +46,7 @@ DESIGN_PHRASES = {
     "impulse": "design_impulse",
 }
 Parts = list[Any]
+WORDED = {"coarse-cells": "warned_coarse_cells"}  # warnings that the page has in its languages, by code
 OWN_WORDS = ("left_dem", "failed", "time_limit")  # stop reasons with a sentence of the page, beside the records
 
 
@@ -74,7 +75,7 @@ def warning_words(warning: Message, words: Words) -> str:
     """In the page's language if it has the sentence; without the folders of files, which a reader does not have."""
     text = re.sub(r"(?<!\S)(?:/|[A-Za-z]:[\\/])[^\s:]*[\\/](?=[^\s/\\])", "", warning.text)
     numbers = {name: words.signs(f"{value:g}") for name, value in warning.numbers.items() if value is not None}
-    return words.say_or(f"warned_{warning.code}", text, **numbers)
+    return words.say(WORDED[warning.code], **numbers) if warning.code in WORDED else text
 
 
 def model_section(source: ReportedRun, words: Words) -> Parts:
