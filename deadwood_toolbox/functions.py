@@ -1377,6 +1377,7 @@ def slide_logs(
     time_step_s: float | None = None,
     station_spacing_m: float | None = None,
     own_slope: str | list[str] | None = None,
+    friction_range: str | list[str] | None = None,
     trajectories: str | list[str] = "1000",
     until_ci: float | None = None,
     danger_least: int = 10,
@@ -1405,7 +1406,8 @@ def slide_logs(
     Logs neither break nor collide with each other; barriers and boulders do not give way, trees only with
     break_trees. resume continues an interrupted run and gives the same results, bit for bit, as a run that was
     never interrupted. With until_ci a run takes the logs in a random order and ends when the intervals are
-    narrow enough; logs that were not run are counted separately.
+    narrow enough; logs that were not run are counted separately. With friction_range the reach of lines is
+    given over a range of friction, too.
 
     With fidelity auto error 0.02 the tool chooses fidelity and number of logs so that every line's reach is
     within 2 points, at 95 % confidence, of what `reference` would give; the error of the calculation is taken
@@ -1559,6 +1561,11 @@ def slide_logs(
         Logs of the run that slide again at a finer fidelity: how many, or none. Shows how far the reach of each
         line is off on this slope. If no number is given, 200, or down to 100 so that they take at most a fifth
         of the run's time; with budget none. Needs lines.
+    friction_range : optional
+        Friction over which the reach of lines is given, too: LOW-HIGH, or auto. 0.2-0.3, for example; auto
+        takes the range of the preset or, without one, of the table (list --presets). A part of the logs slides
+        again at draft, at both ends and, if the posture at the start is assumed, in another one: about a third
+        more time. Needs lines and a friction that is a number.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5
@@ -1670,6 +1677,7 @@ def run_sites(
     time_step_s: float | None = None,
     station_spacing_m: float | None = None,
     own_slope: str | list[str] | None = None,
+    friction_range: str | list[str] | None = None,
     trajectories: str | list[str] = "1000",
     until_ci: float | None = None,
     danger_least: int = 10,
@@ -1859,6 +1867,11 @@ def run_sites(
         Logs of the run that slide again at a finer fidelity: how many, or none. Shows how far the reach of each
         line is off on this slope. If no number is given, 200, or down to 100 so that they take at most a fifth
         of the run's time; with budget none. Needs lines.
+    friction_range : optional
+        Friction over which the reach of lines is given, too: LOW-HIGH, or auto. 0.2-0.3, for example; auto
+        takes the range of the preset or, without one, of the table (list --presets). A part of the logs slides
+        again at draft, at both ends and, if the posture at the start is assumed, in another one: about a third
+        more time. Needs lines and a friction that is a number.
     trajectories : default 1000
         Logs whose trajectory is kept: all, none, or how many. Chosen by seed and log_id alone.
     until_ci : 0.0001 <= x <= 0.5

@@ -25,7 +25,7 @@ from deadwood_algorithms.simulate.look import look
 from deadwood_algorithms.simulate.queue import parts_of
 from deadwood_algorithms.simulate.simulation import Simulation, open_simulation
 from deadwood_algorithms.simulate.sliding import reporter, slide_batch, until_none_escapes, workers_for
-from deadwood_algorithms.simulate.steps import Steps
+from deadwood_algorithms.simulate.steps import Unkept
 from deadwood_algorithms.simulate.warm_up import load_kernels
 from deadwood_algorithms.simulate.windows import read_released_scene
 from deadwood_engine import Fidelity, Logs, Rasters, Result
@@ -65,7 +65,7 @@ class Ensemble:
         self,
         variants: Sequence[Variant],
         wanted: Sequence[str],
-        steps: Steps,
+        steps: Unkept,
         *,
         borders: tuple[int, ...] = (),
         hits: bool = False,

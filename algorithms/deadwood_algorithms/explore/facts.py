@@ -26,6 +26,7 @@ from deadwood_algorithms.explore.questions import (
 )
 from deadwood_algorithms.explore.relief import TILE, Relief
 from deadwood_algorithms.files.crs import crs_name
+from deadwood_algorithms.params.messages import Message
 from deadwood_algorithms.prepare.releases.logs import ORIENTATIONS
 from deadwood_algorithms.results.lost import reach_records
 from deadwood_algorithms.scene.items import Items
@@ -41,7 +42,7 @@ VARIANTS = BEFORE, AFTER = "before", "after"  # which scene the poses are of
 Corner = Sequence[float]  # world coordinates of the south-west corner [m]
 
 
-def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Frame:
+def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults, warnings: Sequence[Message] = ()) -> Frame:
     dem = layers.dem
     west, south, east, north = dem.bounds
     corner = west, south
@@ -85,6 +86,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults) -> Fram
         "fidelities": [fidelity_facts(name) for name in FIDELITIES],
         "reasons": STOP_REASONS,
         "heights_step": step,
+        "warnings": [each.record() for each in warnings],
     }
     trees = layers.trees
     arrays = {

@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,6 +28,7 @@ from deadwood_algorithms.explore.questions import (
     whole_in,
 )
 from deadwood_algorithms.explore.released import releases_layer
+from deadwood_algorithms.params.messages import Message
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.releases import releases_of
@@ -43,11 +44,13 @@ TRIED = 0.5, 0.25, 0.75, 0.1, 0.9  # shares of the terrain model's sides at whic
 class Session:
     """One scene, the latest request, and the active changes.
 
-    simulation, layers : the scene as it was read, whole
+    simulation, layers : the scene as it was read, whole; warnings : what makes every answer in it doubtful
     """
 
-    def __init__(self, simulation: Simulation, layers: SceneLayers, defaults: Defaults) -> None:
-        self.simulation, self.layers, self.defaults = simulation, layers, defaults
+    def __init__(
+        self, simulation: Simulation, layers: SceneLayers, defaults: Defaults, warnings: Sequence[Message] = ()
+    ) -> None:
+        self.simulation, self.layers, self.defaults, self.warnings = simulation, layers, defaults, warnings
         self.changes = Changes()
         self.answer: Answer | None = None
 

@@ -118,7 +118,7 @@ class Front:
             return self.ended.is_set() or turn != self.newest
 
         if name == "open":
-            send(scene_frame(session.layers, self.relief, session.defaults))
+            send(scene_frame(session.layers, self.relief, session.defaults, session.warnings))
         elif name == "release":
             if turn["release"] == self.newest["release"]:
                 session.release(message, send, stale)

@@ -34,6 +34,7 @@ class Preset:
     mind: str = ""  # caveats
     law: str = ""  # of a wood: the law between DBH and height (`trees.allometry`)
     cell_m: float = 0.0  # for a friction: cell size of the terrain model on which it was found; 0: it was measured
+    span: tuple[float, float] | None = None  # for a friction: the range that its source gives
 
     @property
     def values_shown(self) -> str:
@@ -207,9 +208,10 @@ FRICTIONS = {
             "a wet log without bark and branches on wet ground, 0.2 to 0.3",
             {"friction": 0.25},
             f"{PAPER}, 5.1 and 6.1: what reproduces its two events on cells of {FRICTION_CELL_M:g} m",
-            "its range is 0.2 to 0.3: slide both ends too, or vary it; wet logs are heavier than dry ones, see the "
-            "presets of logs with -wet",
+            "its range is 0.2 to 0.3: --friction-range slides both ends too; wet logs are heavier than dry ones, see "
+            "the presets of logs with -wet",
             cell_m=FRICTION_CELL_M,
+            span=(0.2, 0.3),
         ),
         Preset(
             "wet-bark",
@@ -220,6 +222,7 @@ FRICTIONS = {
             "dragged stems, on hard ground; dry and hard ground has about three times the friction of frozen ground "
             "under thin snow there, whose numbers could not be read",
             cell_m=FRICTION_CELL_M,
+            span=(0.25, 0.38),
         ),
         *(
             Preset(
@@ -228,16 +231,26 @@ FRICTIONS = {
                 {"friction": friction},
                 f"{MEYERS}: the grade that such chutes take",
                 "of chutes lined with logs, not of ground: the grade at which logs slide steadily is their friction",
+                span=span,
             )
-            for name, what, range_words, friction in (
-                ("dry", "a dry timber chute", "about 0.15", 0.15),
-                ("watered", "a watered timber chute", "0.03 to 0.08", 0.055),
-                ("iced", "an iced timber chute", "0.03 to 0.12", 0.075),
+            for name, what, range_words, friction, span in (
+                ("dry", "a dry timber chute", "about 0.15", 0.15, None),
+                ("watered", "a watered timber chute", "0.03 to 0.08", 0.055, (0.03, 0.08)),
+                ("iced", "an iced timber chute", "0.03 to 0.12", 0.075, (0.03, 0.12)),
             )
         ),
     )
 }
-FRICTION_RANGE = (0.2, 0.3)  # of wet-debarked, for `vary`
+FRICTION_RANGE = FRICTIONS["wet-debarked"].span or (0.2, 0.3)  # where no range is given
+AROUND = (0.8, 1.2)  # of a friction for which no source gives a range: a suggestion, nobody's measurement
+
+
+def plausible_range(friction: float, preset: str | None) -> tuple[float, float]:
+    """The range that a friction may have: of its preset, else of the first in the table that holds it."""
+    named = FRICTIONS[preset].span if preset else None
+    spans = [named] if named else [each.span for each in FRICTIONS.values() if each.span]
+    found = next((each for each in spans if each and each[0] <= friction <= each[1]), None)
+    return found or (round(AROUND[0] * friction, 4), round(AROUND[1] * friction, 4))
 
 
 def decayed(wood: Wood, years: float) -> Preset:

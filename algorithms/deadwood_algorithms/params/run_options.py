@@ -87,7 +87,15 @@ class FidelityOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class KeptOptions:
-    """How many logs slide, and which of their results are stored."""
+    """How many logs slide, over which frictions their reach is given, and which of their results are stored."""
+
+    friction_range: str | None = tool.text(
+        "Friction over which the reach of lines is given, too: LOW-HIGH, or auto",
+        default=None,
+        help="0.2-0.3, for example; auto takes the range of the preset or, without one, of the table (list --presets). "
+        "A part of the logs slides again at draft, at both ends and, if the posture at the start is assumed, in "
+        "another one: about a third more time. Needs --lines and a friction that is a number.",
+    )
 
     trajectories: str = tool.text(
         "Logs whose trajectory is kept: all, none, or how many", default="1000", help="Chosen by seed and log_id alone."
@@ -112,6 +120,11 @@ class KeptOptions:
         advanced=True,
         help="danger_count.tif, from which those of several runs add up; run-sites asks for it.",
     )
+
+    def refuse_without_lines(self, lines: str | None) -> None:
+        for flag, given in (("--until-ci", self.until_ci), ("--friction-range", self.friction_range)):
+            if given is not None and lines is None:
+                raise UserError(f"{flag} needs --lines: it is about the reach of lines")
 
     @property
     def trajectories_kept(self) -> int | None:

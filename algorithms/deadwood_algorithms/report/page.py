@@ -60,7 +60,7 @@ def report_of(
         body = [joined([element("h3", name, id=place), content]) for place, name, content in sections]
         name = words.say("run", name=source.name)
         heading = element("h2", name, id=key)
-        chapters.append(element("section", heading, *warnings_of(source, words), *body, class_="chapter"))
+        chapters.append(element("section", heading, *warnings_of([source], words), *body, class_="chapter"))
         inner = element("ul", *(element("li", element("a", each, href=f"#{place}")) for place, each, _ in sections))
         contents.append(element("li", element("a", name, href=f"#{key}"), inner))
     if alone:

@@ -27,6 +27,12 @@ PHRASES = {
         "coefficient ({friction} assumed), the posture at the start ({posture}), the error of calculation ({error}), "
         "or the probability that a log starts at all."
     ),
+    "limits_band": (
+        "The range is that over the friction, from a part of the logs, at draft and in pairs. The 95 % intervals cover "
+        "the sampling error of this number of logs. Neither includes the posture at the start ({posture}, unless "
+        "another is given), the error of calculation ({error}), or the probability that a log starts at all. The "
+        "friction assumed is {friction}."
+    ),
     "numbers": "The result in numbers",
     "value": "value",
     "arriving_energy": "energy at {line}, {level} % of the arriving logs stay below",
@@ -66,6 +72,11 @@ PHRASES = {
     "release_areas": "{n} release areas",
     "release_area": "release area {name}",
     "answer": "{line}: reached by {share}",
+    "answer_band": (
+        "{line}: reached by between {low} and {high} % of the logs, over a friction of {low_friction} to "
+        "{high_friction}; at {friction}: {share}"
+    ),
+    "answer_posture": "; {posture} at the start: {share} %",
     "no_reach": "No roads, railways or houses were given.",
     "run": "Run {name}",
     "runs": "Runs",
@@ -111,6 +122,10 @@ PHRASES = {
     "input_changed": (
         "The {what} of the run, {path}, has changed since the logs slid. This page shows the file as it is now, and "
         "calculates with it; the results of the run are those of the earlier file."
+    ),
+    "warned_coarse_cells": (
+        "Cells of {cell_m} m do not resolve the relief that holds logs, so too many slide, and too far. Use a "
+        "terrain model with cells of 0.5 to {largest_m} m."
     ),
     "lacks_poses": "No trajectory was stored, so there are no arrivals, no profile and no moving logs.",
     "lacks_some_poses": (

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from deadwood_algorithms.params.messages import Message, messages_in, warnings_among
 from deadwood_algorithms.report import answer_sections
 from deadwood_algorithms.report.figures import ARRIVAL_COLUMNS, Drawing
 from deadwood_algorithms.report.markup import SHORT, Markup, element, figure_of, joined, remarked, scrolled, table
@@ -50,24 +52,39 @@ DESIGN_PHRASES = {
     "impulse": "design_impulse",
 }
 Parts = list[Any]
+WORDED = {"coarse-cells": "warned_coarse_cells"}  # warnings that the page has in its languages, by code
+OWN_WORDS = ("left_dem", "failed", "time_limit")  # stop reasons with a sentence of the page, beside the records
 
 
-def warnings_of(source: ReportedRun, words: Words, *, named: bool = False) -> Parts:
-    """Important warnings for the reader; with the run's name if there are several."""
-    reasons = source.summary["logs"]["by_stop_reason"]
-    found = [
-        words.say(f"{name}_warning", n=reasons.get(name, 0))
-        for name in ("left_dem", "failed", "time_limit")
-        if reasons.get(name, 0)
-    ]
-    if (own := source.summary.get("own_slope")) and own["flagged"]:
-        bound = shown_number(100.0 * own["promised"], words, 2)
-        found.append(words.say("own_slope_flagged", bound=bound, finer=own["finer"]))
-    for parameter, file in source.run.changed:
-        what = input_words(parameter, words)
-        found.append(words.say("input_changed", what=what, path=Path(file).name))
-    before = f"{source.name}: " if named else ""
-    return [element("p", before + each, class_="warning") for each in found]
+def warnings_of(sources: Sequence[ReportedRun], words: Words) -> Parts:
+    """One box with everything that makes the runs doubtful, each once, with the names of its runs if not of all."""
+    found: dict[str, list[str]] = {}
+    for source in sources:
+        reasons = source.summary["logs"]["by_stop_reason"]
+        said = [words.say(f"{name}_warning", n=n) for name in OWN_WORDS if (n := reasons.get(name, 0))]
+        said += [
+            words.say("input_changed", what=input_words(parameter, words), path=Path(file).name)
+            for parameter, file in source.run.changed
+        ]
+        said += [
+            warning_words(each, words)
+            for each in warnings_among(messages_in(source.summary))
+            if each.code.replace("-", "_") not in OWN_WORDS
+        ]
+        if (own := source.summary.get("own_slope")) and own["flagged"]:
+            bound = shown_number(100.0 * own["promised"], words, 2)
+            said.append(words.say("own_slope_flagged", bound=bound, finer=own["finer"]))
+        for text in dict.fromkeys(said):
+            found.setdefault(text, []).append(source.name)
+    rows = [text if len(names) == len(sources) else f"{', '.join(names)}: {text}" for text, names in found.items()]
+    return [element("ul", *(element("li", each) for each in rows), class_="warning")] if rows else []
+
+
+def warning_words(warning: Message, words: Words) -> str:
+    """In the page's language if it has the sentence; without the folders of files, which a reader does not have."""
+    text = re.sub(r"(?<!\S)(?:/|[A-Za-z]:[\\/])[^\s:]*[\\/](?=[^\s/\\])", "", warning.text)
+    numbers = {name: words.signs(f"{value:g}") for name, value in warning.numbers.items() if value is not None}
+    return words.say(WORDED[warning.code], **numbers) if warning.code in WORDED else text
 
 
 def model_section(source: ReportedRun, words: Words) -> Parts:

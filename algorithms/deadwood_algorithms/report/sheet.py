@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 
 from deadwood_algorithms.files.qml import Label
 from deadwood_algorithms.files.styles import DBH_UNIT
+from deadwood_algorithms.params.messages import messages_in, warnings_among
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report.rounded import shown_share
 from deadwood_algorithms.report.scenario_box import scenario_rows
+from deadwood_algorithms.report.sections import warning_words
 from deadwood_algorithms.report.sheet_phrases import QGIS_PHRASES
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.results.qgis_layout import SheetWords
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     import pyproj
 
 MOST_ANSWERS = 3  # lines of several
+MOST_DOUBTS = 2  # warnings, for which there is room
 SCALE = "[% format_number(map_get(item_variables('map'), 'map_scale'), 0) %]"
 DATE = "[% format_date(now(), 'yyyy-MM-dd') %]"
 PHRASES = {english: phrase for phrase, english in QGIS_PHRASES.items()} | {
@@ -37,11 +40,13 @@ def sheet_words(run: Run, name: str, crs: pyproj.CRS, words: Words) -> SheetWord
         answers[MOST_ANSWERS:] = [words.say("sheet_more", n=more)]
     known = crs.to_authority()
     where = f"{crs.name} ({':'.join(known)})" if known else crs.name
+    doubts = [warning_words(each, words) for each in warnings_among(messages_in(summary))[:MOST_DOUBTS]]
     there = [each for each in scenario_rows(summary["scenario"], words) if each.there]
+    scene = "; ".join(f"{words.say(each.phrase)} {each.value}" for each in there)
     return SheetWords(
         title=words.say("sheet_title", name=name),
         answers="   ".join(answers),
-        scenario="; ".join(f"{words.say(each.phrase)} {each.value}" for each in there),
+        scenario="\n".join([*(words.say("sheet_doubt", text=each) for each in doubts), scene]),
         foot=words.say("sheet_foot", scale=SCALE, crs=where, version=VERSION, date=DATE),
         of=lambda english: in_language(english, words),
     )

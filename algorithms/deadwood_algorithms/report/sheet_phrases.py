@@ -12,6 +12,7 @@ SHEET_PHRASES = {
     "sheet_up_to": "up to {high}",
     "sheet_over": "over {low}",
     "sheet_dbh": "DBH",
+    "sheet_doubt": "Doubtful: {text}",
 }
 # Layers, groups, sheets and views, whose names in the project are English unless another language is requested.
 QGIS_NAMES = (

@@ -22,6 +22,7 @@ from deadwood_algorithms.report.scenario_box import posture_words, scenario_box,
 from deadwood_algorithms.report.sections import calculation_words, design_cell, warnings_of
 from deadwood_algorithms.report.sources import ReportedRun
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.results.friction_band import LineBand, band_of_line
 from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.stats.order_statistics import percentile_record
 from deadwood_algorithms.stats.statistics import loss_matters
@@ -79,7 +80,10 @@ def conclusion(sources: Sequence[ReportedRun], words: Words) -> Parts:
         before = f"{source.name} – " if len(sources) > 1 else ""
         for each in source.summary["reach"][:12]:
             share = shown_share(each, words)
+            band = band_of_line(source.summary, each["line_id"])
             answer = words.say("answer", line=each["line_id"], share=f"{share} {words.say('of_logs')}")
+            if band:
+                answer = band_words(band, share, words)
             if each.get("n_lost") and loss_matters(each):
                 answer += words.say("answer_lost", n=each["n_lost"], bounds=percent_if_lost(each, words))
             answers.append(element("li", before + answer))
@@ -92,8 +96,29 @@ def conclusion(sources: Sequence[ReportedRun], words: Words) -> Parts:
     parts: Parts = [element("ul", *answers, class_="answers answer")]
     if assumed := assumed_words(sources, words):
         error = calculation_words(sources[0].summary["accuracy"], sources[0].run.manifest.get("parameters", {}), words)
-        parts.append(element("p", words.say("limits", error=error, **assumed)))
-    return parts
+        phrase = "limits_band" if all(source.summary.get("friction_band") for source in sources) else "limits"
+        parts.append(element("p", words.say(phrase, error=error, **assumed)))
+    return [*parts, *warnings_of(sources, words)]
+
+
+def band_words(band: LineBand, share: str, words: Words) -> str:
+    """The reach over the plausible friction, then at that of the run, and in another posture."""
+    low, high = (words.signs(each) for each in band.shares())
+    low_friction, high_friction = (decimal(each, words) for each in band.frictions)
+    answer = words.say(
+        "answer_band",
+        line=band.own["line_id"],
+        low=low,
+        high=high,
+        low_friction=low_friction,
+        high_friction=high_friction,
+        friction=decimal(band.own["friction"], words),
+        share=share,
+    )
+    for each in band.postures:
+        ends = with_interval(*(100.0 * each[name] for name in ("p", "ci_low", "ci_high")), words)
+        answer += words.say("answer_posture", posture=words.say(f"posture_{each['posture']}"), share=ends)
+    return answer
 
 
 def assumed_words(sources: Sequence[ReportedRun], words: Words) -> dict[str, str]:
@@ -167,8 +192,7 @@ def differences_table(compared: Comparison, names: Sequence[str], words: Words) 
 
 
 def judgement(sources: Sequence[ReportedRun], words: Words) -> Parts:
-    """What a run cannot answer, and what its warnings leave open."""
-    parts: Parts = [each for source in sources for each in warnings_of(source, words, named=len(sources) > 1)]
+    """What a run cannot answer."""
     scenarios = [source.summary["scenario"] for source in sources if "scenario" in source.summary]
     points = [words.say("judge_start")]
     if assumed := assumed_words(sources, words):
@@ -179,7 +203,7 @@ def judgement(sources: Sequence[ReportedRun], words: Words) -> Parts:
         points.append(words.say("judge_barriers"))
     points.append(words.say("judge_terrain", cell=decimal(sources[0].dem_cell, words)))
     points.append(words.say("judge_risk"))
-    return [*parts, element("ul", *(element("li", each) for each in points))]
+    return [element("ul", *(element("li", each) for each in points))]
 
 
 def signature(words: Words, author: str | None) -> Markup:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from deadwood_algorithms.results.capacity import Capacity
+from deadwood_algorithms.results.friction_band import SlidBand
 from deadwood_algorithms.scene.released_scene import ReleasedScene
 from deadwood_algorithms.simulate.own_slope import Sample
 
@@ -14,7 +15,8 @@ from deadwood_algorithms.simulate.own_slope import Sample
 class RunSettings:
     """Settings of a run: the scene, the fidelity by name, whether any trajectory is kept, the number of logs from
     which danger is given, whether its counts are kept, and the capacity of stems. With --fidelity auto also what was
-    promised, and what the pilot cost beside the run. own_slope : the logs that slid again, if any did"""
+    promised, and what the pilot cost beside the run; with --friction-range what slid over it. own_slope : the logs that
+    slid again at a finer fidelity, if any did"""
 
     scene: ReleasedScene
     fidelity: str
@@ -25,3 +27,4 @@ class RunSettings:
     auto: dict[str, Any] | None = None
     pilot_cpu_s: float = 0.0
     own_slope: Sample | None = None
+    band: SlidBand | None = None

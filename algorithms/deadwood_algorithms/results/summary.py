@@ -13,6 +13,7 @@ from deadwood_algorithms.files.accounts import account
 from deadwood_algorithms.params.counts import counted, first_of, significant
 from deadwood_algorithms.results.barrier_arrivals import barrier_ledger
 from deadwood_algorithms.results.capacity import overload_lines, overload_record
+from deadwood_algorithms.results.friction_band import band_lines, band_records
 from deadwood_algorithms.results.hits import obstacle_record
 from deadwood_algorithms.results.lost import lost_warning, many, reach_phrases, reach_records
 from deadwood_algorithms.results.modelled import in_words, modelled
@@ -65,6 +66,8 @@ def summary_of(
     if finer:
         own = own_slope_record(settings.fidelity, finer, releases.logs.log_id, touched, layers.lines.ids)
     cpu, wall, steps = (float(by_log[f"cost_{name}"].sum()) for name in ("cpu_s", "wall_s", "steps"))
+    reach = reach_records(layers.lines.ids, touched, left)
+    band = settings.band
     return {
         "logs": {
             "released": len(releases),
@@ -72,8 +75,9 @@ def summary_of(
             "by_stop_reason": {name: int(count) for name, count in zip(STOP_REASONS, reasons, strict=True)},
             "started_in_contact": int(by_log["started_in_contact"].sum()),
         },
-        "reach": reach_records(layers.lines.ids, touched, left),
+        "reach": reach,
         **({"own_slope": own} if own else {}),
+        "friction_band": band_records(band, reach, releases.logs.log_id, touched) if band else None,
         "until_ci": queue.rule.record() if queue.rule else None,
         "spread": spread_records(releases, by_log["end_position"], left, settings.scene.min_runout_m),
         "barriers": barrier_ledger(
@@ -104,6 +108,7 @@ def summary_of(
             "wall_s": wall,
             **({"pilot_cpu_s": settings.pilot_cpu_s} if settings.auto else {}),
             **({"own_slope_cpu_s": finer.cpu_s} if finer else {}),
+            **({"friction_band_cpu_s": band.cpu_s} if band else {}),
             "steps": int(steps),
             "logs_per_s": len(releases) / max(wall, 1e-9),
         },
@@ -221,7 +226,7 @@ def lines_of(summary: dict[str, Any]) -> tuple[str, ...]:
         f"{significant(100 * accuracy['energy_error_rel_max'], 2)} %"
     )
     lines.append(scenario_line(summary["scenario"]))
-    return tuple(lines)
+    return (*lines, *band_lines(summary))
 
 
 def needed_words(record: dict[str, Any]) -> str:

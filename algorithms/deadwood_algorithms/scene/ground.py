@@ -18,6 +18,14 @@ ROWS_LOOKED_AT = 500
 
 def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], feedback: Feedback) -> None:
     """Warn of coarse cells, of holes, and of impossible slopes, at the places where logs start [m]."""
+    warn_of_cells(grid, feedback)
+    there = slope_at_deg(grid, x, y)
+    if there > STEEPEST_DEG and median_slope_deg(grid) <= STEEPEST_DEG:  # else reported when the DEM was opened
+        feedback.warn(steep_words(grid.path, there, "where the logs start"), code="steep", slope_deg=there)
+
+
+def warn_of_cells(grid: Grid, feedback: Feedback) -> None:
+    """Warn of coarse cells and of holes."""
     if grid.cell > COARSEST_M:
         feedback.warn(
             f"{grid.path}: cells of {grid.cell:g} m do not resolve the relief that holds logs, so too many slide, "
@@ -40,9 +48,6 @@ def warn_of_ground(grid: Grid, x: NDArray[np.float64], y: NDArray[np.float64], f
             holes=holes.number,
             area_m2=holes.cells * grid.cell**2,
         )
-    there = slope_at_deg(grid, x, y)
-    if there > STEEPEST_DEG and median_slope_deg(grid) <= STEEPEST_DEG:  # else reported when the DEM was opened
-        feedback.warn(steep_words(grid.path, there, "where the logs start"), code="steep", slope_deg=there)
 
 
 def median_slope_deg(grid: Grid) -> float:

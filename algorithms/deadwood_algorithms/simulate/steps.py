@@ -12,7 +12,14 @@ from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
 from deadwood_algorithms.simulate.checkpoints import WorkFolder
 
 
-class Steps:
+class Unkept:
+    """Steps that are not stored, of a computation so short that an interrupted one starts again."""
+
+    def take(self, logs: int, slide: Callable[[], Mapping[str, NDArray]]) -> dict[str, NDArray]:
+        return dict(slide())
+
+
+class Steps(Unkept):
     """The results of each step are kept beside the output until it is complete; steps are always run in one order."""
 
     def __init__(self, output: str, identity: Mapping[str, Any], *, resume: bool, feedback: Feedback) -> None:

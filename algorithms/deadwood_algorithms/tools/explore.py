@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 from deadwood_algorithms.files.accounts import accounting
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.manifest import manifest
+from deadwood_algorithms.params.messages import Hearing, warnings_among
 from deadwood_algorithms.params.tool import Feedback, Outcome, Quiet, Tool, UserError
 from deadwood_algorithms.params.where import Where
 from deadwood_algorithms.scene.released_scene import FrictionByName
@@ -132,17 +133,19 @@ def answer(ask: Ask, out: Out, feedback: Feedback) -> None:
     from deadwood_algorithms.explore.stdio import Front
     from deadwood_algorithms.explore.surroundings import part_to_explore
     from deadwood_algorithms.results.identity import verify_inputs
+    from deadwood_algorithms.scene.ground import warn_of_cells
     from deadwood_algorithms.simulate.simulation import open_simulation
     from deadwood_algorithms.simulate.warm_up import load_kernels
     from deadwood_algorithms.simulate.windows import scene_on
     from deadwood_engine import FIDELITIES
 
-    where = Where(ask.threads, name=TOOL.name)
-    verify_inputs(TOOL, ask, feedback)
-    with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, feedback) as simulation, accounting() as said:
-        layers = scene_on(simulation, part_to_explore(simulation, feedback), feedback)
+    where, hearing = Where(ask.threads, name=TOOL.name), Hearing(feedback)
+    verify_inputs(TOOL, ask, hearing)
+    with open_simulation(ask.inputs(), FIDELITIES[ask.fidelity], where, hearing) as simulation, accounting() as said:
+        layers = scene_on(simulation, part_to_explore(simulation, hearing), hearing)
+        warn_of_cells(layers.dem, hearing)
         load_kernels(layers.shape, feedback)
-        session = Session(simulation, layers, defaults_of(ask, layers.friction))
+        session = Session(simulation, layers, defaults_of(ask, layers.friction), warnings_among(hearing.messages))
         session.warm_up()
         Front(session, Relief(layers.dem), out, keeper_of(ask, feedback, said)).serve(sys.stdin.buffer)
 

@@ -12,7 +12,7 @@ of passing logs that later reach a line: one band for any line, and one for each
 Logs neither break nor collide with each other; barriers and boulders do not give way, trees only with --break-trees.
 --resume continues an interrupted run and gives the same results, bit for bit, as a run that was never interrupted. With
 --until-ci a run takes the logs in a random order and ends when the intervals are narrow enough; logs that were not run
-are counted separately.
+are counted separately. With --friction-range the reach of lines is given over a range of friction, too.
 
 With --fidelity auto --error 0.02 the tool chooses fidelity and number of logs so that every line's reach is within 2
 points, at 95 % confidence, of what `reference` would give; the error of the calculation is taken from random slopes of
@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.run_options import AddedOptions, CapacityOptions, FidelityOptions, KeptOptions
-from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, Tool
 from deadwood_algorithms.params.where import SlidingOptions
 from deadwood_algorithms.report.languages import LANGUAGES
 from deadwood_algorithms.scene.released_scene import ReleasedScene, SceneByName
@@ -62,16 +62,15 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.plan import planned
     from deadwood_algorithms.simulate.auto_run import promise_of
 
-    if ask.until_ci is not None and ask.lines is None:
-        raise UserError("--until-ci needs --lines: it watches the interval of the reach of lines")
+    ask.refuse_without_lines(ask.lines)
     promise = promise_of(ask, lines=ask.lines, until_ci=ask.until_ci, plan=ask.plan)
     if not ask.plan:
         return slid_run(ask, promise, feedback)[0]
-    kept = ask.trajectories_kept
-    plan = planned(partial(pilot_run, ask, feedback), ask.output, ask.where(""), ask.plan_workers, kept)
-    more = ["at most: --until-ci may end the run earlier"] if ask.until_ci is not None else []
-    if ask.report or ask.qgis_project:
-        more.append("without what --report and --qgis-project add to time and disk")
+    pilot, kept = partial(pilot_run, ask, feedback), ask.trajectories_kept
+    plan = planned(pilot, ask.output, ask.where(""), ask.plan_workers, kept)
+    more = ["at most: --until-ci may end the run earlier"] if ask.until_ci else []
+    if ask.report or ask.qgis_project or ask.friction_range:
+        more.append("without what --report and --qgis-project add to time and disk, and --friction-range to the time")
     return replace(plan, lines=(*plan.lines, *more))
 
 
@@ -84,7 +83,7 @@ def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
     load_kernels(None, feedback)  # compilation is not part of the forecast
     few = replace(
         ask, output=str(place), trajectories="none" if ask.trajectories_kept == 0 else "all", until_ci=None, plan=False,
-        report=False, qgis_project=False, resume=False, own_slope="none",
+        friction_range=None, report=False, qgis_project=False, resume=False, own_slope="none",
     )  # fmt: skip
     began = time.perf_counter()
     _, logs = slid_run(few, None, feedback, at_most=ask.plan_logs)
@@ -96,6 +95,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
     """The run of all logs, or of a random subset; and the number of logs in the layer."""
     import numpy as np
 
+    from deadwood_algorithms.evaluate.sensitivity.friction_band import friction_ends, slid_band
     from deadwood_algorithms.results.capacity import Capacity
     from deadwood_algorithms.results.forecast import refuse_full_disk
     from deadwood_algorithms.results.identity import writing
@@ -114,6 +114,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
     from deadwood_engine import fidelity_with
 
     kept_count, began, capacity = ask.trajectories_kept, time.perf_counter(), tool.taken(ask, Capacity)
+    ends = friction_ends(ask.friction_range, ask.friction, ask.friction_preset)
     fidelity = fidelity_with("reference" if promise else ask.fidelity, ask.time_step_s, ask.station_spacing_m)
     where = ask.where(f"{TOOL.name}-{Path(ask.output).name}")
     with (
@@ -145,10 +146,11 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
                 done, chosen, pilot_cpu_s = slide_logs(prepared, ask.until_ci), None, 0.0
             used = chosen.option.fidelity if chosen else ask.fidelity
             own_slope = own_sample(done, used, ask, ask.seed)
+            band = slid_band(done, ends, used, ask.seed, feedback)
         settings = RunSettings(
             scene=tool.taken(ask, ReleasedScene), fidelity=used, keeps_poses=kept_count != 0, capacity=capacity,
             danger_least=ask.danger_least, danger_counts=ask.danger_counts, auto=chosen.record if chosen else None,
-            pilot_cpu_s=pilot_cpu_s, own_slope=own_slope,
+            pilot_cpu_s=pilot_cpu_s, own_slope=own_slope, band=band,
         )  # fmt: skip
         outcome = write_results(folder, Path(ask.output), outputs, settings, done, feedback, geoparquet=ask.geoparquet)
         outcome = replace(outcome, outputs={**outcome.outputs, **added(ask, folder, done, feedback)})

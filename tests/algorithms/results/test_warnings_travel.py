@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sqlite3
+import sys
+import zipfile
 from contextlib import closing
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 from slope_case import Case, points, summary, write_dem, write_layer
 
+from deadwood_algorithms.explore import stdio
+from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.files.embedded import record_in
-from deadwood_algorithms.tools import import_trees, lateral_spread
+from deadwood_algorithms.params.tool import Quiet
+from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.tools import compare_scenarios, explore, import_trees, lateral_spread, make_report
 
 CELL_M = 5.0
 
@@ -65,6 +73,60 @@ def test_what_is_made_from_the_run_repeats_it(case, run, said):
     assert record is not None
     assert warned(record)["coarse-cells"]["cell_m"] == CELL_M
     assert sum("coarse" in each for each in said.warnings) == 1
+
+
+def test_the_report_shows_them_under_its_conclusion(case, run):
+    place = case.folder / "page.html"
+    make_report.TOOL(runs=str(run), output=str(place), language="de")
+    page = place.read_text(encoding="utf-8")
+    between = page[page.index('id="conclusion"') : page.index('id="numbers"')]
+    box = between[between.index('class="warning"') :]
+    assert Words("de").say("warned_coarse_cells", cell_m=CELL_M, largest_m=2.0) in box
+    assert "exactly the position of another one" in box
+    assert str(case.folder) not in box  # names of files, without their folders
+
+
+def test_the_runs_project_shows_them(case):
+    run = case.run(output=str(case.folder / "drawn"), qgis_project=True, time_limit_s=20.0, trajectories="none")
+    with zipfile.ZipFile(run / "project.qgz") as packed:
+        (name,) = [each for each in packed.namelist() if each.endswith(".qgs")]
+        project = packed.read(name).decode("utf-8")
+    assert project.count("Cells of 5 m do not resolve") == 2  # on both sheets
+
+
+def test_a_comparison_repeats_those_of_its_runs(case, run, said):
+    other = case.run(output=str(case.folder / "bare"), lines=case.lines, time_limit_s=20.0)
+    place = case.folder / "compared"
+    compare_scenarios.TOOL(feedback=said, runs=f"{other},{run}", output=str(place))
+    manifest = json.loads((place / "manifest.json").read_text(encoding="utf-8"))
+    names = [each["text"].partition(":")[0] for each in manifest["warnings"] if each["code"] == "coarse-cells"]
+    assert sorted(names) == sorted([other.name, run.name])
+
+
+def test_exploring_shows_those_of_the_terrain_and_the_layers(case, tmp_path):
+    class Out:
+        def __init__(self) -> None:
+            self.frames: list[Frame] = []
+
+        def send(self, frame: Frame) -> None:
+            self.frames.append(frame)
+
+    out, ask = Out(), explore.TOOL.ask_from({"dem": case.dem, "trees": case.trees, "output": str(tmp_path / "kept")})
+    stdin, sys.stdin = sys.stdin, io.TextIOWrapper(io.BytesIO(b'{"op": "open"}\n'))
+    try:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(stdio.threading, "Timer", lambda *_: Timer())
+            explore.answer(ask, cast("Any", out), Quiet())
+    finally:
+        sys.stdin = stdin
+    (scene,) = [each.facts for each in out.frames if each.facts["op"] == "scene"]
+    assert {each["code"] for each in scene["warnings"]} == {"coarse-cells", "same-position"}
+
+
+class Timer:
+    """Ends no process."""
+
+    def start(self) -> None: ...
 
 
 def test_without_cause_nothing_is_warned_of(tmp_path):

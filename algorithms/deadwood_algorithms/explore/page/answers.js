@@ -126,4 +126,7 @@ export function showScene(scene) {
   document.getElementById("scene-said").textContent = say("scene_said", {
     wide: size(w), tall: size(h), cell: number(scene.cell, scene.cell % 1 ? 1 : 0), n: scene.data.trees_x.length, crs: scene.crs || say("no_crs"),
   });
+  const warnings = document.getElementById("warnings");
+  warnings.replaceChildren(...scene.warnings.map(({ text }) => make("li", {}, text)));
+  warnings.hidden = !scene.warnings.length;
 }
