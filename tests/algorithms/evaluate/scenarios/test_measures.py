@@ -206,9 +206,9 @@ def test_what_ended_a_log_is_unknown_of_those_that_left_but_for_the_time_limit()
 @pytest.mark.parametrize("seed", range(4))
 def test_the_index_for_lost_logs_is_bounded_by_every_outcome(seed):
     rng = np.random.default_rng(seed)
-    n = 12
+    n = 22  # ten of them arrive in any case: BARI needs as many
     reasons = [np.where(rng.random(n) < 0.3, "left_dem", "rest").tolist() for _ in range(2)]
-    reach = [np.append(rng.random(n - 1) < p, True)[:, None] for p in (0.6, 0.3)]
+    reach = [np.append(rng.random(n - 10) < p, np.ones(10, bool))[:, None] for p in (0.6, 0.3)]
     other, each = (scenario(name, *facts) for name, *facts in zip("ab", reach, reasons, strict=True))
     row = next(index_rows(each, other, 0, "road", np.arange(n), 0))
     before, now = (Share.of(run.reach[:, 0], run.left_dem) for run in (other, each))
