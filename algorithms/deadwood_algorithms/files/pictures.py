@@ -64,10 +64,18 @@ def lit(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]:
 
 
 def show_relief(
-    axes: Axes, heights: NDArray[np.floating], cell: float, extent: tuple[float, float, float, float]
+    axes: Axes,
+    heights: NDArray[np.floating],
+    cell: float,
+    extent: tuple[float, float, float, float],
+    span: tuple[float, float] | None = None,
 ) -> AxesImage:
-    """Draw heights (row 0 south) as relief, pale enough for overlays; extent: west, east, south, north [m]."""
-    shade = hillshade(heights, cell)
+    """Draw heights (row 0 south) as relief, pale enough for overlays; extent: west, east, south, north [m].
+
+    span : the intensities drawn black and white (`span_of`), common to windows side by side, which else have seams
+    """
+    light = lit(heights, cell)
+    shade = stretched(light, *(span or span_of(light)))
     return axes.imshow(
         shade, cmap="gray", vmin=-0.6, vmax=1.05, extent=extent, origin="lower", interpolation="bilinear"
     )

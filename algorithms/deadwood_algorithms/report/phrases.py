@@ -76,6 +76,9 @@ PHRASES = {
         "{line}: reached by between {low} and {high} % of the logs, over a friction of {low_friction} to "
         "{high_friction}; at {friction}: {share}"
     ),
+    "answer_idle": "No log reaches a barrier ({n}), so they change nothing.",
+    "answer_difference": "{name} compared with {reference}: {change} points at {line}",
+    "answer_alike": "{name} compared with {reference}: these logs show no difference at {line}, {change} points",
     "answer_posture": "; {posture} at the start: {share} %",
     "no_reach": "No roads, railways or houses were given.",
     "run": "Run {name}",

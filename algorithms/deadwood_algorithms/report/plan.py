@@ -21,12 +21,14 @@ from numpy.typing import NDArray
 from deadwood_algorithms.files.pictures import (
     colours_of,
     lines_of_shapes,
+    lit,
     scale_and_north,
     show_dots,
     show_lines,
     show_quantity,
     show_relief,
     show_scale,
+    span_of,
 )
 from deadwood_algorithms.report.figures import INK, TEXT, WIDTH, plain
 from deadwood_algorithms.report.sources import Extent, ReportedRun, lying_radii
@@ -131,17 +133,23 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     return figure, axes
 
 
-def draw_relief(axes: Any, source: ReportedRun) -> None:
+def draw_relief(axes: Any, source: ReportedRun, span: tuple[float, float] | None = None) -> None:
     ground = source.ground
     assert ground is not None
     west, south, east, north = ground.bounds
-    show_relief(axes, ground.values, ground.cell, (west, east, south, north)).set_gid("layer_relief")
+    show_relief(axes, ground.values, ground.cell, (west, east, south, north), span).set_gid("layer_relief")
 
 
-def draw_reliefs(axes: Any, sources: Sequence[ReportedRun]) -> None:
+def draw_reliefs(axes: Any, sources: Sequence[ReportedRun], span: tuple[float, float] | None) -> None:
     """Relief for a map of several runs: at the bottom that of the run with the largest terrain."""
     for each in sorted((each for each in sources if each.ground is not None), key=lambda each: -area(each.extent)):
-        draw_relief(axes, each)
+        draw_relief(axes, each, span)
+
+
+def span_of_reliefs(sources: Sequence[ReportedRun]) -> tuple[float, float] | None:
+    """One stretch for the terrains of all runs, so that no seam shows where two windows meet."""
+    light = [lit(each.ground.values, each.ground.cell).ravel() for each in sources if each.ground is not None]
+    return span_of(np.concatenate(light)) if light else None
 
 
 def covering(sources: Sequence[ReportedRun]) -> list[ReportedRun]:
@@ -301,8 +309,9 @@ def draw_differences(
     figure, panels, room = map_panels(len(names), shown, words)
     image: Any = None
     handles: list[Any] = []
+    span = span_of_reliefs(sources)
     for axes, name in zip(panels, names, strict=False):
-        draw_reliefs(axes, [each for each in sources if each.name in (name, reference.name)])
+        draw_reliefs(axes, [each for each in sources if each.name in (name, reference.name)], span)
         band, (west, south, east, north) = maps[name]
         image = show_quantity(axes, band, "difference of shares", (west, east, south, north))
         axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
@@ -329,9 +338,9 @@ def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Fi
     figure, panels, room = map_panels(len(sources), shown, words)
     handles: dict[str, Any] = {}
     image: Any = None
-    under = covering(sources)
+    under, span = covering(sources), span_of_reliefs(sources)
     for axes, source in zip(panels, sources, strict=False):
-        draw_reliefs(axes, under if any(each is source for each in under) else [*under, source])
+        draw_reliefs(axes, under if any(each is source for each in under) else [*under, source], span)
         if "hits" in source.rasters:
             image = show_layer(axes, source, "hits")
         drawn = _scene(axes, source, words, SMALL) + _logs(axes, source, words, ways_too=False, size=SMALL)

@@ -43,7 +43,7 @@ def signed_pages(
     """All sections of these pages; ``plan`` is their only map."""
     parts: Parts = [element("h2", words.say("question"), id="question"), element("p", question(sources, words))]
     parts += scenario_box(list(sources), words, author, project)
-    parts += [element("h2", words.say("conclusion"), id="conclusion"), *conclusion(sources, words)]
+    parts += [element("h2", words.say("conclusion"), id="conclusion"), *conclusion(sources, compared, words)]
     parts += [element("h2", words.say("numbers"), id="numbers"), numbers_table(sources, words)]
     if compared is not None and any(row.quantity == "reach" for row in compared.rows):
         parts.append(element("h3", words.say("comparison")))
@@ -73,8 +73,8 @@ def question(sources: Sequence[ReportedRun], words: Words) -> str:
     return words.say("question_none", n=released, where=where)
 
 
-def conclusion(sources: Sequence[ReportedRun], words: Words) -> Parts:
-    """The answer, one sentence for each line and run, and what its interval does not cover."""
+def conclusion(sources: Sequence[ReportedRun], compared: Comparison | None, words: Words) -> Parts:
+    """The answer, one sentence for each line and run and for each difference, and what the intervals do not cover."""
     answers = []
     for source in sources:
         before = f"{source.name} – " if len(sources) > 1 else ""
@@ -94,11 +94,37 @@ def conclusion(sources: Sequence[ReportedRun], words: Words) -> Parts:
             ends = ", ".join(f"{words.stop(name)} {share}" for name, share in zip(counts, shares, strict=True))
             answers.append(element("li", before + ends))
     parts: Parts = [element("ul", *answers, class_="answers answer")]
+    if differences := [*idle_words(sources, words), *difference_words(sources, compared, words)]:
+        parts.append(element("ul", *(element("li", each) for each in differences), class_="answers"))
     if assumed := assumed_words(sources, words):
         error = calculation_words(sources[0].summary["accuracy"], sources[0].run.manifest.get("parameters", {}), words)
         phrase = "limits_band" if all(source.summary.get("friction_band") for source in sources) else "limits"
         parts.append(element("p", words.say(phrase, error=error, **assumed)))
     return [*parts, *warnings_of(sources, words)]
+
+
+def idle_words(sources: Sequence[ReportedRun], words: Words) -> list[str]:
+    """Barriers that no log reaches, which therefore change nothing."""
+    before = (f"{each.name} – " if len(sources) > 1 else "" for each in sources)
+    there = ((name, each.summary["barriers"]) for name, each in zip(before, sources, strict=True))
+    return [
+        name + words.say("answer_idle", n=len(barriers))
+        for name, barriers in there
+        if barriers and not any(each["n_reached"] for each in barriers)
+    ]
+
+
+def difference_words(sources: Sequence[ReportedRun], compared: Comparison | None, words: Words) -> list[str]:
+    """One sentence for each scenario and line: the difference to the first one, if these logs show one."""
+    found = []
+    for row in compared.rows if compared else ():
+        if row.quantity == "reach" and row.scenario != sources[0].name:
+            ends = (100.0 * each for each in (row.difference, row.diff_ci_low, row.diff_ci_high))
+            shown = row.diff_ci_low > 0.0 or row.diff_ci_high < 0.0
+            filled = {"name": row.scenario, "reference": sources[0].name, "line": row.item}
+            change = with_interval(*ends, words, signed=True)
+            found.append(words.say("answer_difference" if shown else "answer_alike", change=change, **filled))
+    return found
 
 
 def band_words(band: LineBand, share: str, words: Words) -> str:

@@ -14,7 +14,14 @@ from deadwood_algorithms.files.pictures import show_quantity, show_scale
 from deadwood_algorithms.report.answer_figures import NARROW
 from deadwood_algorithms.report.figures import STYLE, WIDTH
 from deadwood_algorithms.report.languages import LANGUAGES
-from deadwood_algorithms.report.plan import covering, has_room_beside, legend_of_map, map_frame
+from deadwood_algorithms.report.plan import (
+    covering,
+    draw_reliefs,
+    has_room_beside,
+    legend_of_map,
+    map_frame,
+    span_of_reliefs,
+)
 from deadwood_algorithms.report.words import Words
 
 WIDE, TALL = (0.0, 0.0, 300.0, 200.0), (0.0, 0.0, 200.0, 320.0)
@@ -54,6 +61,24 @@ def test_beside_a_tall_map_and_its_legend_there_is_no_empty_strip():
         box, wide = figure.get_tightbbox(), figure.get_figwidth()
     assert box.x0 < 0.1 * wide
     assert box.x1 > 0.9 * wide
+
+
+def test_windows_side_by_side_have_one_relief():
+    """Where two windows overlap, they have the same grey, though one is much steeper on average."""
+    heights = np.concatenate([np.zeros((30, 20)), np.cumsum(np.full((30, 20), 2.0), axis=1)], axis=1)
+    heights += 0.3 * np.random.default_rng(2).standard_normal(heights.shape)
+
+    def window(columns: slice) -> SimpleNamespace:
+        ground = SimpleNamespace(values=heights[:, columns], cell=1.0, bounds=(columns.start, 0.0, columns.stop, 30.0))
+        return SimpleNamespace(ground=ground, extent=ground.bounds)
+
+    sources = [window(slice(0, 30)), window(slice(15, 40))]
+    with matplotlib.rc_context(STYLE):
+        axes = map_frame((0.0, 0.0, 40.0, 30.0), Words("en"))[1]
+        draw_reliefs(axes, sources, span_of_reliefs(sources))
+        west, east = (np.asarray(each.get_array()) for each in axes.images)
+    assert np.allclose(west[:, 16:29], east[:, 1:14])  # without the columns at the sides, whose slope is one-sided
+    assert west[:, 16:29].std() > 0.0
 
 
 @pytest.mark.parametrize("metres", [37.0, 140.0, 260.0, 900.0])
