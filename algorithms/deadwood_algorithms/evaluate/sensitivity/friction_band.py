@@ -31,7 +31,7 @@ from deadwood_engine import FIDELITIES
 if TYPE_CHECKING:
     from deadwood_algorithms.simulate.chunks import ChunkedRun
 
-SHARE = 0.4  # of the time that as many logs of the run take; measured, it is about a third of the run's time
+SHARE = 0.4  # of the time that as many logs of the run take, by the costs of the fidelities (0.3 took 22 % of a run's)
 FEWEST = 20  # logs: fewer show no difference
 OTHER_POSTURE = {"upright": "random-lying"}  # else upright
 
