@@ -81,8 +81,8 @@ def open_dem(
 def _open_one(path: str, crs: str | None, feedback: Feedback, what: str) -> Iterator[tuple[Any, pyproj.CRS, Affine]]:
     """Open and check one file of a DEM."""
     with open_raster(path, what) as source:
-        _say_band(path, what, feedback)
         _refuse_images(source, path, feedback)
+        _say_band(path, what, feedback)
         refuse_cut_off(source, path)
         dem_crs = _crs_of_dem(source, path, crs, feedback)
         transform = _square_transform(source, path, crs)

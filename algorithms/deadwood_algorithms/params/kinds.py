@@ -148,7 +148,7 @@ def _as_number_or_layer(parameter: Parameter, value: Any) -> Any:
 def _as_numbers(parameter: Parameter, value: Any) -> Any:
     if isinstance(value, str):
         return _numbers(parameter, value)
-    return tuple(value) if isinstance(value, Iterable) else (value,)
+    return tuple(value) if isinstance(value, Iterable) else None if value is None else (value,)
 
 
 # Numbers beyond these are errors in any unit used here, and calculations with them over- or underflow.

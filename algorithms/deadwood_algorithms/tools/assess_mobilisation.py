@@ -30,7 +30,7 @@ for snags: a field ``standing``, 1 or 0, tells them). Species are recognised by 
 French, Italian, English).
 
     deadwood-tool assess-mobilisation --dem sample_data/dem.tif --logs-per-cell 2 --cell-m 20 \\
-        --deadwood 'sample_data/sample.gpkg|layername=deadwood' --assessed deadwood.gpkg --output mobilisation.tif
+        --deadwood 'sample_data/sample.gpkg|layername=deadwood' --assessed deadwood.gpkg --output starts.tif
 """
 
 from __future__ import annotations

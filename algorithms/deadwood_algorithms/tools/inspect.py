@@ -1,7 +1,7 @@
 """Look at a file before it is used: what it is taken for and why, what becomes of each column, and what is doubted.
 
-    deadwood-tool inspect trees.csv
-    deadwood-tool inspect surface.tif --as dem
+    deadwood-tool inspect sample_data/trees.csv
+    deadwood-tool inspect sample_data/dem.tif --as dem
 
 The file is read as the tools read it in that role, with the same checks, and nothing is written. Without ``--as`` the
 role follows from the file: a raster is a terrain model, a canopy model or friction, lines are roads or barriers, points

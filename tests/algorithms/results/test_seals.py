@@ -64,7 +64,7 @@ def sql(path: Path, *lines: str) -> None:
 
 def tripled(path: Path, band: int = 1) -> None:
     with rasterio.open(path, "r+") as target:
-        target.write((target.read(band) * 3).astype(target.dtypes[band - 1]), band)
+        target.write((3 * np.nan_to_num(target.read(band)) + 1).astype(target.dtypes[band - 1]), band)
 
 
 def aux(path: Path, inside: str) -> None:

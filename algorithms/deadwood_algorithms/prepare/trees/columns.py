@@ -74,8 +74,9 @@ def is_empty(source: pandas.DataFrame, name: str) -> bool:
 def warn_of_empty(source: pandas.DataFrame, asked: str | None, names: Iterable[str], feedback: Feedback) -> None:
     """Refuse a requested column without any value, and warn of one that was found by its name."""
     why = "wholly empty (formulas whose values were not stored? open and save the table in a spreadsheet program)"
-    if asked and len(source) and is_empty(source, asked := candidates(source, asked, "", ())[0]):
-        raise UserError(f"{where_of(source)}: the field '{asked}' is {why}")
+    there = names_of(source).get(asked.lower()) if asked else None
+    if there and len(source) and is_empty(source, there):
+        raise UserError(f"{where_of(source)}: the field '{there}' is {why}")
     for name in candidates(source, None, "", names):
         if is_empty(source, name) and not asked:
             feedback.warn(f"{where_of(source)}: the field '{name}' is {why}; it is not used", code="empty-field")
