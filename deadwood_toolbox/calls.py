@@ -204,7 +204,7 @@ class _Told(Quiet):
     def __init__(self, feedback: Feedback | None, *, shown: bool) -> None:
         self.notes: list[str] = []
         self.warnings: list[str] = []
-        self.to = feedback
+        self.to, self.coded = feedback, feedback is None  # a caller's own takes the message alone, as it always did
         if feedback is None and shown:
             from deadwood_toolbox.feedback import Speaker
 
@@ -215,12 +215,12 @@ class _Told(Quiet):
     def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.notes.append(message)
         if self.to is not None:
-            self.to.note(message, code, **numbers)
+            self.to.note(message, *([code] if self.coded else []), **(numbers if self.coded else {}))
 
     def warn(self, message: str, code: str = "", **numbers: Any) -> None:
         self.warnings.append(message)
         if self.to is not None:
-            self.to.warn(message, code, **numbers)
+            self.to.warn(message, *([code] if self.coded else []), **(numbers if self.coded else {}))
 
     def pass_on(self) -> None:
         """Pass them to Python's warnings, at the line of the caller of the tool's function."""

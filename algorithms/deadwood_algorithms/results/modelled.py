@@ -120,6 +120,8 @@ def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, A
         "lines": [_clause("lines", n=lines), *_left_out(counted["lines"])] if lines else [],
         "outputs": _outputs(settings, layers),
     }
+    if not found["stumps"]:  # a part of the layer of trees, not a layer that could be given
+        del found["stumps"]
     return {name: clauses or [_clause("absent")] for name, clauses in found.items()}
 
 

@@ -101,7 +101,8 @@ def test_what_is_clear_is_not_drawn_and_the_scale_names_every_stop():
 
 def test_every_raster_that_is_written_says_how_it_looks():
     known = {*looks.LOOKS, *looks.BY_DATA}
-    plain = {"intensity", "passage", "return_class", "matrix", "factors"}  # legends of classes; bands of three kinds
+    # legends of classes; bands of three kinds
+    plain = {"intensity", "intensity_YEARS_years", "passage", "return_class", "matrix", "factors"}
     for each in {one.what.name: one.what for one in WRITTEN if isinstance(one.what, RasterFile)}.values():
         assert (each.look in known) == (each.name not in plain), each.name
 

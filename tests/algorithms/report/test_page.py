@@ -380,7 +380,8 @@ def test_figures_and_scene_as_files(run, tmp_path):
     profiles = {each for each in stems if each.startswith("r0_profile_")}  # the farthest log may be the fastest
     assert "r0_profile_fastest" in profiles <= {f"r0_profile_{name}" for name in ("farthest", "fastest", "median")}
     assert stems - profiles == {
-        f"r0_{name}" for name in ("reach", "arrivals", "spread", "runout", "distributions", "map")
+        f"r0_{name}"
+        for name in ("reach", "arrivals", "runout", "distributions", "map")  # too few logs for a spread
     }
     for stem in stems:
         assert (figures / f"{stem}.png").read_bytes()[:4] == b"\x89PNG"

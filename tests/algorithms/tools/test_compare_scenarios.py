@@ -141,7 +141,7 @@ def test_the_table_is_one_for_a_spreadsheet(tmp_path):
     assert raw.startswith(b"\xef\xbb\xbf")
     assert (tmp_path / "out" / "comparison.csv").read_bytes().startswith(b"\xef\xbb\xbf")
     lines = raw.decode("utf-8-sig").splitlines()
-    assert len(lines[0].split(",")) == 16
+    assert len(lines[0].split(",")) == 17
     assert lines[1].startswith("reach,Straße,ohne,%,40,28.0,16.0,43.0,")
     assert lines[2].startswith("reach,Straße,mit,%,40,7.5,2.6,19.9,-20.0,-35.0,-9.0,")
     digits = [
