@@ -355,8 +355,6 @@ def test_a_reprojection_says_how_accurate_it_is(tmp_path, said):
     assert "accurate to about" in said.notes[1]
     # California to Switzerland: PROJ has no transformation
     assert "the error may be 100 m and more" in said.warnings[0]
-        "the error may be 100 m and more" in said.warnings[0]
-    )  # California to Switzerland: PROJ has no transformation
 
 
 def test_ids_keep_their_zeros_and_their_digits(tmp_path, dem):
