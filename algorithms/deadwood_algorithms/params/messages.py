@@ -131,6 +131,6 @@ class Hearing:
 
 
 def _plain(value: Any) -> float | None:
-    """A number of numpy as Python's own; None if it is not finite."""
+    """A number of numpy as Python's own; None if it is none, or not finite."""
     number = value.item() if hasattr(value, "item") else value
-    return number if math.isfinite(number) else None
+    return number if isinstance(number, int | float) and math.isfinite(number) else None

@@ -158,7 +158,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             feedback.note(
                 f"{where_of(areas.frame)}: {none} too small for a log at --logs-per-ha {ask.logs_per_ha:g}",
                 code="areas-too-small",
-                areas=none,
+                areas=int((counts == 0).sum()),
             )
         areas.say_unequal(counts, feedback)
         fix = "lower --count or --logs-per-ha, or sample the areas in parts"
