@@ -173,7 +173,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                 both = np.zeros_like(both)
                 feedback.warn(
                     f"{source.path}: no trajectory is stored, so there are no intensities of scenarios and no matrix; "
-                    "run slide-logs with --trajectories all"
+                    "run slide-logs with --trajectories all",
+                    code="no-trajectories",
                 )
         maps.write("matrix", both, legend.matrix_rows(names, pairs[0], rarest_first=pairs[1]), "Class of both")
         facts["classes"] = maps.classes

@@ -86,7 +86,8 @@ def energies_of_share(
             for rank in (ranks.estimate, ranks.sure, ranks.possible)
         ]
         if raster and (unknown := int(((hits >= ranks.estimate) & np.isnan(energy)).sum())):
-            feedback.warn(f"{raster}: {counted(unknown, 'cell')} that logs pass without an energy: not classed")
+            said = f"{raster}: {counted(unknown, 'cell')} that logs pass without an energy: not classed"
+            feedback.warn(said, code="no-energy", cells=unknown)
         what = f"energy of {Path(raster).name}" if raster else LARGEST
         what += f", where at least {100 * share:g} % of the logs pass" if share else ""
         if raster is None and share:
