@@ -166,7 +166,7 @@ def test_the_summary_agrees_with_the_layers(full):
     assert told["speed"]["mean_ms"] == pytest.approx(deposits["speed_mean_ms"].mean())
     assert told["accuracy"]["penetration_max_m"] == deposits["penetration_max_m"].max()
     assert told["accuracy"]["fidelity"] == "draft"
-    assert set(told["cost"]) == {"cpu_s", "wall_s", "steps", "logs_per_s"}
+    assert set(told["cost"]) == {"cpu_s", "wall_s", "steps", "logs_per_s", "own_slope_cpu_s"}
     assert "59 rigid truncated cones; 0 off the DEM left out; 1 left out where" in told["modelled"]["trees"]
 
 
