@@ -285,14 +285,14 @@ def test_unfinished_work_is_continued_or_given_up_never_forgotten(case, tmp_path
     monkeypatch.setattr(chunks, "CHECKPOINT_S", 0.0)
     output, part = str(tmp_path / "run"), tmp_path / ".run.part"
     with pytest.raises(Cancelled):
-        case.run(StopAfter(5), output=output)
+        case.run(StopAfter(11), output=output)
     kept = {each.name: each.read_bytes() for each in part.iterdir()}
     for changes in ({}, {"friction": "0.3"}, {"resume": True, "restart": True}):
         with pytest.raises(UserError, match="--resume .*--restart"):
             case.run(output=output, **changes)
         assert {each.name: each.read_bytes() for each in part.iterdir()} == kept
     anew = case.run(output=output, restart=True, friction="0.3")
-    assert json.loads((anew / "manifest.json").read_text())["parameters"]["friction"] == "0.3"
+    assert json.loads((anew / "manifest.json").read_text())["parameters"]["friction"] == 0.3
     assert not part.exists()
 
 
