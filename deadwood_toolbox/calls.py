@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
@@ -215,12 +215,15 @@ class _Told(Quiet):
     def note(self, message: str, code: str = "", **numbers: Any) -> None:
         self.notes.append(message)
         if self.to is not None:
-            self.to.note(message, *([code] if self.coded else []), **(numbers if self.coded else {}))
+            self._say(self.to.note, message, code, numbers)
 
     def warn(self, message: str, code: str = "", **numbers: Any) -> None:
         self.warnings.append(message)
         if self.to is not None:
-            self.to.warn(message, *([code] if self.coded else []), **(numbers if self.coded else {}))
+            self._say(self.to.warn, message, code, numbers)
+
+    def _say(self, say: Callable[..., None], message: str, code: str, numbers: dict[str, Any]) -> None:
+        say(message, code, **numbers) if self.coded else say(message)
 
     def pass_on(self) -> None:
         """Pass them to Python's warnings, at the line of the caller of the tool's function."""
