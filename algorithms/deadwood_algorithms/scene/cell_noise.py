@@ -28,14 +28,18 @@ def cell_noise(dem: Grid, x: NDArray[np.float64], y: NDArray[np.float64]) -> flo
     squares = np.unique(
         np.floor(np.column_stack([y - dem.y0, x - dem.x0]) / dem.cell / SQUARE).astype(np.int64), axis=0
     )
-    found = [np.zeros(0)]
+    found: list[NDArray[np.float64]] = []
     for row, column in SQUARE * squares[:: -(-len(squares) // MOST)]:
         heights = dem.values[max(0, row) : max(0, row + SQUARE), max(0, column) : max(0, column + SQUARE)]
         if min(heights.shape) > 2:
             found.append(np.diff(np.diff(heights.astype(np.float64), 2, axis=0), 2, axis=1).ravel())
-    differences = np.abs(np.concatenate(found))
-    differences = differences[np.isfinite(differences)]
-    return float(np.median(differences)) / (6.0 * MEDIAN) if differences.size else np.nan
+    return noise_of(np.concatenate(found)) if found else np.nan
+
+
+def noise_of(differences: NDArray[np.float64]) -> float:
+    """Standard deviation [m] of the noise of heights, from such double differences of them; NaN if none is known."""
+    known = np.abs(differences[np.isfinite(differences)])
+    return float(np.median(known)) / (6.0 * MEDIAN) if known.size else np.nan
 
 
 def doubt_draft(dem: Grid, x: NDArray[np.float64], y: NDArray[np.float64], feedback: Feedback) -> None:

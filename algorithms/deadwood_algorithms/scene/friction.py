@@ -90,6 +90,12 @@ def as_written(values: NDArray[np.float32]) -> Array:
     return out
 
 
+def ends_of(span: str) -> tuple[float, float] | None:
+    """The ends of a range that is written LOW-HIGH; None if it is not."""
+    found = re.fullmatch(r"\s*(\d*\.?\d+)\s*-\s*(\d*\.?\d+)\s*", span)
+    return (float(found[1]), float(found[2])) if found else None
+
+
 def number_of(friction: str | float) -> float | None:
     """The coefficient if it is the same everywhere, or None if it comes from a layer."""
     try:

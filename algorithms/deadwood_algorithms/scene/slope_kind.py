@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from deadwood_algorithms.scene.cell_noise import DOUBTED, noise_of
 from deadwood_engine import Logs, Scene
 from deadwood_engine.cores import TREE
 
@@ -24,7 +25,7 @@ RISE = 0.15  # a bed: the ground rises to both sides by so much of that distance
 ALONG = (-4.0, 0.0, 4.0)  # [m] and does so up and down the fall line, too, which hollows of natural relief do not
 BEDS = 0.0005  # share of the steep ground that is beds, from which a slope counts as one with channels
 STEMS = 25.0  # per hectare, from which it counts as forest
-ROUGH = 0.15  # noise over cell, from which the ground counts as rough
+ROUGH = DOUBTED  # noise over cell, from which the ground counts as rough
 MOST = 200_000  # cells looked at
 
 
@@ -76,8 +77,7 @@ def kind_of(scene: Scene, logs: Logs) -> SlopeKind:
     c = cell
     cross = at(c, 0) + at(-c, 0) + at(0, c) + at(0, -c)
     corners = at(c, c) + at(c, -c) + at(-c, c) + at(-c, -c)
-    noise = float(1.4826 * np.nanmedian(np.abs(4 * z - 2 * cross + corners)) / 6)
-    return SlopeKind(_name(scene, beds), noise / cell, beds)
+    return SlopeKind(_name(scene, beds), noise_of(4 * z - 2 * cross + corners) / cell, beds)
 
 
 def _name(scene: Scene, beds: float) -> str:

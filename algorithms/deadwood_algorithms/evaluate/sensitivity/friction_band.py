@@ -6,7 +6,7 @@ time of the run.
 
 from __future__ import annotations
 
-import re
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ from deadwood_algorithms.params.presets import plausible_range
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.results.friction_band import Member, SlidBand
 from deadwood_algorithms.results.scenario import posture_shares
-from deadwood_algorithms.scene.friction import number_of
+from deadwood_algorithms.scene.friction import ends_of, number_of
 from deadwood_algorithms.simulate.fidelity_trade import COSTS
 from deadwood_algorithms.simulate.log_order import hash_order
 from deadwood_algorithms.simulate.sinking import Sinking
@@ -48,10 +48,9 @@ def friction_ends(given: str | None, friction: str | float, preset: str | None) 
         )
     if text == "auto":
         return plausible_range(own, preset)
-    found = re.fullmatch(r"(\d*\.?\d+)\s*[-:]\s*(\d*\.?\d+)", text)
-    if not found or not float(found[1]) < float(found[2]):
+    low, high = ends_of(text.replace(":", "-")) or (math.nan, math.nan)
+    if not low < high:
         raise UserError(f"--friction-range is '{given}', but must be LOW-HIGH, such as 0.2-0.3, or auto")
-    low, high = float(found[1]), float(found[2])
     if not low <= own <= high:
         raise UserError(f"--friction-range {low:g} to {high:g} does not contain the run's friction, {own:g}")
     return low, high

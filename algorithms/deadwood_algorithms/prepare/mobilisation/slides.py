@@ -5,7 +5,6 @@ For `assess_mobilisation`. Each block of a large DEM is a scene of its own, on a
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +18,7 @@ from deadwood_algorithms.ensemble.variants import Arrays, Ensemble, Variant, joi
 from deadwood_algorithms.files.dem_blocks import WHOLE_CELLS
 from deadwood_algorithms.params.tool import Feedback, ProgressOnly, Quiet, UserError
 from deadwood_algorithms.prepare.mobilisation.cells import Cells, Places, Shares
-from deadwood_algorithms.scene.friction import number_of
+from deadwood_algorithms.scene.friction import ends_of, number_of
 from deadwood_algorithms.scene.layers import SceneLayers
 from deadwood_algorithms.scene.reach import first_part
 from deadwood_algorithms.scene.releases import Releases, releases_of
@@ -56,8 +55,7 @@ class Frictions:
             return Frictions(tuple(sorted(set(values))), middle is None)
         if middle is None:
             raise UserError(f"--friction-range is of a number, but --friction is {friction}; a layer varies by 0.8-1.2")
-        ends = re.fullmatch(r"\s*(\d*\.?\d+)\s*-\s*(\d*\.?\d+)\s*", span)
-        low, high = map(float, ends.groups()) if ends else (np.nan, np.nan)
+        low, high = ends_of(span) or (np.nan, np.nan)
         if not low <= middle <= high:
             raise UserError(
                 f"--friction-range is '{span}', but must be two numbers such as 0.2-0.3, with --friction {middle:g} "
