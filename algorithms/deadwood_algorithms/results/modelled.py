@@ -113,15 +113,14 @@ def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, A
         "rolling_friction": [_rolling(settings, layers)],
         "logs": [_logs(layers), _clause("whole_logs")],
         "trees": [*standing("trees"), *_breaking(layers)] if "trees" in counted else [],
-        "stumps": [*standing("stumps"), *_breaking(layers)] if "stumps" in counted else [],
+        # a part of the layer of trees, not a layer that could have been given
+        **({"stumps": [*standing("stumps"), *_breaking(layers)]} if "stumps" in counted else {}),
         "barriers": [_clause("barriers", n=barriers), *_left_out(counted["barriers"])] if scene.barrier_count else [],
         "lying_logs": [_clause("lying", n=lying, pieces=pieces), *_left_out(counted["lying_logs"])] if lying else [],
         "blocks": standing("blocks") if layers.blocks.ids else [],
         "lines": [_clause("lines", n=lines), *_left_out(counted["lines"])] if lines else [],
         "outputs": _outputs(settings, layers),
     }
-    if not found["stumps"]:  # a part of the layer of trees, not a layer that could be given
-        del found["stumps"]
     return {name: clauses or [_clause("absent")] for name, clauses in found.items()}
 
 
