@@ -54,6 +54,7 @@ DESIGN_PHRASES = {
 Parts = list[Any]
 WORDED = {"coarse-cells": "warned_coarse_cells"}  # warnings that the page has in its languages, by code
 OWN_WORDS = ("left_dem", "failed", "time_limit")  # stop reasons with a sentence of the page, beside the records
+WORDED_BY_PAGE = (*OWN_WORDS, "own_slope")  # warnings of which the page makes its own sentence, from the summary
 
 
 def warnings_of(sources: Sequence[ReportedRun], words: Words) -> Parts:
@@ -69,7 +70,7 @@ def warnings_of(sources: Sequence[ReportedRun], words: Words) -> Parts:
         said += [
             warning_words(each, words)
             for each in warnings_among(messages_in(source.summary))
-            if each.code.replace("-", "_") not in OWN_WORDS
+            if each.code.replace("-", "_") not in WORDED_BY_PAGE
         ]
         if (own := source.summary.get("own_slope")) and own["flagged"]:
             bound = shown_number(100.0 * own["promised"], words, 2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pyogrio
@@ -185,6 +186,10 @@ def test_what_is_flagged_is_warned_of_and_on_the_page(case, said, tmp_path, monk
     page = (run / "report.html").read_text(encoding="utf-8")
     assert "slide the logs at standard" in page
     assert "draft minus standard" in page
+    boxes = re.findall(r'<ul class="warning">.*?</ul>', page, re.DOTALL)
+    assert any("slide the logs at standard" in each for each in boxes)
+    # nor the record of the same, which the page says in its own words
+    assert not any("run again with --fidelity" in each for each in boxes)
 
 
 def test_a_plan_counts_the_logs_that_slide_again(case):
