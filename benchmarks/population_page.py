@@ -150,7 +150,7 @@ def worst_table(records: list[Row], name: str) -> str:
     share = [100.0 * reached(r, "fine").mean() for r in rows]
     found = [
         [
-            str(rows[i]["seed"]), f"{_points(d[i])} ± {1.96 * math.sqrt(v[i]):.1f}", f"{share[i]:.0f}",
+            str(rows[i]["seed"]), f"{_points(float(d[i]))} ± {1.96 * math.sqrt(v[i]):.1f}", f"{share[i]:.0f}",
             rows[i]["kind"], made_of(rows[i]),
         ]
         for i in order

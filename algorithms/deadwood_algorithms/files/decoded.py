@@ -90,6 +90,6 @@ def _is_mask(flags: Sequence[Any]) -> bool:
 def _opened(place: Path, *, alone: bool = False) -> Iterator[Any]:
     import rasterio
 
-    options = {"GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR", "GDAL_PAM_ENABLED": "NO"} if alone else {}
+    options: dict[str, Any] = {"GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR", "GDAL_PAM_ENABLED": "NO"} if alone else {}
     with rasterio.Env(**options), rasterio.open(place) as source:
         yield source

@@ -82,7 +82,7 @@ def is_sealed(record: Mapping[str, Any]) -> bool:
 def embed(path: Path, record: Mapping[str, Any]) -> None:
     """Add a sealed record to a finished file, if its format allows it, or beside it."""
     ending = path.suffix.lower()
-    record = (record_in(path) if ending in TIFFS else None) or json.loads(as_text(record))
+    record: dict[str, Any] = (record_in(path) if ending in TIFFS else None) or json.loads(as_text(record))
     record["content"] = _content_of(path)
     if record["content"] is None:
         raise OSError(f"{path}: the written file cannot be read back")
@@ -158,6 +158,8 @@ def record_in(path: Path) -> dict[str, Any] | None:
     readers = {".gpkg": _of_geopackage, ".html": _of_page}
     readers |= dict.fromkeys(TIFFS, _of_geotiff)
     try:
+        if path.is_fifo() or path.is_char_device():
+            return None  # reading it might never end
         record = readers.get(path.suffix.lower(), _of_beside)(path)
         found = json.loads(record) if record else None
     except (OSError, ValueError, sqlite3.Error):

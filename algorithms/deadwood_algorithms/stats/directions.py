@@ -57,7 +57,7 @@ def quantile_arc(azimuths: ArrayLike, low: float = 0.05, high: float = 0.95) -> 
     Unlike the smallest arc, which a single stray log decides, it does not grow with the number of logs.
     """
     ends = [percentile_record(unrolled(azimuths), level) for level in (high, low)]
-    below, above = difference_interval(*ends)
+    below, above = difference_interval(ends[0], ends[1])
     more = max(each["n_more"] for each in ends)
     known = {"ci_low": float(np.clip(below, 0.0, 360.0)), "ci_high": float(np.clip(above, 0.0, 360.0)), "n_more": more}
     return {"value": ends[0]["value"] - ends[1]["value"], **known}

@@ -72,7 +72,7 @@ def record_of(place: Path) -> tuple[dict[str, Any], Path, dict[str, Any]]:
         raise UserError(f"{place}: this is a pipe or a device, not a file")
     folder = place if place.is_dir() else place.parent
     whole = place.is_dir() or place.name == MANIFEST
-    record = None if whole else record_in(place)
+    record, found = (None if whole else record_in(place)), {}
     if record is not None:
         state = state_of(place, record)
         found = {"sealed": int("seal" in record), "damaged": [place.name] if state == CHANGED else []}

@@ -76,8 +76,8 @@ def spread_rows(one: FidelityRun, finest: FidelityRun, groups: list[Group]) -> I
         ]
         change = spread_change(*seen)
         if math.isfinite(change[0]):
-            values = (each[0]["p05_p95_deg"] for each in seen)
-            yield FidelityRow(one.name, "spread_p05_p95", str(group.release_id), "deg", *values, *change)
+            ours, theirs = (each[0]["p05_p95_deg"] for each in seen)
+            yield FidelityRow(one.name, "spread_p05_p95", str(group.release_id), "deg", ours, theirs, *change)
 
 
 def deposit_row(one: FidelityRun, finest: FidelityRun, planned: int, seed: int) -> FidelityRow:
@@ -105,9 +105,10 @@ def top_rows(one: FidelityRun, finest: FidelityRun, name: str, unit: str) -> Ite
     means = float(ours.mean()), float(theirs.mean())
     yield FidelityRow(one.name, f"{name}_mean", "", unit, *means, mean, mean - half, mean + half)
 
-    found, *change = paired_percentiles(ours, theirs, 0.95)
-    if math.isfinite(change[0]):
-        yield FidelityRow(one.name, f"{name}_p95", "", unit, found["value"], found["value"] - change[0], *change)
+    found, shift, low, high = paired_percentiles(ours, theirs, 0.95)
+    if math.isfinite(shift):
+        finest = found["value"] - shift
+        yield FidelityRow(one.name, f"{name}_p95", "", unit, found["value"], finest, shift, low, high)
 
 
 def own_rows(one: FidelityRun, finest: FidelityRun) -> Iterator[FidelityRow]:

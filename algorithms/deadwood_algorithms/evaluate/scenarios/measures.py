@@ -136,7 +136,7 @@ class Share:
 def share_row(name: str, quantity: str, item: str, now: Share, before: Share | None = None) -> ScenarioRow:
     """A share of the logs with its Wilson interval, the paired difference, and the bounds of both for lost logs."""
     n, hit = now.did.size, int(now.did.sum())
-    facts = {"value": hit / n, "value_low_if_lost": hit / n, "value_high_if_lost": int(now.most.sum()) / n}
+    facts: dict[str, Any] = {"value": hit / n, "value_low_if_lost": hit / n, "value_high_if_lost": int(now.most.sum()) / n}
     facts |= dict(zip(("ci_low", "ci_high"), wilson_interval(hit, n), strict=True))
     facts["n_lost"] = int(now.lost.sum())
     if before is not None:
@@ -188,7 +188,9 @@ def spread_differences(each: Scenario, other: Scenario | None, releases: list[Gr
     for release in releases:
         name, n = str(release.release_id), release.rows.size
         seen = [
-            spread_of_release(release.centre, *run.places[release.rows].T, release.min_runout)
+            spread_of_release(
+                release.centre, run.places[release.rows, 0], run.places[release.rows, 1], release.min_runout
+            )
             for run in (each, other)
             if run
         ]

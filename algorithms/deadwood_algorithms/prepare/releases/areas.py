@@ -53,7 +53,7 @@ class ReleaseAreas:
             raise UserError(f"{where}: there is no field '{field}' (--release-id-field); the fields are {known}")
         field = field or named_by(self.frame, ("release_id",))
         called = named_by(self.frame, ("name",)) if not field else None
-        if called and not self.frame[called].isna().any() and bool(self.frame[called].is_unique):
+        if called and bool(self.frame[called].notna().all() and self.frame[called].is_unique):
             field = called
         if not field and self.named:
             note_unnamed(self.frame, ("release_id",), "areas", "--release-id-field", feedback)
