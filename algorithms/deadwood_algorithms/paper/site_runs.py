@@ -157,7 +157,7 @@ class SiteRuns:
             self.runs / name, "slide-logs", name, dem=self.terrains[scenario], releases=self.releases(logs),
             trees=self.trees[forest], barriers=self.site.layers["barriers"] if protects else None,
             lines=self.site.layers["lines"], friction=float(mu), fidelity=self.wanted.fidelity, seed=self.wanted.seed,
-            threads=self.wanted.threads, trajectories=keeps, **self.wanted.options, **law,
+            threads=self.wanted.threads, trajectories=keeps, own_slope="none", **self.wanted.options, **law,
             shape=self.shape(scenario if scenario in ROCKS else "log") if convention or scenario in ROCKS else "cone",
         )  # fmt: skip
 

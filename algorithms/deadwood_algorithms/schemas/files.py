@@ -356,7 +356,11 @@ CALIBRATION = TableFile(
         a_number("relative_ci_low", "Lower end of its 95 % interval, for the number of logs that were slid", 0),
         a_number("relative_ci_high", "Upper end", 0),
         a_number("energy_score_m", "Mean distance score of observed points and simulated deposits; smaller is better"),
-        a_number("runout_p05_m", "5 % quantile of the run-outs", 0),
+        a_number(
+            "runout_p05_m",
+            "5 % quantile of the run-outs; a log without a deposit counts as farther; empty: among such logs",
+            0,
+        ),
         a_number("runout_median_m", "Their median", 0),
         a_number("runout_p95_m", "Their 95 % quantile", 0),
         a_number("speed_max_ms", "Largest speed of all logs", 0),

@@ -150,7 +150,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts["least_passage"] = energies.facts
         facts["logs"] = n_logs
         facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
-        both, pairs = np.where(weights > 0, 10 * weights + passages, 0).astype(np.uint8), (often, True)
+        both: Any = np.where(weights > 0, 10 * weights + passages, 0).astype(np.uint8)
+        pairs = often, True
         if areas:
             years, shortest = years_of(source, areas, ask.logs_per_event, grid, hits, feedback)
             facts["areas"] = [vars(each) for each in areas]
@@ -170,13 +171,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                     maps.write(f"intensity_{scenario:g}_years", classes, warm, about, (strong, "kJ"), logs=enough)
                 both, pairs = joint(by_scenario), ([f"once in {each:g} years" for each in periods], False)
             else:
-                both = np.zeros_like(both)
+                both = None
                 feedback.warn(
                     f"{source.path}: no trajectory is stored, so there are no intensities of scenarios and no matrix; "
                     "run slide-logs with --trajectories all",
                     code="no-trajectories",
                 )
-        maps.write("matrix", both, legend.matrix_rows(names, pairs[0], rarest_first=pairs[1]), "Class of both")
+        if both is not None:
+            maps.write("matrix", both, legend.matrix_rows(names, pairs[0], rarest_first=pairs[1]), "Class of both")
         facts["classes"] = maps.classes
         found = passages_of_lines(source, ask.lines, feedback)
         rows = line_rows(source, found, areas, ask.logs_per_event, strong, periods, of_run=ask.lines is None)

@@ -17,6 +17,7 @@ from rasterio.transform import from_origin
 from slope_case import EAST, NORTH, Case, layer, points, summary, write_layer
 
 from deadwood_algorithms.evaluate.calibration import score
+from deadwood_algorithms.evaluate.calibration.answer import runout_quantiles
 from deadwood_algorithms.evaluate.calibration.friction_runs import FrictionRun, Observed, outcomes_of_deposits
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene import reach as dem_reach
@@ -173,6 +174,17 @@ def test_an_event_that_was_simulated_is_found_again(case, tmp_path, said):
     # the terrain model has cells of 1 m, and 75 logs of each release are few
     assert any("cells are 1 m, not 0.5 m" in each and "0.2 to 0.3" in each for each in said.warnings)
     assert any("compared with only 75 logs" in each for each in said.warnings)
+
+
+def test_the_run_out_of_logs_that_leave_the_model_is_not_left_out():
+    """Of 200 logs the 50 that go farthest leave: three quarters of the run-outs are known, not the 95 % quantile."""
+    runout = np.linspace(10.0, 209.0, 200)
+    reason = np.where(runout < 160.0, STOP_REASONS.index("rest"), STOP_REASONS.index("left_dem")).astype(np.int8)
+    nothing = np.zeros(200)
+    slid = FrictionRun(0.3, nothing, nothing, runout[::-1], nothing, reason[::-1], np.zeros((200, 0), bool))
+    low, middle, high = runout_quantiles(slid)
+    assert (low, middle) == pytest.approx(tuple(np.quantile(runout, [0.05, 0.5])))
+    assert np.isnan(high), "that of the logs at rest would be 152 m"
 
 
 def test_the_logs_are_those_of_slide_logs(case, tmp_path):

@@ -378,6 +378,7 @@ def test_on_a_run_of_the_engine(tmp_path, said):
     years = raster(tmp_path / "m" / "return_period.tif")[::-1]
     assert np.allclose(years[hits > 0], 24 / (0.2 * hits[hits > 0]), rtol=1e-6)
     assert (found["intensity"] > 0).sum() == (hits > 0).sum()
+    assert "matrix" not in found, "it says of every cell that no hazard is there"
     rows = table(tmp_path / "m")
     reach = layer(run, "reach").set_index("line_id")["n_reach"]
     assert rows.loc[("road", 0.0), "n_reach"] == reach["road"]

@@ -100,6 +100,18 @@ def warn_of_logs(
             )
 
 
+def runout_quantiles(slid: FrictionRun) -> list[float]:
+    """The 5, 50 and 95 % quantiles of the run-outs of all logs [m].
+
+    A log without a deposit went farther than is known. To leave it out would shorten the run-out where most logs leave
+    the terrain model; so it counts as farther than all others, and a quantile among such logs is NaN.
+    """
+    runout = np.where(slid.resting, slid.runout, math.inf)
+    with np.errstate(invalid="ignore"):  # between two that are not known
+        found = quantiles(runout, [0.05, 0.5, 0.95])
+    return [float(each) if math.isfinite(each) else math.nan for each in found]
+
+
 def records_of(
     slid: list[FrictionRun],
     scores: Scores,
@@ -115,8 +127,7 @@ def records_of(
     }  # one an area, or one
     rows = []
     for k, each in enumerate(slid):
-        resting = each.runout[each.resting]
-        low, middle, high = quantiles(resting, [0.05, 0.5, 0.95])
+        low, middle, high = runout_quantiles(each)
         row: dict[str, Any] = {
             "friction": each.friction,
             "in_range": bool(scores.within[k]),

@@ -136,7 +136,11 @@ class Share:
 def share_row(name: str, quantity: str, item: str, now: Share, before: Share | None = None) -> ScenarioRow:
     """A share of the logs with its Wilson interval, the paired difference, and the bounds of both for lost logs."""
     n, hit = now.did.size, int(now.did.sum())
-    facts: dict[str, Any] = {"value": hit / n, "value_low_if_lost": hit / n, "value_high_if_lost": int(now.most.sum()) / n}
+    facts: dict[str, Any] = {
+        "value": hit / n,
+        "value_low_if_lost": hit / n,
+        "value_high_if_lost": int(now.most.sum()) / n,
+    }
     facts |= dict(zip(("ci_low", "ci_high"), wilson_interval(hit, n), strict=True))
     facts["n_lost"] = int(now.lost.sum())
     if before is not None:
