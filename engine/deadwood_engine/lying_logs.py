@@ -77,7 +77,7 @@ def prepare(terrain: Terrain, lying: LyingLogs, first: int) -> tuple[Any, NDArra
         if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
             raise ValueError("a lying log's diameter must be positive and finite")
     if lying.capacity is not None and not np.all(np.asarray(lying.capacity, float) > 0.0):
-        raise ValueError("what a lying log takes before it breaks must be more than nothing; infinite: it does not")
+        raise ValueError("the energy at which a lying log breaks must be positive; infinite: it never does")
     plan = np.asarray(lying.vertices, float).reshape(-1, 2) - (terrain.x0, terrain.y0)
     parts, outside = [np.zeros(0, CORE)], []
     for row in range(len(lying.diameter)):

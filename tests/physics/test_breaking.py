@@ -236,5 +236,5 @@ def test_a_lying_log_that_takes_anything_changes_no_bit(physics):
         start = physics.start(scene, log, (0, 1, 0), (0.0, 0.0, 0.3), velocity=(20.0, 0, 0))
         ends.append(physics.run(scene, start, time_limit=5.0))
     assert ends[0].last_state.tobytes() == ends[1].last_state.tobytes()
-    with pytest.raises(ValueError, match="lying log takes"):
+    with pytest.raises(ValueError, match="lying log breaks"):
         flat(lying_logs=lying._replace(capacity=np.array([0.0])))

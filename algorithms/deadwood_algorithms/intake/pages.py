@@ -19,7 +19,7 @@ TOTALS = ("numbermatched", "totalfeatures", "totalcount", "total_count", "matche
 LIMITS = ("exceededtransferlimit", "truncated", "hasmore", "has_more", "resultstruncated")
 NEXT = ("next", "nextlink", "@odata.nextlink", "next_page", "nextpage")
 BESIDE = ("properties", "context", "meta", "metadata", "pagination", "page", "links")  # members that hold such members
-LARGEST_BYTES = 2**27  # of a file that is read whole; of a larger one the beginning
+LARGEST_BYTES = 2**27  # of a file that is read completely; of a larger one the beginning
 HEAD_BYTES = 2**16
 JSON, XML = (".json", ".geojson", ".pjson", ".jsonfg", ".topojson"), (".gml", ".xml", ".gfs")
 

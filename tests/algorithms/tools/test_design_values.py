@@ -161,8 +161,8 @@ def test_arrivals_are_every_log_and_those_that_hit_are_marked(thrown):
     assert len(arrivals) == record["n_reached"] == 40
     assert set(arrivals.index[arrivals["hit"] == 1]) == set(hits["log_id"])
     assert set(arrivals.index[arrivals["stopped"] == 1]) == set(deposits.index[deposits["stop_reason"] == "barrier"])
-    told = percentile_record(arrivals["height_needed_m"].to_numpy(), 0.95)
-    assert record["height_needed_p95_m"] == pytest.approx(told["value"])
+    assert record["height_needed_max_m"] == pytest.approx(arrivals["height_needed_m"].max())
+    assert record["height_needed_p95_m"] is None, "40 arrivals do not show it: 72 do"
     assert record["height_hit_max_m"] == hits["height_hit_m"].max() < record["height_needed_max_m"]
     # Thrown level, in free flight, with a slender tip that reaches the plane first: it is hit where its tip is, whose
     # upper edge is at most its thickness higher (a parabola's exact place: test_hits.test_a_shot_at_a_plate).

@@ -93,7 +93,7 @@ def test_the_run_is_the_plain_one_and_tells_both_errors(case, early, tmp_path):
 
 
 def test_draft_is_taken_where_the_user_assumes_that_it_does(case, early, tmp_path):
-    run = case.run(output=str(tmp_path / "assumed"), **values_of(case, assume="draft"))
+    run = case.run(output=str(tmp_path / "assumed"), **values_of(case, assume="draft", error=0.4))
     assert summary(run)["accuracy"]["auto"]["chosen"] == "draft"
     assert_plain(case, run, tmp_path)
 
