@@ -200,6 +200,10 @@ def run_every_tool(folder: Path) -> list[Found]:
     soft = {"soil_strength_mn_m2": 15.0, "scar_drag": 1.5}
     rock = str(SAMPLE / "rock_cubic_1m3.pts")
     run("slide-logs", **common, shape=rock, **slip, **soft, output=folder / "rocks")
+    many = str(folder / "many.gpkg")
+    run("sample-releases", dem=DEM, areas=sample("release_area"), count=160, output=many)
+    ranged = {"releases": many, "trajectories": "none", "friction_range": "auto"}
+    run("slide-logs", **(common | ranged), output=folder / "band")
     run(
         "count-hits",
         run=slid,

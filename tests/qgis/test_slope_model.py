@@ -84,7 +84,7 @@ def test_it_asks_in_the_order_of_the_work(told):
 def test_a_dialog_begins_with_what_is_asked_of_and_ends_with_how_it_is_run(told):
     """An alternative to an input follows it."""
     for asked in told["dialogs"].values():
-        assert asked[-5:] == ["PLAN", "RESUME", "OVERWRITE", "OUTPUT", "OPEN_RESULTS"]
+        assert asked[-6:] == ["PLAN", "RESUME", "RESTART", "OVERWRITE", "OUTPUT", "OPEN_RESULTS"]
     assert told["dialogs"]["sitebarriers"][:3] == ["RUN", "LINES", "CANDIDATES"]
     assert told["dialogs"]["slidelogs"][6:10] == ["LINES", "FRICTION", "FRICTION_LAYER", "FRICTION_PRESET"]
 

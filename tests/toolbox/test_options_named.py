@@ -22,8 +22,8 @@ FOLDERS = ("algorithms/deadwood_algorithms", "deadwood_toolbox")
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9](?![\w-]|:(?:\S|$))")
 FOREIGN = {
     "rio": (
-        "--bounds", "--dst-crs", "--dst-nodata", "--dtype", "--not-masked", "--res", "--resampling", "--src-nodata",
-        "--transform",
+        "--bounds", "--dst-crs", "--dst-nodata", "--dtype", "--nodata", "--not-masked", "--profile", "--res",
+        "--resampling", "--src-nodata", "--transform",
     ),
     "pip": (
         "--disable-pip-version-check", "--no-compile", "--no-deps", "--no-input", "--prefer-binary", "--progress-bar",

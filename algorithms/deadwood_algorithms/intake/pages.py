@@ -14,6 +14,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from deadwood_algorithms.intake.doubts import Doubt
+from deadwood_algorithms.params.counts import counted
 
 TOTALS = ("numbermatched", "totalfeatures", "totalcount", "total_count", "matched", "@odata.count", "total")
 LIMITS = ("exceededtransferlimit", "truncated", "hasmore", "has_more", "resultstruncated")
@@ -30,7 +31,7 @@ def one_page(path: str | Path, rows: int) -> Doubt | None:
     if total is not None and total > rows:
         text, numbers = f"the file holds {rows} of {total} features, as it says itself", {"total": total}
     elif more:
-        text, numbers = f"the file holds {rows} features, and says itself that there are more", {}
+        text, numbers = f"the file holds {counted(rows, 'feature')}, and says itself that there are more", {}
     else:
         return None
     fix = "one page of a web service; download all pages (in QGIS: add the service as a layer, then export it)"

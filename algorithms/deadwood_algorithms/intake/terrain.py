@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.intake.doubts import Check, Doubt
 from deadwood_algorithms.intake.names import OF_SLOPE, words_of
+from deadwood_algorithms.params.counts import counted
 
 # A top stands more than CROWN_M above every cell of a ring of RING_M: 0.000 to 0.010 per ha on terrain models, cliffs
 # of 8 m included, and 27 to 47 on surface models of a forest. COARSEST_M: beyond it a crown is less than a cell.
@@ -50,8 +51,8 @@ def crowns(terrain: Terrain) -> Doubt | None:
     """A surface model: many tops that no ground has."""
     if terrain.cell > COARSEST_M:
         return None
-    counted = [tops_of(each, terrain.cell) for each in terrain.samples]
-    tops, hectares = (sum(each) for each in zip(*counted, strict=True))
+    found = [tops_of(each, terrain.cell) for each in terrain.samples]
+    tops, hectares = (sum(each) for each in zip(*found, strict=True))
     if tops < FEWEST_TOPS or tops < TOPS_PER_HA * hectares:
         return None
     rate = tops / hectares
@@ -144,8 +145,9 @@ def undeclared(terrain: Terrain) -> Doubt | None:
         if step > max(RIM_M, RIM_TIMES * (float(np.median(usual)) if usual.size else 0.0)):
             return Doubt(
                 "undeclared-nodata",
-                f"{cells} cells hold exactly {empty:g} m, and the ground beside them stands {step:.3g} m above them: "
-                "is this an undeclared nodata value? Logs would come to rest there. Fix: " + terrain.declared(empty),
+                f"{counted(cells, 'cell holds', 'cells hold')} exactly {empty:g} m, and the ground "
+                f"beside them stands {step:.3g} m above them: is this an undeclared nodata value? "
+                "Logs would come to rest there. Fix: " + terrain.declared(empty),
                 {"value_m": empty, "cells": cells, "rim_m": step},
             )
     return None

@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
 from functools import cache
 from importlib import util
 from pathlib import Path
 from typing import Any
 
+from deadwood_algorithms.params.final_place import final_place
 from deadwood_algorithms.params.kinds import Parameter
 from deadwood_algorithms.params.tool import VERSION, TakesPresets, Tool
 
@@ -29,29 +27,6 @@ def inputs_of(tool: Tool, ask: Any) -> dict[str, str]:
         if each.is_input or any(os.path.exists(part.strip()) for part in (str(value), *str(value).split(","))):
             found[each.name] = str(value)
     return found
-
-
-# (where something is being made, where it will stand): manifests contain the second
-_moving: ContextVar[tuple[tuple[str, str], ...]] = ContextVar("_moving", default=())
-
-
-@contextmanager
-def moving_to(made_in: str | Path, final: str | Path) -> Iterator[None]:
-    """In this context, manifests name files in the folder ``made_in`` by their final place."""
-    token = _moving.set(((os.path.abspath(made_in), os.path.abspath(final)), *_moving.get()))
-    try:
-        yield
-    finally:
-        _moving.reset(token)
-
-
-def final_place(path: str | Path) -> str:
-    """The absolute path that a file or folder will have in the end."""
-    named = os.path.abspath(path)
-    for made_in, final in _moving.get():
-        if named == made_in or named.startswith(made_in + os.sep):
-            named = final + named[len(made_in) :]
-    return named
 
 
 def manifest(tool: Tool, ask: Any, **facts: Any) -> dict[str, Any]:

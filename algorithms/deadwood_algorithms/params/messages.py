@@ -11,6 +11,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Protocol
 
+from deadwood_algorithms.params.final_place import with_final_places
+
 NOTE, WARNING = "note", "warning"
 
 
@@ -123,7 +125,7 @@ class Hearing:
     def _is_new(self, text: str, code: str, numbers: Mapping[str, Any], level: str) -> bool:
         if not code:
             return True
-        said = Message(code, text, {name: _plain(value) for name, value in numbers.items()}, level)
+        said = Message(code, with_final_places(text), {name: _plain(value) for name, value in numbers.items()}, level)
         if said in self.messages:
             return False
         self.messages.append(said)

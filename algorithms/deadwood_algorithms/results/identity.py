@@ -28,6 +28,7 @@ from deadwood_algorithms.files.decoded import is_as_stored, rasters_in
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
 from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.params import manifest as declared
+from deadwood_algorithms.params.final_place import moving_to
 from deadwood_algorithms.params.messages import Hearing, Message, messages_in, warnings_among
 from deadwood_algorithms.params.tool import VERSION, Feedback, Tool, UserError
 
@@ -185,7 +186,7 @@ class Outputs(Making):
     def _folder(self, place: str, *, replaces: bool) -> Iterator[Path]:
         guard = {"inputs": self.given.values(), "tool": self.tool.name}
         guard |= {"foreign": foreign_files, "warn": self.feedback.warn}
-        with output_folder(place, self.overwrite or replaces, **guard) as folder, declared.moving_to(folder, place):
+        with output_folder(place, self.overwrite or replaces, **guard) as folder, moving_to(folder, place):
             self._begin(place)
             yield folder
             manifest = {**self.manifest(), "files": seal_of(folder)}

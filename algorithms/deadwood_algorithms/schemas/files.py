@@ -33,7 +33,7 @@ def _outcome(name: str, does: str) -> tuple[Band, ...]:
     return (
         Band(name=name, meaning=f"Share of the cell's logs that {does}, mean over the frictions", unit="1"),
         Band(name=f"{name}_ci_low", meaning="Lower end of its 95 % Wilson interval, for the number of logs", unit="1"),
-        Band(name=f"{name}_ci_high", meaning="Upper end", unit="1"),
+        Band(name=f"{name}_ci_high", meaning="Upper end of it", unit="1"),
     )
 
 

@@ -26,6 +26,15 @@ class Steps(Unkept):
         self.feedback = feedback
         self._work = WorkFolder(output, identity, resume=resume, feedback=feedback, draws=False)
         self._number = self._logs = 0
+        self._interrupted = False
+
+    def __enter__(self) -> Steps:
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        """Delete what was stored if its result was refused: only interrupted work can be continued."""
+        if isinstance(error, UserError) and not self._interrupted:
+            self.remove()
 
     def take(self, logs: int, slide: Callable[[], Mapping[str, NDArray]]) -> dict[str, NDArray]:
         """The arrays of the next step, which slides ``logs`` logs unless they are stored."""
@@ -33,6 +42,7 @@ class Steps(Unkept):
             try:
                 self._work.save(self._number, slide())
             except (Cancelled, KeyboardInterrupt, UserError) as error:
+                self._interrupted = True
                 self.feedback.note(
                     f"what {counted(self._logs, 'log')} did is kept in {self._work.path}; --resume continues from there"
                 )

@@ -150,7 +150,7 @@ def assess(ask: Ask, feedback: Feedback) -> Outcome:
         del by_cell["n_logs"]
         judged = deadwood.split(chosen, by_cell) if deadwood else {}
         if areas:
-            zone = zones(chosen.reshape(grid.shape), slid.shares, slope, grid, ask.min_area_m2)
+            zone = zones(chosen.reshape(grid.shape), slid.shares, slope, grid, ask.min_area_m2, cells.surface)
             if judged:
                 points = np.asarray(judged["candidates"].geometry)
                 owner = shapely.STRtree(np.asarray(zone.geometry)).query(points, predicate="intersects")[1]

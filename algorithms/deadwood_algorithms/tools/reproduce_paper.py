@@ -43,7 +43,7 @@ from typing import TYPE_CHECKING
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted
-from deadwood_algorithms.params.manifest import moving_to
+from deadwood_algorithms.params.final_place import moving_to
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, Tool
 from deadwood_algorithms.tools import (
     add_structures,

@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Any
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.commands import command_line
 from deadwood_algorithms.params.counts import counted
-from deadwood_algorithms.params.manifest import moving_to
+from deadwood_algorithms.params.final_place import moving_to
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Outcome, ProgressOnly, Stage, Tool
 from deadwood_algorithms.tools import make_report, slide_logs
 

@@ -14,6 +14,7 @@ from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene.memory import threads_that_fit
 
 NOWHERE = Path("/nowhere")
+DEM = str(Path(__file__).parents[3] / "sample_data" / "dem.tif")
 
 
 @pytest.fixture
@@ -42,7 +43,7 @@ def test_the_guards_work_there(elsewhere, said):
     """40 bytes per cell and 24 a thread, of nine tenths of a gigabyte: no thread fits 20 million cells."""
     elsewhere(10**9)
     with pytest.raises(UserError, match=r"dem.tif: 20 million cells need .* free"):
-        threads_that_fit(4, 20_000_000, friction_by_cell=False, what="dem.tif", feedback=said)
+        threads_that_fit(4, 20_000_000, friction_by_cell=False, what=DEM, feedback=said)
 
 
 @pytest.mark.parametrize("fault", [psutil.Error("no"), OSError(1, "no"), RuntimeError("no"), NotImplementedError()])

@@ -36,6 +36,9 @@ NEVER_ONE = {
     ("breaking.py", "rigid"),
     ("paired_runs.py", "why"),
     ("factor_runs.py", "words"),
+    ("places.py", "len(found)"),
+    ("own_slope.py", "record['logs']"),
+    ("files.py", "kind.meaning"),  # words
 }
 
 

@@ -138,7 +138,8 @@ def test_the_barriers_are_those_of_the_table(page, results):
     etag = BARRIERS["etag-027"]
     for row in facts["rows"]:
         low, high = (
-            float("nan") if row[f"energy_needed_{end}_kj"] is None else row[f"energy_needed_{end}_kj"] for end in ("p95", "ci_high")
+            float("nan") if row[f"energy_needed_{end}_kj"] is None else row[f"energy_needed_{end}_kj"]
+            for end in ("p95", "ci_high")
         )
         assert (row["barrier_class"], row["barrier_class_high"]) == (etag.class_of(low)[0], etag.class_of(high)[0])
     assert not any(row["barrier_class"] for row in wanted)

@@ -13,7 +13,7 @@ NONE = float("nan")
 def row(scenario, value, difference=NONE):
     return SimpleNamespace(
         scenario=scenario, quantity="speed_max", item="", unit="m/s", value=value, difference=difference,
-        ci_low=NONE, ci_high=NONE, diff_ci_low=NONE, diff_ci_high=NONE,
+        ci_low=NONE, ci_high=NONE, diff_ci_low=NONE, diff_ci_high=NONE, n_more=0,
     )  # fmt: skip
 
 

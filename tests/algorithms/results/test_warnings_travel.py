@@ -81,7 +81,7 @@ def test_the_report_shows_them_under_its_conclusion(case, run):
     page = place.read_text(encoding="utf-8")
     between = page[page.index('id="conclusion"') : page.index('id="numbers"')]
     box = between[between.index('class="warning"') :]
-    assert Words("de").say("warned_coarse_cells", cell_m=CELL_M, largest_m=2.0) in box
+    assert Words("de").say("warned_coarse_cells", cell_m=5, largest_m=2) in box
     assert "exactly the position of another one" in box
     assert str(case.folder) not in box  # names of files, without their folders
 

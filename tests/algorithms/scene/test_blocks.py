@@ -109,7 +109,7 @@ def test_blocks_that_no_log_meets_change_no_bit_and_none_no_digest(case, free, t
     from deadwood_algorithms.scene.items import digest_of
     from deadwood_engine import Barriers, Lines, LyingLogs, Trees
 
-    absent = Trees.none()[:4], Barriers.none(), Lines.none(), LyingLogs.none()
+    absent = Trees.none()[:4], Barriers.none(), Lines.none(), LyingLogs.none()[:4]
     bare = digest_of(grid.values, [grid.cell, grid.x0, grid.y0], 0.25, *absent)  # as before blocks were introduced
     scene = read_scene(case.dem, "0.25", None, None, None, crs=None, feedback=Quiet())
     assert scene.digest == bare == digests[0]

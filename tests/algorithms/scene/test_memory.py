@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from deadwood_algorithms.files.free_memory import free_bytes
@@ -10,6 +12,7 @@ from deadwood_algorithms.scene import memory
 from deadwood_algorithms.scene.memory import refuse_too_many_workers, threads_that_fit
 
 CELLS = 10_000_000
+DEM = str(Path(__file__).parents[3] / "sample_data" / "dem.tif")
 
 
 @pytest.mark.parametrize(("free_gb", "threads"), [(100.0, 16), (2.0, 5), (0.8, 1)])
@@ -17,20 +20,20 @@ def test_as_many_threads_as_there_is_memory_for(monkeypatch, said, free_gb, thre
     """24 bytes per cell for the scene and the writing, 28 more for each thread, of nine tenths of what is free."""
     monkeypatch.setattr(memory, "free_bytes", lambda: int(free_gb * 1e9))
     expected = min(16, int((0.9 * free_gb * 1e9 / CELLS - 24) // 28))
-    assert threads_that_fit(16, CELLS, friction_by_cell=False, what="dem.tif", feedback=said) == expected == threads
+    assert threads_that_fit(16, CELLS, friction_by_cell=False, what=DEM, feedback=said) == expected == threads
     assert len(said.notes) == (threads < 16)
 
 
 def test_friction_by_cell_takes_its_share(monkeypatch, said):
     monkeypatch.setattr(memory, "free_bytes", lambda: int(CELLS * 60 / 0.9))
-    assert threads_that_fit(2, CELLS, friction_by_cell=False, what="dem.tif", feedback=said) == 1
+    assert threads_that_fit(2, CELLS, friction_by_cell=False, what=DEM, feedback=said) == 1
     with pytest.raises(UserError, match=r"dem.tif: 10 million cells need 0.6 GB of memory, .* free; .*rio warp"):
-        threads_that_fit(2, CELLS, friction_by_cell=True, what="dem.tif", feedback=said)
+        threads_that_fit(2, CELLS, friction_by_cell=True, what=DEM, feedback=said)
 
 
 def test_without_a_report_of_memory_nothing_is_refused(monkeypatch, said):
     monkeypatch.setattr(memory, "free_bytes", lambda: None)
-    assert threads_that_fit(7, 10**12, friction_by_cell=True, what="dem.tif", feedback=said) == 7
+    assert threads_that_fit(7, 10**12, friction_by_cell=True, what=DEM, feedback=said) == 7
 
 
 def test_this_machine_has_some_memory():
@@ -40,7 +43,7 @@ def test_this_machine_has_some_memory():
 
 def test_more_threads_than_help_are_not_used(monkeypatch, said):
     monkeypatch.setattr(memory, "free_bytes", lambda: None)
-    used = threads_that_fit(1_000_000, 100, friction_by_cell=False, what="dem.tif", feedback=said)
+    used = threads_that_fit(1_000_000, 100, friction_by_cell=False, what=DEM, feedback=said)
     assert 64 <= used < 10_000
     assert f"--threads 1000000: {used} threads are used" in said.notes[0]
 
@@ -56,7 +59,7 @@ def test_processes_share_no_memory(monkeypatch, free_gb, words):
         "out" in words,
     )
     if not words:
-        refuse_too_many_workers(4, CELLS, friction_by_cell=False, what="dem.tif")
+        refuse_too_many_workers(4, CELLS, friction_by_cell=False, what=DEM)
         return
-    with pytest.raises(UserError, match=rf"4 workers on the 10 million cells of dem.tif need 3.1 GB .*; {words}"):
-        refuse_too_many_workers(4, CELLS, friction_by_cell=False, what="dem.tif")
+    with pytest.raises(UserError, match=rf"4 workers on the 10 million cells of .*dem.tif need 3.1 GB .*; {words}"):
+        refuse_too_many_workers(4, CELLS, friction_by_cell=False, what=DEM)

@@ -129,7 +129,11 @@ def test_intervals_are_wilsons_for_the_number_of_logs(case, tmp_path):
             record = [getattr(row, each) for each in ("n_logs", name, f"{name}_ci_low", f"{name}_ci_high")]
             assert record == pytest.approx([n, count / n, told.low, told.high], abs=1e-6)
         assert row.slope_mean_deg == pytest.approx(found["slope_deg"][inside].mean(), abs=1e-4)
-    assert found.areas["area_m2"].sum() == 100.0 * (found["goes_far"] >= 0.5).sum()
+    with rasterio.open(case.dem) as dem:
+        known = shapely.box(*dem.bounds).buffer(-0.5 * dem.res[0], join_style="mitre")  # to the outermost heights
+    centres = np.argwhere(found["goes_far"] >= 0.5)[:, ::-1] * CELL_M + CELL_M / 2 + (EAST, NORTH)
+    cells = shapely.box(*(centres - CELL_M / 2).T, *(centres + CELL_M / 2).T)
+    assert found.areas["area_m2"].sum() == pytest.approx(shapely.area(shapely.intersection(cells, known)).sum())
 
 
 def test_the_summary_has_the_counts_of_each_friction(case, tmp_path):

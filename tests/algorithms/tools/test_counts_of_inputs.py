@@ -134,7 +134,8 @@ def told(tmp_path_factory) -> Told:
 def prepared(told: Told, here: Inputs) -> None:
     rated = here.layer("deadwood", PLACES, decay_stage=[3] * 5)
     told.run(
-        "assess-mobilisation", {"friction": SCENE["friction"]}, dem=here.dem, friction=here.friction,
+        "assess-mobilisation", {**SCENE, "within": (3, 2, {"off_dem": 1})}, dem=here.dem, **here.scene(),
+        within=here.areas, logs_per_cell=1, time_limit_s=30.0,
     )  # fmt: skip
     told.run(
         "assess-mobilisation", {"friction": SCENE["friction"], "deadwood": (5, 2, {"off_dem": 3})}, "assessed",

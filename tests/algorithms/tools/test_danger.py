@@ -20,6 +20,8 @@ from deadwood_algorithms.simulate import chunks
 from deadwood_algorithms.tools import count_hits
 from deadwood_toolbox import cli
 
+SAMPLE = Path(__file__).parents[3] / "sample_data"
+
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Case:
@@ -167,7 +169,7 @@ def test_memory_is_reported_with_the_lines(monkeypatch, said):
     cells, lines = 10_000_000, 3
     need = 24 + 2 * (28 + 4 * (lines + 2))
     monkeypatch.setattr(memory, "free_bytes", lambda: int(cells * need / 0.9) + 10)
-    facts = {"friction_by_cell": False, "what": "dem.tif", "feedback": said}
+    facts = {"friction_by_cell": False, "what": str(SAMPLE / "dem.tif"), "feedback": said}
     assert threads_that_fit(8, cells, danger_lines=lines, **facts) == 2
     with pytest.raises(UserError, match="10 million cells need .* watch fewer than 60 lines, or use"):
         threads_that_fit(8, cells, danger_lines=60, **facts)

@@ -19,12 +19,13 @@ from deadwood_algorithms.prepare.demo_slope import slope as sample_slope
 from deadwood_algorithms.tools import demo
 
 SAMPLE = Path(__file__).parents[3] / "sample_data"
+LOGS = 180  # in each forest at least 72 go far enough to show a spread
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("demo") / "out"
-    outcome = demo.TOOL(output=str(folder), logs=60, fidelity="draft")
+    outcome = demo.TOOL(output=str(folder), logs=LOGS, fidelity="draft")
     return folder, outcome
 
 
@@ -50,7 +51,7 @@ def test_the_same_logs_go_through_each_forest(made):
     folder, _ = made
     released = [gpd.read_file(folder / f"run_{name}" / "run.gpkg", layer="deposits") for name in demo.FORESTS]
     for frame in released:
-        assert len(frame) == 60
+        assert len(frame) == LOGS
         assert frame[["log_id", "release_x", "release_y"]].equals(released[0][["log_id", "release_x", "release_y"]])
     mapped, random = (gpd.read_file(folder / f"trees_{name}.gpkg") for name in ("mapped", "random"))
     assert abs(len(mapped) - len(random)) < 0.01 * len(mapped)

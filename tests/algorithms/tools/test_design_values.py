@@ -16,7 +16,7 @@ from hand_run import Track, write_run
 from slope_case import Case, layer, points, summary, write_dem, write_layer
 
 from deadwood_algorithms.params.tool import UserError
-from deadwood_algorithms.stats.order_statistics import percentile_ranks, percentile_record
+from deadwood_algorithms.stats.order_statistics import percentile_ranks
 from deadwood_algorithms.tools import design_values
 from deadwood_engine.log_body import MASS, cone_bodies
 

@@ -140,7 +140,9 @@ def test_the_interval_and_the_halves(tmp_path):
     low, high = row["p05_p95_ci_low_deg"], row["p05_p95_ci_high_deg"]
     assert low < row["p05_p95_deg"] < high
     assert low < 32.9 < high
-    assert 2.0 < high - low < 8.0  # four standard errors: a quantile's is sqrt(p q / n) / density = 1.06 degrees
+    # A quantile's standard error is sqrt(p q / n) / density = 1.06 degrees: four of two uncorrelated ones are 6.0. The
+    # some 20 values in a tail scatter the width by 15 % (300 draws); three times that
+    assert 6.0 * 0.55 < high - low < 6.0 * 1.45
     halves = [np.ptp(rng.permutation(angles)[:200]) for _ in range(400)]
     assert row["spread_half_deg"] == pytest.approx(np.mean(halves), abs=1.0)
     assert row["spread_half_deg"] < row["spread_deg"] - 1.0

@@ -42,7 +42,11 @@ def test_it_agrees_with_the_run(case, full, tmp_path):
     assert 0 < ours.loc["road", "n_reach"] < 24
     by = layer(full, "reached_by").set_index(["log_id", "line_id"])["t_s"].sort_index()
     assert arrivals.set_index(["log_id", "line_id"]).index.sort_values().equals(by.index)
-    assert np.allclose(arrivals.set_index(["log_id", "line_id"])["t_s"].sort_index(), by, atol=1e-9)
+    poses = parquet.read_table(full / "poses.parquet").to_pandas()
+    for row in arrivals.itertuples():  # the run gives the first pose that touches; the moment lies before it
+        times = poses.loc[poses["log_id"] == row.log_id, "t_s"].to_numpy()
+        first = np.flatnonzero(np.isclose(times, by[row.log_id, row.line_id], rtol=0.0, atol=1e-9))[0]
+        assert times[max(0, first - 1)] <= row.t_s <= times[first] + 1e-9
     record = ours.loc["road"]
     assert (record["ci_low"], record["ci_high"]) == pytest.approx(wilson_interval(int(record["n_reach"]), 24))
 
@@ -52,12 +56,14 @@ def test_an_arrival_says_when_where_and_how_fast(case, full, tmp_path):
     poses = parquet.read_table(full / "poses.parquet").to_pandas()
     deposits = layer(full, "deposits").set_index("log_id")
     for row in arrivals.itertuples():
-        track = poses[(poses["log_id"] == row.log_id) & (poses["t_s"] <= row.t_s + 1e-9)]
-        last = track.iloc[-1]
-        assert [row.geometry.x, row.geometry.y, row.geometry.z] == pytest.approx(last[["x", "y", "z"]].tolist())
-        assert row.speed_ms == pytest.approx(last["speed_ms"])
+        track = poses[poses["log_id"] == row.log_id]
         steps = np.linalg.norm(np.diff(track[["x", "y", "z"]].to_numpy(), axis=0), axis=1)
-        assert row.path_m == pytest.approx(steps.sum())
+        track = track.assign(path_m=np.concatenate([[0.0], np.cumsum(steps)]))
+        x, y, z, speed, path = (
+            np.interp(row.t_s, track["t_s"], track[name]) for name in ("x", "y", "z", "speed_ms", "path_m")
+        )
+        assert [row.geometry.x, row.geometry.y, row.geometry.z] == pytest.approx([x, y, z], rel=0.0, abs=1e-3)
+        assert (row.speed_ms, row.path_m) == pytest.approx((speed, path), rel=1e-4)
         assert row.energy_kj == pytest.approx(0.5 * 219.91 * row.speed_ms**2 / 1000.0, rel=1e-3)
         assert row.stop_reason == deposits.loc[row.log_id, "stop_reason"]
         assert row.release_id == deposits.loc[row.log_id, "release_id"]
@@ -183,7 +189,7 @@ def test_arrivals_by_hand(by_hand, tmp_path):
     assert turned["rotation_kj"] == pytest.approx(0.5 * 87.965 * axial * 4.0 / 1000.0, rel=1e-4)
     few = ["speed_median_ms", "speed_p95_ms", "energy_median_kj", "energy_p95_kj"]
     assert ours.loc["road", few].isna().all()
-    assert ours.loc["road", "n_more"] == 72 - len(arrivals)
+    assert ours.loc["road", "n_more"] == 72 - 3
     assert ours.loc["road", "clearance_max_m"] == 1.5
 
 

@@ -117,7 +117,10 @@ def test_what_a_place_needs_is_the_same_for_every_height_and_that_of_a_line_ther
     more = {"friction": "0.1", "trajectories": "all"}
     place = shapely.LineString([(8.0, 45.0), (44.0, 46.0)])
     along = write_layer(tmp_path / "place.gpkg", [place], line_id=["place"])
-    run = case.run(output=str(tmp_path / "run"), lines=case.lines, **more)
+    rng = np.random.default_rng(8)  # enough logs for the percentiles, above the middle of the place
+    spots = [(14.0 + 24.0 * a, 65.0 + 15.0 * b) for a, b in rng.random((160, 2))]
+    many = write_layer(tmp_path / "many.gpkg", points(*spots))
+    run = case.run(output=str(tmp_path / "run"), lines=case.lines, releases=many, **more)
     could = write_layer(tmp_path / "could.gpkg", [place], barrier_id=["place"])
     table, frame, _ = site(run, tmp_path / "out", candidates=could, height_m="0.1,1,4", count=1)
     alone = table[table["step"] == 0].set_index("height_m")

@@ -50,7 +50,7 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
         lines = [f"{each['meaning']}: {significant(each['area_m2'] / 1e4, 3)} ha" for each in mine
                  if each["area_m2"] is not None]  # fmt: skip
         if len(lines) < len(mine):
-            lines = [f"areas need {mine[0]['n_needed']} logs"]
+            lines = [f"areas need {counted(mine[0]['n_needed'], 'log')}"]
         if name != "matrix":
             what = f"intensity, {facts['energy']}" if name == "intensity" else name.replace("_", " ")
             shown.append(f"{what}: {'; '.join(lines)}")

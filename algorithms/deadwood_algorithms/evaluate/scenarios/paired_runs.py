@@ -315,7 +315,7 @@ def energies_of_runs(runs: Sequence[Run], line_ids: Sequence[Any], feedback: Fee
             continue
         if not run.stored_log_ids.size:
             feedback.note(
-                f"{run.path}: no trajectory was stored, so no energy at lines (MIRI, ORPI) is compared; "
+                f"{run.path.name}: no trajectory was stored, so no energy at lines (MIRI, ORPI) is compared; "
                 "run slide-logs with --trajectories all",
                 code="no-trajectories",
             )

@@ -87,7 +87,7 @@ def slid_band(
             needed=FEWEST,
         )
         return None
-    feedback.note(f"--friction-range: {n} of the logs slide {len(places)} times more at draft")
+    feedback.note(f"--friction-range: {counted(n, 'log slides', 'logs slide')} {len(places)} times more at draft")
     logs = slid.take(hash_order(slid.logs.log_id, seed)[:n])
     draft = replace(done.simulation, fidelity=FIDELITIES["draft"], counts_danger=False, sinking=Sinking())
     ensemble = Ensemble(draft, layers, slid, logs, feedback)

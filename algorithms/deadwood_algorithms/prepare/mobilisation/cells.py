@@ -58,6 +58,13 @@ class Cells:
             for column in range(0, nx, side)
         ]
 
+    @property
+    def surface(self) -> tuple[float, float, float, float]:
+        """Bounds of the ground on which heights are known: up to the middle of the outermost cells of the DEM."""
+        west, south, east, north = self.dem.bounds
+        half = 0.5 * self.dem.cell
+        return west + half, south + half, east - half, north - half
+
     def of_places(self, x: Array, y: Array) -> NDArray[np.int64]:
         """The number of the cell of each place, row by row from the south-west; -1 off the DEM."""
         west, south, east, north = self.dem.bounds

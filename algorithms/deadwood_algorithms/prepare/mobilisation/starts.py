@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from deadwood_algorithms.files.accounts import account, count_of
+from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
 from deadwood_algorithms.files.dem_windows import DemWindows, open_windows
 from deadwood_algorithms.files.identity import of_input
 from deadwood_algorithms.files.vectors import read_vector
@@ -39,7 +39,8 @@ def places_of(options: StartOptions, cells: Cells, feedback: Feedback) -> list[P
     if options.within:
         kinds = {"geometry": ("polygon",), "target_crs": cells.dem.crs, "crs": options.crs, "what": "ground"}
         frame = read_vector(options.within, feedback=feedback, **kinds)
-        account("within", count_of(len(frame), len(frame), {}))
+        there = shapely.intersects(np.asarray(frame.geometry), shapely.box(*cells.surface))
+        account("within", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
         within = shapely.union_all(frame.geometry)
         number = int(min(number, within.area / cells.grid.cell**2 * options.logs_per_cell))
     refuse_too_many(number, "logs", options.dem, each=LOG_BYTES, fix=fix)

@@ -16,13 +16,22 @@ from deadwood_algorithms.prepare.mobilisation.cells import Shares, outcome_colum
 
 
 def zones(
-    chosen: NDArray[np.bool_], shares: Shares, slope: NDArray[np.float64], grid: Grid, least_m2: float
+    chosen: NDArray[np.bool_],
+    shares: Shares,
+    slope: NDArray[np.float64],
+    grid: Grid,
+    least_m2: float,
+    surface: tuple[float, float, float, float],
 ) -> geopandas.GeoDataFrame:
-    """The polygons of chosen cells that touch along a side and are large enough, the largest first."""
+    """The polygons of chosen cells that touch along a side and are large enough, the largest first.
+
+    surface : bounds within which there are heights; logs can be released no nearer to the edge of the terrain model
+    """
     least = least_m2 * (1.0 - 1e-9)  # the sum of the cells may be rounded to just below
     north_up = chosen[::-1].astype(np.uint8)
     drawn = rasterio.features.shapes(north_up, mask=north_up > 0, connectivity=4, transform=grid.transform)
-    shapes = [shape for shape in (shapely.geometry.shape(outline) for outline, _ in drawn) if shape.area >= least]
+    outlines = (shapely.clip_by_rect(shapely.geometry.shape(outline), *surface) for outline, _ in drawn)
+    shapes = [shape for shape in outlines if shape.area >= least]
     shapes.sort(key=lambda each: (-each.area, each.bounds))
     number = np.zeros(chosen.shape, np.int32)
     if shapes:

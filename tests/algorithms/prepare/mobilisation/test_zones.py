@@ -24,7 +24,7 @@ def test_each_area_has_what_its_cells_have(least):
     logs = rng.integers(0, 5, (NY, NX))
     did = rng.integers(0, 3 * logs + 1)
     slope = rng.uniform(10.0, 40.0, (NY, NX))
-    found = zones(mask, Shares(3, logs.ravel(), {"starts": did.ravel()}), slope, GRID, least)
+    found = zones(mask, Shares(3, logs.ravel(), {"starts": did.ravel()}), slope, GRID, least, GRID.bounds)
     number, count = label(mask)  # along sides
     sizes = {k: int((number == k).sum()) for k in range(1, count + 1)}
     kept = {k for k, cells in sizes.items() if cells * CELL**2 >= least}
@@ -48,6 +48,16 @@ def test_each_area_has_what_its_cells_have(least):
 
 def test_no_chosen_cell_gives_an_empty_layer():
     shares = Shares(1, np.ones(NY * NX, int), {"starts": np.zeros(NY * NX, int)})
-    found = zones(np.zeros((NY, NX), bool), shares, np.zeros((NY, NX)), GRID, 4.0)
+    found = zones(np.zeros((NY, NX), bool), shares, np.zeros((NY, NX)), GRID, 4.0, GRID.bounds)
     assert found.empty
     assert {"release_id", "n_logs", "starts", "starts_ci_low", "slope_mean_deg"} <= set(found.columns)
+
+
+def test_an_area_ends_where_the_heights_end():
+    """Half a cell of the terrain model before its edge; beyond, no log can be released."""
+    west, south, east, north = GRID.bounds
+    surface = west + 0.25, south + 0.25, east - 0.25, north - 0.25
+    every, nothing = np.ones((NY, NX), bool), np.zeros(NY * NX, np.int64)
+    found = zones(every, Shares(1, nothing, {"starts": nothing}), np.zeros((NY, NX)), GRID, 4.0, surface)
+    assert found["area_m2"].item() == pytest.approx((CELL * NX - 0.5) * (CELL * NY - 0.5))
+    assert found.total_bounds == pytest.approx(surface)
