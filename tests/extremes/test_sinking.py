@@ -39,8 +39,9 @@ def test_no_log_sinks_while_it_jams(at, fidelity):
     """4000 logs of 20 m that come to rest on humps of 20 cm, many of them slowly, jammed between these: the deepest of
     976 points of each log's surface where it rests.
 
-    With one point a ring at every speed, 35 logs at `draft` lay deeper than 20 cm, the deepest 34 cm; now 4, as at
-    `standard`.
+    Deeper than 20 cm lie, with four seeds, 12, 22, 15 and 15 logs at `draft` and 3, 3, 8 and 1 at `standard`, the
+    deepest 33 and 29 cm. With one point a ring at every speed there were 35 with this seed. The bounds are three
+    standard deviations above the mean of the four.
     """
     number, rng = 4000, np.random.default_rng(5)
     noise = rng.standard_normal((121, 121))
@@ -57,6 +58,6 @@ def test_no_log_sinks_while_it_jams(at, fidelity):
     poses, last = result.poses, np.flatnonzero(np.diff(result.poses.log_row, append=-1))
     at_ends = np.full(len(last), 0.375), np.full(len(last), 0.1875)
     deep = at.sunk_each(scene, poses.base[last], poses.tip[last], *at_ends)
-    assert np.mean(result.duration > 30.0) > 0.005  # some do jam
-    assert np.mean(deep > 0.2) < 0.0025
+    assert np.mean(result.duration > 15.0) > 0.005  # some do jam; half of all rest within 3 s
+    assert (deep > 0.2).sum() <= {"draft": 28, "standard": 10}[fidelity]
     assert deep.max() < 0.375
