@@ -79,10 +79,10 @@ def is_sealed(record: Mapping[str, Any]) -> bool:
     return not record.keys() & {"seal", "content", "files"} or record.get("seal") == seal_of_record(record)
 
 
-def embed(path: Path, record: Mapping[str, Any]) -> None:
+def embed(path: Path, made_by: Mapping[str, Any]) -> None:
     """Add a sealed record to a finished file, if its format allows it, or beside it."""
     ending = path.suffix.lower()
-    record: dict[str, Any] = (record_in(path) if ending in TIFFS else None) or json.loads(as_text(record))
+    record: dict[str, Any] = (record_in(path) if ending in TIFFS else None) or json.loads(as_text(made_by))
     record["content"] = _content_of(path)
     if record["content"] is None:
         raise OSError(f"{path}: the written file cannot be read back")

@@ -119,10 +119,10 @@ def difference_words(sources: Sequence[ReportedRun], compared: Comparison | None
     found = []
     for row in compared.rows if compared else ():
         if row.quantity == "reach" and row.scenario != sources[0].name:
-            ends = [100.0 * each for each in (row.difference, row.diff_ci_low, row.diff_ci_high)]
+            value, low, high = (100.0 * each for each in (row.difference, row.diff_ci_low, row.diff_ci_high))
             shown = row.diff_ci_low > 0.0 or row.diff_ci_high < 0.0
             filled = {"name": row.scenario, "reference": sources[0].name, "line": row.item}
-            change = with_interval(*ends, words, signed=True)
+            change = with_interval(value, low, high, words, signed=True)
             found.append(words.say("answer_difference" if shown else "answer_alike", change=change, **filled))
     return found
 
@@ -142,7 +142,8 @@ def band_words(band: LineBand, share: str, words: Words) -> str:
         share=share,
     )
     for each in band.postures:
-        ends = with_interval(*[100.0 * each[name] for name in ("p", "ci_low", "ci_high")], words)
+        value, low, high = (100.0 * each[name] for name in ("p", "ci_low", "ci_high"))
+        ends = with_interval(value, low, high, words)
         answer += words.say("answer_posture", posture=words.say(f"posture_{each['posture']}"), share=ends)
     return answer
 

@@ -156,7 +156,8 @@ def test_the_height_that_a_place_needs_is_not_cut_off_at_the_barriers_own(thrown
 def test_arrivals_are_every_log_and_those_that_hit_are_marked(thrown):
     run = thrown["3"]
     arrivals: Any = layer(run, "barrier_arrivals").set_index("log_id")
-    hits, deposits = layer(run, "barrier_hits"), pd.DataFrame(layer(run, "deposits")).set_index("log_id")
+    hits = layer(run, "barrier_hits")
+    deposits: Any = layer(run, "deposits").set_index("log_id")
     (record,) = summary(run)["barriers"]
     assert len(arrivals) == record["n_reached"] == 40
     assert set(arrivals.index[arrivals["hit"] == 1]) == set(hits["log_id"])

@@ -107,8 +107,8 @@ def top_rows(one: FidelityRun, finest: FidelityRun, name: str, unit: str) -> Ite
 
     found, shift, low, high = paired_percentiles(ours, theirs, 0.95)
     if math.isfinite(shift):
-        finest = found["value"] - shift
-        yield FidelityRow(one.name, f"{name}_p95", "", unit, found["value"], finest, shift, low, high)
+        value = found["value"]
+        yield FidelityRow(one.name, f"{name}_p95", "", unit, value, value - shift, shift, low, high)
 
 
 def own_rows(one: FidelityRun, finest: FidelityRun) -> Iterator[FidelityRow]:

@@ -206,8 +206,8 @@ def spread_differences(each: Scenario, other: Scenario | None, releases: list[Gr
         facts["n_more"] = int(now["p05_p95_n_more"])
         if other:
             facts |= dict(zip(("difference", "diff_ci_low", "diff_ci_high"), spread_change(*seen), strict=True))
-        own = (now[f"p05_p95_{end}deg"] for end in ("", "ci_low_", "ci_high_"))
-        yield ScenarioRow(each.name, "spread_p05_p95", name, "deg", n, *own, **facts)
+        value, low, high = (now[f"p05_p95_{end}deg"] for end in ("", "ci_low_", "ci_high_"))
+        yield ScenarioRow(each.name, "spread_p05_p95", name, "deg", n, value, low, high, **facts)
 
 
 def number_rows(each: Scenario, other: Scenario | None) -> Iterator[ScenarioRow]:
