@@ -19,7 +19,7 @@ import shapely
 from pyogrio.errors import CRSError, DataLayerError, DataSourceError, FeatureError
 from shapely.errors import GEOSException
 
-from deadwood_algorithms.files import geopackage_words, styles
+from deadwood_algorithms.files import geopackage_words, styles, ways_out
 from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.files.crs import (
     accuracy_words,
@@ -34,6 +34,7 @@ from deadwood_algorithms.files.crs import (
 )
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.files.rasters import is_raster
 from deadwood_algorithms.files.sqlite_files import JOURNAL, settled, unmerged
 from deadwood_algorithms.files.streams import Stream, write_layer
 from deadwood_algorithms.files.table_shapes import RINGS_CLOSED, shapes_of_table
@@ -153,6 +154,8 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
             frame = _read_features(name, layer, place)
             others = _layers_that_hold_rows(place) if frame.empty else []
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
+        if is_raster(name):
+            raise UserError(ways_out.of_raster(name, what, geometry)) from error
         raise UserError(
             f"{name}: the {what} file is not a vector layer that can be read ({_reason(name, error)})"
         ) from error
@@ -334,6 +337,8 @@ def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str], place: 
         drawn = {str(each): str(kind).lower() for each, kind in found}
         wanted = [each for each in candidates if any(kind in drawn[each] for kind in geometry)]
         candidates = wanted or candidates
+    if not candidates and is_raster(name):
+        raise UserError(ways_out.of_raster(name, what, geometry))
     if not candidates:
         raise UserError(f"{name}: the {what} file holds no layer")
     if len(candidates) > 1:

@@ -13,7 +13,6 @@ role.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,16 +48,14 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.inspection.look import look, role_of
 
-    if not os.path.exists(ask.path.partition("|")[0]):
-        raise UserError(f"{ask.path}: there is no such file or folder")
     facts: dict[str, Any] = {"role": ask.as_, "why": "--as", "columns": {}, "doubts": [], "notes": [], "commands": []}
     try:
         if ask.as_ is None:
             facts["role"], facts["why"] = role_of(ask.path)
         seen = look(ask.path, facts["role"], feedback)
     except UserError as error:
-        taken = f" (taken for {ROLES[facts['role']][0]}, {facts['why']})" if facts["role"] else ""
-        raise UserError(f"{error}{taken}") from error
+        taken = f"taken for {ROLES[facts['role']][0]} ({facts['why']}): " if facts["role"] else ""
+        raise UserError(f"{taken}{error}") from error  # the text may end with a command
     options = "".join(f" {each}" for each in seen.options)
     ready = facts["role"] == "trees" and {"dbh_cm", "height_m"} <= set(seen.columns)
     known = READY_TREES if ready else ROLES[facts["role"]][1]
