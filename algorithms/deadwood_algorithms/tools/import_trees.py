@@ -109,7 +109,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             tile_field=ask.tile_field,
         )  # fmt: skip
         said += why
-        warn_of_doubts(source, filled, kept, feedback)
+        warn_of_doubts(source, filled, kept, why, feedback)
         dead = kept & (status == tree_status.DEAD)
         trees = kept if ask.keep_dead else kept & ~dead
         written = trees | dead if snags else trees

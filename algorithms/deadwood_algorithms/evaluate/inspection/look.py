@@ -157,7 +157,7 @@ def _trees(path: str, seen: Seen) -> None:
     kept, why = trees_kept(
         source, filled, status, None, min_height_m=table.min_height_m, merge_within_m=0.0, tile_field=None
     )
-    warn_of_doubts(source, filled, kept, seen)
+    warn_of_doubts(source, filled, kept, why, seen)
     for each in rows.columns:
         if each != "geometry":
             seen.columns.setdefault(str(each), NOT_USED)
