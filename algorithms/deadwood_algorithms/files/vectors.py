@@ -19,7 +19,7 @@ import shapely
 from pyogrio.errors import CRSError, DataLayerError, DataSourceError, FeatureError
 from shapely.errors import GEOSException
 
-from deadwood_algorithms.files import geopackage_words, styles, ways_out
+from deadwood_algorithms.files import dbf, geopackage_words, styles, ways_out
 from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.files.crs import (
     accuracy_words,
@@ -146,12 +146,13 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     if Path(name).suffix.lower() == ".shp" and _parts_of_shapefile(Path(name)) == {".shp", ".dbf"}:
         return _read_without_index(name, what, geometry)
     left = unmerged(Path(name))
+    utf8 = Path(name).suffix.lower() in (".shp", ".dbf") and dbf.is_utf8(Path(name), what)
     try:
         with warnings.catch_warnings(), settled(Path(name)) as place:
             warnings.simplefilter("ignore")  # M values are dropped, curves are straightened
             layer = _layer_of(name, layer, what, geometry, place)
             _refuse_too_many_rows(name, layer, what, place)
-            frame = _read_features(name, layer, place)
+            frame = _read_features(name, layer, place, dbf.BYTES if utf8 else None)
             others = _layers_that_hold_rows(place) if frame.empty else []
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         if is_raster(name):
@@ -159,6 +160,9 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
         raise UserError(
             f"{name}: the {what} file is not a vector layer that can be read ({_reason(name, error)})"
         ) from error
+    if utf8:
+        notes, frame = frame.attrs.get("notes", ()), dbf.as_utf8(frame)
+        frame.attrs["notes"] = notes
     if Path(name).suffix.lower() in SHEETS:
         frame = sheet_table(frame)
     _refuse_twins(frame, name)
@@ -177,12 +181,12 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     return frame
 
 
-def _read_features(name: str, layer: str, place: Path) -> pd.DataFrame:
+def _read_features(name: str, layer: str, place: Path, encoding: str | None) -> pd.DataFrame:
     """The features of a layer; unclosed rings are closed, which is recorded in ``attrs`` for a message."""
     try:
-        return pyogrio.read_dataframe(place, layer=layer)
+        return pyogrio.read_dataframe(place, layer=layer, encoding=encoding)
     except GEOSException:
-        frame = pyogrio.read_dataframe(place, layer=layer, on_invalid="fix")
+        frame = pyogrio.read_dataframe(place, layer=layer, encoding=encoding, on_invalid="fix")
         lost = np.asarray(frame.geometry.isna())
         if lost.any():
             raise UserError(
