@@ -23,5 +23,5 @@ def carry_out(message: str, folder: Path) -> Path:
         with contextlib.chdir(folder):
             ran = CliRunner().invoke(main_group, words[1:])
         assert ran.exit_code == 0, (step, ran.output[-500:], ran.exception)
-        last = folder / next(word for word in words[::-1] if word.endswith(".tif"))
+        last = folder / next(word for word in words[::-1] if word.endswith((".tif", ".geojson")))
     return last

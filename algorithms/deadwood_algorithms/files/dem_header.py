@@ -240,7 +240,7 @@ def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
     palette = ColorInterp.palette in source.colorinterp
     if kind == "uint8" and (palette or source.count >= 3):
         bands = "the colours of a palette" if palette else f"{source.count} bands of uint8"
-        raise UserError(f"{path}: {bands} make a picture, not a DEM")
+        raise UserError(f"{path}: {bands} make a picture, not a DEM{_of_colours(source, path)}")
     if kind == "uint8":
         feedback.warn(
             f"{path}: the heights are whole numbers from 0 to 255; is it a hillshade instead of the DEM?",
@@ -253,6 +253,13 @@ def _refuse_images(source: Any, path: str | Path, feedback: Feedback) -> None:
                 f"fix: {remedies.warp(source, path, '1')}, with the wanted cell size in place of 1"
             )
         raise UserError(f"{path}: the DEM has no georeference; fix, with its own numbers: {remedies.placed(path)}")
+
+
+def _of_colours(source: Any, path: str | Path) -> str:
+    """The way out for heights that are stored as colours: of Terrain-RGB, red is 0 to 2 for all heights on Earth."""
+    if source.count < 3 or int(source.read(1, out_shape=(min(512, source.height), min(512, source.width))).max()) > 2:
+        return ""
+    return f"; if its colours are heights (Terrain-RGB): {remedies.of_colours(path)}"
 
 
 def _square_transform(source: Any, path: str | Path, given: str | None) -> Affine:

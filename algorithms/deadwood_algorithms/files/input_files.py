@@ -35,7 +35,7 @@ def tiles_of(path: str | Path) -> list[str]:
     """The files that a path stands for: itself, the rasters in a folder, or the parts between commas."""
     named = str(path)
     try:
-        if os.path.isfile(named):
+        if os.path.isfile(named) or named.endswith(".zarr"):  # a folder, but no tiles
             return [named]
         if os.path.isdir(named):
             if tool := made_from(Path(named)).get("tool"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from deadwood_algorithms.files.network import is_special, refuse_elsewhere, refuse_pointers
+from deadwood_algorithms.files.ways_out import refuse_foreign
 from deadwood_algorithms.params.tool import UserError
 
 LONGEST_SHOWN = 300  # characters of a path in a message
@@ -18,6 +19,7 @@ def refuse_missing(path: str | Path, what: str) -> None:
     if "\0" in str(path):
         raise UserError(f"the path of the {what} file holds a NUL character; write it again")
     try:
+        refuse_foreign(path, what)
         refuse_elsewhere(path, what)
         if place.is_dir() and place.suffix.lower() != ".gdb":
             raise UserError(f"{path}: this is a folder, but the {what} must be a file")

@@ -84,6 +84,24 @@ def placed(path: str | Path) -> str:
     return _edited(path, f"--transform {quoted('[CELL, 0, WEST, 0, -CELL, NORTH]')}")
 
 
+def polygons(path: str | Path) -> str:
+    """Command to make polygons of the cells that are neither empty nor 0."""
+    mask, made = _copy(path, "cells"), quoted(f"{Path(path).stem}_polygons.geojson")
+    cells = f"{rio()} calc --dtype uint8 --profile nodata=0 {quoted('(!= (read 1 1) 0)')} {quoted(path)} {mask}"
+    return f"{cells} && {rio()} shapes {mask} --collection --output {made}"
+
+
+def of_colours(path: str | Path) -> str:
+    """Command to decode the heights of Terrain-RGB."""
+    code = "(- (* 0.1 (+ (* 65536.0 (read 1 1)) (* 256.0 (read 1 2)) (* 1.0 (read 1 3)))) 10000.0)"
+    return f"{rio()} calc --dtype float32 --profile nodata={NODATA} {quoted(code)} {quoted(path)} {_copy(path)}"
+
+
+def converted(path: str | Path) -> str:
+    """Command to write a raster as GeoTIFF."""
+    return f"{rio()} convert {quoted(path)} {_copy(path)}"
+
+
 def own_code(source: Any) -> str:
     """The CRS of a raster, or of its ground control points, as ``rio`` takes it."""
     crs = source.crs or source.gcps[1]

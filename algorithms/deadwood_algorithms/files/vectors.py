@@ -19,7 +19,7 @@ import shapely
 from pyogrio.errors import CRSError, DataLayerError, DataSourceError, FeatureError
 from shapely.errors import GEOSException
 
-from deadwood_algorithms.files import geopackage_words, styles
+from deadwood_algorithms.files import dbf, geopackage_words, styles, ways_out
 from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.files.crs import (
     accuracy_words,
@@ -34,6 +34,7 @@ from deadwood_algorithms.files.crs import (
 )
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
+from deadwood_algorithms.files.rasters import is_raster
 from deadwood_algorithms.files.sqlite_files import JOURNAL, settled, unmerged
 from deadwood_algorithms.files.streams import Stream, write_layer
 from deadwood_algorithms.files.table_shapes import RINGS_CLOSED, shapes_of_table
@@ -145,17 +146,23 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     if Path(name).suffix.lower() == ".shp" and _parts_of_shapefile(Path(name)) == {".shp", ".dbf"}:
         return _read_without_index(name, what, geometry)
     left = unmerged(Path(name))
+    utf8 = Path(name).suffix.lower() in (".shp", ".dbf") and dbf.is_utf8(Path(name), what)
     try:
         with warnings.catch_warnings(), settled(Path(name)) as place:
             warnings.simplefilter("ignore")  # M values are dropped, curves are straightened
             layer = _layer_of(name, layer, what, geometry, place)
             _refuse_too_many_rows(name, layer, what, place)
-            frame = _read_features(name, layer, place)
+            frame = _read_features(name, layer, place, dbf.BYTES if utf8 else None)
             others = _layers_that_hold_rows(place) if frame.empty else []
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
+        if is_raster(name):
+            raise UserError(ways_out.of_raster(name, what, geometry)) from error
         raise UserError(
             f"{name}: the {what} file is not a vector layer that can be read ({_reason(name, error)})"
         ) from error
+    if utf8:
+        notes, frame = frame.attrs.get("notes", ()), dbf.as_utf8(frame)
+        frame.attrs["notes"] = notes
     if Path(name).suffix.lower() in SHEETS:
         frame = sheet_table(frame)
     _refuse_twins(frame, name)
@@ -174,12 +181,12 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     return frame
 
 
-def _read_features(name: str, layer: str, place: Path) -> pd.DataFrame:
+def _read_features(name: str, layer: str, place: Path, encoding: str | None) -> pd.DataFrame:
     """The features of a layer; unclosed rings are closed, which is recorded in ``attrs`` for a message."""
     try:
-        return pyogrio.read_dataframe(place, layer=layer)
+        return pyogrio.read_dataframe(place, layer=layer, encoding=encoding)
     except GEOSException:
-        frame = pyogrio.read_dataframe(place, layer=layer, on_invalid="fix")
+        frame = pyogrio.read_dataframe(place, layer=layer, encoding=encoding, on_invalid="fix")
         lost = np.asarray(frame.geometry.isna())
         if lost.any():
             raise UserError(
@@ -334,6 +341,8 @@ def _layer_of(name: str, layer: str, what: str, geometry: Sequence[str], place: 
         drawn = {str(each): str(kind).lower() for each, kind in found}
         wanted = [each for each in candidates if any(kind in drawn[each] for kind in geometry)]
         candidates = wanted or candidates
+    if not candidates and is_raster(name):
+        raise UserError(ways_out.of_raster(name, what, geometry))
     if not candidates:
         raise UserError(f"{name}: the {what} file holds no layer")
     if len(candidates) > 1:

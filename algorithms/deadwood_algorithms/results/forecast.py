@@ -19,7 +19,7 @@ from typing import Any
 
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.params.counts import counted, significant
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.params.tool import Feedback, UserError
 
 # For results with one row per log [bytes]: memory while they are written, and size in the working folder
 # per log and per cell that any log passed (two states of the rasters are kept).
@@ -33,6 +33,9 @@ WRITE_S = 0.5e-3  # per log, to collect and write its rows
 # Smallest size of a run, per log, and per log with trajectory, including the working folder: no run with less has been
 # seen, so nothing is started if not even that is free.
 LEAST_RUN_DISK, LEAST_LOG_DISK, LEAST_KEPT_DISK = 180_000, 1000, 3000
+# What a run takes at most of the time, including the working folder, per log and per log with trajectory: on a path of
+# 150 m, 1 to 200 logs took 0.5 to 0.97 of it. Longer paths take more; --plan measures them.
+RUN_DISK, LOG_DISK, KEPT_DISK = 400_000, 15_000, 18_000
 
 
 @dataclass(frozen=True)
@@ -159,14 +162,25 @@ def refuse_too_large(found: Forecast, output: str) -> None:
         )
 
 
-def refuse_full_disk(output: str, logs: int, kept: int) -> None:
-    """Raise ``UserError`` before the work if not even the smallest output of these logs fits on the disk."""
-    least, room = LEAST_RUN_DISK + logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, free_disk(output)
+def usual_disk(logs: int, kept: int) -> int:
+    """Bytes that a run takes without a pilot to measure them, the working folder included."""
+    return RUN_DISK + logs * LOG_DISK + kept * KEPT_DISK
+
+
+def judge_disk(output: str, logs: int, kept: int, feedback: Feedback) -> None:
+    """Before the work: raise ``UserError`` if not even the smallest output of these logs fits on the disk, and warn if
+    the usual one does not.
+    """
+    least, usual = LEAST_RUN_DISK + logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, usual_disk(logs, kept)
+    room, fix = free_disk(output), "keep fewer --trajectories, or name an output on another disk"
+    words = (
+        f"{output}: {counted(logs, 'log')}, of which {kept} keep their trajectory, take about {_size(usual)} of disk"
+    )
+    words += f", {_size(room)} are free there"
     if least > room:
-        raise UserError(
-            f"{output}: {counted(logs, 'log')}, of which {kept} keep their trajectory, take at least {_size(least)} "
-            f"of disk, {_size(room)} are free there; keep fewer --trajectories, or name an output on another disk"
-        )
+        raise UserError(f"{words}, which is too little for the shortest paths; {fix}")
+    if usual > room:
+        feedback.warn(f"{words}; --plan measures it. {fix.capitalize()}", code="disk-small", usual=usual, free=room)
 
 
 def free_disk(output: str) -> int:

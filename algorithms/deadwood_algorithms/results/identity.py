@@ -292,9 +292,10 @@ def refuse_damaged(folder: Path, manifest: Mapping[str, Any], name: str) -> None
     if name not in files:
         raise UserError(f"{place}: this file is not of the result in {folder}, whose manifest does not name it")
     if not is_whole(place, files[name]):
+        found = "is damaged, or of another run: it is not the one" if place.exists() else "is gone"
         raise UserError(
-            f"{place}: the file is damaged, or of another run: it is not the one that {manifest.get('tool')} wrote "
-            f"(run {manifest.get('run_id', 'unknown')}); restore it, or run {manifest.get('tool')} again"
+            f"{place}: the file {found} that {manifest.get('tool')} wrote (run {manifest.get('run_id', 'unknown')}); "
+            f"restore it, or run {manifest.get('tool')} again"
         )
 
 

@@ -183,5 +183,5 @@ TOOL = Tool(
     "Detect the trees in a canopy height model",
     Ask,
     run,
-    then="deadwood-tool slide-logs --dem {dem} --releases RELEASES --trees {output} --friction 0.25 --output run",
+    then="deadwood-tool explore --dem {dem} --trees {output}",
 )

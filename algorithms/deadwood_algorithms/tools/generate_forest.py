@@ -181,5 +181,5 @@ TOOL = Tool(
     "Plant a random forest of given density and sizes",
     Ask,
     run,
-    then="deadwood-tool slide-logs --dem {dem} --releases RELEASES --trees {output} --friction 0.25 --output run",
+    then="deadwood-tool explore --dem {dem} --trees {output}",
 )

@@ -39,6 +39,7 @@ import shapely
 from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import where_of
 from deadwood_algorithms.params import tool
+from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 from deadwood_algorithms.prepare.trees import allometry
@@ -109,7 +110,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             tile_field=ask.tile_field,
         )  # fmt: skip
         said += why
-        warn_of_doubts(source, filled, kept, feedback)
+        warn_of_doubts(source, filled, kept, why, feedback)
         dead = kept & (status == tree_status.DEAD)
         trees = kept if ask.keep_dead else kept & ~dead
         written = trees | dead if snags else trees
@@ -140,7 +141,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     facts = {"trees": int(trees.sum()), "dead": int(dead.sum()), "dropped": int((~kept).sum())}
     facts |= {"dbh_from_height": int(filled.from_height.sum()), "height_from_dbh": int(filled.from_dbh.sum())}
     made = {"output": Path(ask.output)} | ({"snags": Path(ask.snags)} if ask.snags else {})
-    return Outcome(made, facts, tuple(said))
+    return Outcome(made, facts, tuple(said), then="" if ask.dem else f"deadwood-tool inspect {quoted(ask.output)}")
 
 
 def refuse_contradictions(ask: Ask) -> None:
@@ -158,5 +159,5 @@ TOOL = Tool(
     "Make the trees layer from any table of single trees",
     Ask,
     run,
-    then="deadwood-tool slide-logs --dem {dem} --releases RELEASES --trees {output} --friction 0.25 --output run",
+    then="deadwood-tool explore --dem {dem} --trees {output}",
 )

@@ -13,7 +13,6 @@ role.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,19 +22,19 @@ from deadwood_algorithms.params.messages import NOTE, warnings_among
 from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
 
 DOUBTED = 3  # exit status; an input that cannot be used is the user's error, 2
-# What each role is, and the commands that use a file in it.
-ROLES: dict[str, tuple[str, tuple[str, ...]]] = {
-    "dem": ("a terrain model", ("explore --dem {file}{options}", "slide-logs --dem {file}{options} ...")),
-    "chm": ("a canopy height model", ("find-trees --chm {file}{options} --output trees.gpkg",)),
-    "friction": ("friction", ("slide-logs --friction {file} ...",)),
-    "trees": ("single trees", ("import-trees --trees {file} --dem DEM{options} --output trees_imported.gpkg",)),
-    "releases": ("releases of logs", ("slide-logs --releases {file} ...",)),
-    "lines": ("roads, railways, houses", ("slide-logs --lines {file} ...",)),
-    "areas": ("release areas", ("sample-releases --areas {file} --dem DEM --output releases.gpkg",)),
-    "barriers": ("barriers", ("slide-logs --barriers {file} ...",)),
+SLIDE = "slide-logs --dem {} --releases {} --friction {} --output run"
+# What each role is, and the command that uses a file in it; words in capitals stand for the user's other inputs.
+ROLES: dict[str, tuple[str, str]] = {
+    "dem": ("a terrain model", "explore --dem {file}{options}"),
+    "chm": ("a canopy height model", "find-trees --chm {file}{options} --output trees.gpkg"),
+    "friction": ("friction", SLIDE.format("DEM", "RELEASES", "{file}")),
+    "trees": ("single trees", "import-trees --trees {file} --dem DEM{options} --output trees_imported.gpkg"),
+    "releases": ("releases of logs", SLIDE.format("DEM", "{file}", "0.25")),
+    "lines": ("roads, railways, houses", SLIDE.format("DEM", "RELEASES", "0.25") + " --lines {file}"),
+    "areas": ("release areas", "sample-releases --areas {file} --dem DEM --output releases.gpkg"),
+    "barriers": ("barriers", SLIDE.format("DEM", "RELEASES", "0.25") + " --barriers {file}"),
 }
-
-READY_TREES = ("slide-logs --trees {file} ...",)  # of a layer as import-trees writes it
+READY_TREES = "explore --dem DEM --trees {file}"  # of a layer as import-trees writes it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,24 +48,21 @@ class Ask:
 def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.inspection.look import look, role_of
 
-    if not os.path.exists(ask.path.partition("|")[0]):
-        raise UserError(f"{ask.path}: there is no such file or folder")
     facts: dict[str, Any] = {"role": ask.as_, "why": "--as", "columns": {}, "doubts": [], "notes": [], "commands": []}
     try:
         if ask.as_ is None:
             facts["role"], facts["why"] = role_of(ask.path)
         seen = look(ask.path, facts["role"], feedback)
     except UserError as error:
-        taken = f" (taken for {ROLES[facts['role']][0]}, {facts['why']})" if facts["role"] else ""
-        raise UserError(f"{error}{taken}") from error
+        taken = f"taken for {ROLES[facts['role']][0]} ({facts['why']}): " if facts["role"] else ""
+        raise UserError(f"{taken}{error}") from error  # the text may end with a command
     options = "".join(f" {each}" for each in seen.options)
     ready = facts["role"] == "trees" and {"dbh_cm", "height_m"} <= set(seen.columns)
     known = READY_TREES if ready else ROLES[facts["role"]][1]
-    commands = [each.format(file=quoted(ask.path), options=options) for each in known]
     doubts = [each.record() for each in warnings_among(seen.messages)]
     facts |= {"counted": seen.counted, "columns": seen.columns, "doubts": doubts}
     facts["notes"] = [each.text for each in seen.messages if each.level == NOTE]
-    facts["commands"] = [f"deadwood-tool {each}" for each in commands]
+    facts["commands"] = [f"deadwood-tool {known.format(file=quoted(ask.path), options=options)}"]
     return Outcome({}, facts, lines_of(ask.path, facts), DOUBTED if doubts else 0)
 
 

@@ -97,7 +97,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
 
     from deadwood_algorithms.evaluate.sensitivity.friction_band import friction_ends, slid_band
     from deadwood_algorithms.results.capacity import Capacity
-    from deadwood_algorithms.results.forecast import refuse_full_disk
+    from deadwood_algorithms.results.forecast import judge_disk
     from deadwood_algorithms.results.identity import writing
     from deadwood_algorithms.results.run_settings import RunSettings
     from deadwood_algorithms.results.writing import keeper_of, write_results
@@ -128,7 +128,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
             releases = releases.take(np.sort(hash_order(releases.logs.log_id, ask.seed)[:at_most]))
         keep = keep_by_hash(releases.logs.log_id, kept_count, ask.seed)
         if ask.until_ci is None and not ask.resume:  # a resumed run has done a part of it already
-            refuse_full_disk(ask.output, len(releases), int(keep.sum()))
+            judge_disk(ask.output, len(releases), int(keep.sum()), feedback)
         if at_most is None and not (ask.resume and part_path(ask.output).is_dir()):  # what began was looked at
             look(simulation, layers, releases, ask.seed, feedback)
         if ask.fidelity == "draft":

@@ -13,6 +13,8 @@ from pathlib import Path
 import geopandas as gpd
 import numpy as np
 import pytest
+import rasterio
+from rasterio.transform import from_origin
 from slope_case import Case, layer, points, write_layer
 
 from deadwood_algorithms.evaluate.sites import sites_plan
@@ -186,10 +188,51 @@ def test_too_little_memory_or_disk_is_refused_in_time(monkeypatch):
 def test_a_run_that_cannot_fit_the_disk_is_refused_before_the_first_log(case, monkeypatch):
     monkeypatch.setattr(forecast, "free_disk", lambda output: 1_000_000)
     with pytest.raises(
-        UserError, match=rf"{LOGS} logs, of which {LOGS} keep their trajectory, take at least 23 MB of disk"
+        UserError, match=rf"{LOGS} logs, of which {LOGS} keep their trajectory, take about 0.18 GB of disk, 0.95 MB"
     ):
         case.run(output=str(case.folder / "full"))
     assert not list(case.folder.glob("*full*"))
+
+
+@pytest.mark.parametrize(("logs", "kept"), [(1, "none"), (1, "all"), (40, "none"), (40, "all")])
+def test_a_disk_that_a_small_run_would_fill_is_warned_of(tmp_path, said, monkeypatch, logs, kept):
+    """On a slope of 35 degrees, 150 m down: never too small, and at most 2.2 times what the folders hold at their peak.
+
+    A log alone hardly moves the rasters, which the constant allows for; 1.0 to 2.0 measured.
+    """
+    case = Case(tmp_path)
+    heights = np.repeat(1000.0 + 0.7 * np.maximum(np.arange(240.0)[::-1, None] - 60.0, 0.0), 60, axis=1)
+    with rasterio.open(case.dem) as short:
+        west, south = short.bounds[:2]
+        profile = short.profile | {"height": 240, "transform": from_origin(west, south + 240.0, 1.0, 1.0)}
+    with rasterio.open(case.dem, "w", **profile) as made:
+        made.write(heights.astype("float32"), 1)
+    places = np.random.default_rng(8).random((logs, 2)) * (30.0, 20.0) + (15.0, 200.0)
+    case.releases = write_layer(tmp_path / "some.gpkg", points(*places), log_id=np.arange(logs))
+    usual = forecast.usual_disk(logs, logs if kept == "all" else 0)
+    monkeypatch.setattr(forecast, "free_disk", lambda output: usual - 1)
+    most, done = [0], threading.Event()
+
+    def watch() -> None:
+        while not done.wait(0.003):
+            try:
+                most[0] = max(most[0], sum(size_of(each) for each in tmp_path.glob(".run*")))
+            except OSError:  # removed between listing and counting
+                continue
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        run = case.run(said, friction="0.3", trajectories=kept)
+    finally:
+        done.set()
+        watcher.join()
+    assert max(most[0], size_of(run)) <= usual <= 2.2 * max(most[0], size_of(run))
+    assert sum("take about" in each and "--plan measures" in each for each in said.warnings) == 1
+    monkeypatch.undo()
+    said.warnings.clear()
+    case.run(said, friction="0.3", output=str(tmp_path / "again"), trajectories=kept)
+    assert not any("of disk" in each for each in said.warnings)
 
 
 def test_the_plan_of_sites_counts_all_their_logs(case, tmp_path, monkeypatch):

@@ -287,6 +287,19 @@ def facts_of(path: Path) -> dict:
     return dict(check.TOOL(check.Ask(path=str(path))).facts)["files"]
 
 
+def test_a_page_is_not_made_of_a_run_whose_map_is_gone(tmp_path, slope):
+    """Neither silently without the map, nor as if the file were damaged."""
+    points = gpd.GeoDataFrame(geometry=gpd.points_from_xy([2_783_100.0], [1_190_100.0]), crs=2056)
+    points.to_file(tmp_path / "releases.gpkg")
+    values = {"dem": slope(), "releases": str(tmp_path / "releases.gpkg"), "fidelity": "draft", "time_limit_s": 1.0}
+    slide_logs.TOOL(**values, friction="0.3", output=str(tmp_path / "run"))
+    (tmp_path / "run" / "energy_max.tif").unlink()
+    with pytest.raises(UserError, match=r"energy_max\.tif: the file is gone that slide-logs wrote"):
+        make_report.TOOL(runs=str(tmp_path / "run"), output=str(tmp_path / "page.html"))
+    assert not (tmp_path / "page.html").exists()
+    assert command(["check", str(tmp_path / "run"), "--quiet"]) == DAMAGED
+
+
 def test_a_folder_without_a_seal_is_not_called_whole(own, capsys):
     told = json.loads((own / "run" / "manifest.json").read_text()) | {"run_id": "0123456789abcdef"}
     (own / "run" / "manifest.json").write_text(json.dumps(told))

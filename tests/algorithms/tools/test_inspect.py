@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import geopandas as gpd
@@ -13,7 +14,9 @@ import rasterio
 import shapely
 from rasterio.transform import from_origin
 
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.files.dem_blocks import open_ground
+from deadwood_algorithms.params.tool import Quiet, UserError
+from deadwood_algorithms.scene.layers import read_trees
 from deadwood_algorithms.tools import inspect
 from deadwood_toolbox import cli
 
@@ -43,7 +46,7 @@ def table(path: Path, **columns: object) -> str:
 
 
 GROUND = 800.0 + np.tan(np.radians(35.0)) * np.arange(240.0)[::-1, None] + np.zeros(160)
-LINE, BOX = shapely.LineString([(E, N), (E + 90, N)]), shapely.box(E, N, E + 90, N + 9)
+LINE, BOX = shapely.LineString([(E, N), (E + 90, N)]), shapely.box(E + 5, N + 5, E + 90, N + 14)
 POINTS = [shapely.Point(*each) for each in zip(X, Y, strict=True)]
 FILES = {
     "dem": lambda f: raster(f / "a.tif", GROUND),
@@ -75,7 +78,8 @@ def test_the_columns_of_trees_and_what_becomes_of_them(tmp_path):
 def test_the_exit_status_says_whether_it_can_be_used(tmp_path, capsys):
     assert cli.run(["inspect", FILES["dem"](tmp_path), "--quiet"]) == 0
     assert cli.run(["inspect", raster(tmp_path / "b.tif", GROUND, None), "--quiet"]) == 3
-    assert cli.run(["inspect", FILES["lines"](tmp_path), "--as", "trees", "--quiet"]) == 2
+    for role in ("trees", "dem"):
+        assert cli.run(["inspect", FILES["lines"](tmp_path), "--as", role, "--quiet"]) == 2
     assert cli.run(["inspect", str(tmp_path / "missing.tif"), "--quiet"]) == 2
 
 
@@ -96,10 +100,70 @@ def test_a_page_of_a_service_is_doubted_in_every_role(tmp_path):
         assert [each["numbers"] for each in found if each["code"] == "one-page"] == [{"rows": 1, "total": 7}]
 
 
-def test_the_next_command_repeats_the_crs(tmp_path, capsys):
-    dem = raster(tmp_path / "b.tif", GROUND, None)
-    trees = table(tmp_path / "a.csv", dbh_cm=DBH, height_m=HEIGHT)
-    words = ["import-trees", "--trees", trees, "--dem", dem, "--crs", "EPSG:2056"]
-    assert cli.run([*words, "--output", str(tmp_path / "out.gpkg")]) == 0
-    following = next(line for line in capsys.readouterr().err.splitlines() if "next: " in line)
-    assert following.endswith("--crs EPSG:2056")
+# --- printed commands, pasted in the folder in which they were printed ---
+
+
+def typed(monkeypatch, capsys, *words: str) -> str:
+    """Run a command as it is typed in the current folder; returns the last command that it prints."""
+    assert cli.run([*words]) in (0, 3), words
+    told = "".join(capsys.readouterr())
+    return [line for line in told.splitlines() if line.startswith(("next: ", "use: "))][-1].partition(": ")[2]
+
+
+def pasted(command: str, **others: str) -> None:
+    """Run a printed command; words in capitals are replaced by the user's inputs, and explore is only checked."""
+    program, name, *words = (others.get(word, word) for word in shlex.split(command))
+    assert program == "deadwood-tool"
+    if name != "explore":
+        assert cli.run([name, *words, "--progress", "none"]) in (0, 3), command
+        return
+    given = dict(zip(words[::2], words[1::2], strict=True))
+    assert set(given) <= {"--dem", "--trees", "--crs"}
+    with open_ground(given["--dem"], crs=given.get("--crs"), feedback=Quiet()) as ground:
+        if "--trees" in given:
+            assert len(read_trees(given["--trees"], ground, feedback=Quiet()).ids) == 40
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch) -> Path:
+    """A folder with a terrain model without CRS, whose name has to be quoted, areas and trees."""
+    raster(tmp_path / "bare dem.tif", GROUND, None)
+    layer(tmp_path / "area.gpkg", [shapely.box(E + 60, N + 190, E + 100, N + 220)])
+    table(tmp_path / "trees.csv", dbh_cm=DBH, height_m=HEIGHT)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+BARE = ("--dem", "bare dem.tif", "--crs", "EPSG:2056")
+
+
+def test_the_commands_that_follow_run_as_pasted(here, monkeypatch, capsys):
+    run = typed(
+        monkeypatch, capsys, "sample-releases", "--areas", "area.gpkg", *BARE, "--count", "2", "--output", "r.gpkg"
+    )
+    pasted(run)
+    assert (here / "run" / "summary.json").is_file()
+    look = typed(monkeypatch, capsys, "import-trees", "--trees", "trees.csv", *BARE, "--output", "t.gpkg")
+    assert look == "deadwood-tool explore --dem 'bare dem.tif' --trees t.gpkg --crs EPSG:2056"
+    pasted(look)
+    lone = typed(
+        monkeypatch, capsys, "import-trees", "--trees", "trees.csv", "--crs", "EPSG:2056", "--output", "u.gpkg"
+    )
+    pasted(lone)
+
+
+@pytest.mark.parametrize("role", FILES)
+def test_the_commands_of_inspect_run_as_pasted(here, monkeypatch, capsys, role):
+    (here / "in here").mkdir()
+    path = str(Path(FILES[role](here / "in here")).relative_to(here))
+    command = typed(monkeypatch, capsys, "inspect", path)
+    assert shlex.quote(path) in command
+    if "RELEASES" in command or role == "releases":
+        layer(here / "one.gpkg", POINTS[:1], log_id=[1])
+    pasted(command, DEM=raster(here / "dem.tif", GROUND), RELEASES="one.gpkg")
+
+
+def test_inspect_of_a_terrain_model_without_crs_names_it_in_the_command(here, monkeypatch, capsys):
+    command = typed(monkeypatch, capsys, "inspect", "bare dem.tif")
+    assert command.endswith("--crs EPSG:2056")
+    pasted(command)

@@ -231,11 +231,15 @@ def test_a_failure_is_reported_and_the_others_are_finished_and_kept(case, said, 
     places = gpd.read_file(run / "overview.gpkg", layer="sites")
     assert places["site"].tolist() == ["good", "odd"]  # the place of the other is unknown
     slid = (run / "sites" / "good" / "run.gpkg").stat()
+    style = run / "sites" / "good" / "energy_max.qml"
+    style.write_text("<qgis>mine</qgis>", encoding="utf-8")  # restyled in QGIS: no damage
     table(tmp_path, text.replace(str(tmp_path / "none.gpkg"), case.releases).replace("steep", "0.3"))
     sites(case, "failing", sites=named, resume=True)
     assert overview(run)["status"].tolist() == ["done"] * 3
     again = (run / "sites" / "good" / "run.gpkg").stat()
     assert (slid.st_ino, slid.st_mtime_ns) == (again.st_ino, again.st_mtime_ns)  # it was not slid again
+    kept = [*case.folder.glob("failing*/sites/good/energy_max.qml")]
+    assert "<qgis>mine</qgis>" in {each.read_text(encoding="utf-8") for each in kept}
     assert not list(case.folder.glob(".failing*"))
 
 
@@ -432,7 +436,7 @@ def test_a_table_that_is_wrong_is_refused_before_any_site(case, tmp_path, text, 
     with pytest.raises(UserError) as refused:
         sites(case, "refused", sites=table(tmp_path, text))
     assert words in str(refused.value)
-    assert not (case.folder / "refused").exists()
+    assert not [*case.folder.glob("refused*"), *case.folder.glob(".refused*")]
 
 
 @pytest.mark.parametrize(
@@ -471,6 +475,7 @@ def test_a_field_that_is_not_there_is_refused(case):
         UserError, match=r"--by valley: there is no such field; the layer has the fields log_id, release_id"
     ):
         sites(case, "unclear", by="valley", releases=case.releases)
+    assert not list(case.folder.glob(".unclear*"))  # no unfinished work that the next run would ask about
 
 
 def test_an_empty_folder_of_configurations_is_refused(case, tmp_path):

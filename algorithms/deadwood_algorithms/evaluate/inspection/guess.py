@@ -26,6 +26,8 @@ LARGEST_FRICTION, TALLEST_M, LOW_M, LOW_SHARE = 2.0, 80.0, 1.0, 0.05
 def of_raster(path: str) -> tuple[str, str]:
     """The role of a raster, and why."""
     with open_raster(path, "DEM") as source:
+        if source.count >= 3 and source.dtypes[0] == "uint8":
+            return "dem", "a picture, which may hold heights as colours"
         name = name_of_band(source, 1)
         values = middle_of(source)
     if names.words_of(f"{name} {Path(path).stem}") & names.OF_SLOPE:

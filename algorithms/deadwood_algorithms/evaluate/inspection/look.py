@@ -14,6 +14,7 @@ from deadwood_algorithms.evaluate.inspection import guess
 from deadwood_algorithms.files.axes import axes_of
 from deadwood_algorithms.files.columns import number_column, schema_column, warn_implausible, where_of
 from deadwood_algorithms.files.crs import LOCAL, crs_name, parse_crs, swiss_code
+from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.rasters import is_raster, open_raster
 from deadwood_algorithms.files.units import with_schema_names
 from deadwood_algorithms.files.vectors import read_table, read_vector
@@ -75,9 +76,8 @@ def _canopy(path: str, seen: Seen) -> None:
 
 def _heights(path: str, seen: Seen, what: str) -> None:
     from deadwood_algorithms.files.dem_windows import open_windows
-    from deadwood_algorithms.files.tiles import open_as_one
 
-    with open_as_one(path) as source:
+    with open_raster(tiles_of(path)[0], what) as source:
         bare = source.crs is None and not source.gcps[0]
         middle = (source.bounds.left + source.bounds.right) / 2, (source.bounds.bottom + source.bounds.top) / 2
     if bare:
@@ -157,7 +157,7 @@ def _trees(path: str, seen: Seen) -> None:
     kept, why = trees_kept(
         source, filled, status, None, min_height_m=table.min_height_m, merge_within_m=0.0, tile_field=None
     )
-    warn_of_doubts(source, filled, kept, seen)
+    warn_of_doubts(source, filled, kept, why, seen)
     for each in rows.columns:
         if each != "geometry":
             seen.columns.setdefault(str(each), NOT_USED)
@@ -178,8 +178,6 @@ def _releases(path: str, seen: Seen) -> None:
 
 
 def _lines(path: str, seen: Seen) -> None:
-    if is_raster(path):
-        raise UserError(RASTER_AS_LINES.format(path=path))
     read_layer(path, seen, ("line", "polygon"), "lines")
 
 
@@ -197,7 +195,6 @@ def _areas(path: str, seen: Seen) -> None:
     seen.counted += f", {area / 1e4:.3g} ha" if area else ""
 
 
-RASTER_AS_LINES = "{path}: a raster, but lines are a vector layer; in QGIS 'Polygonize' makes one of it"
 READERS: Mapping[str, Callable[[str, Seen], None]] = {
     "dem": _terrain,
     "chm": _canopy,

@@ -189,8 +189,8 @@ def dbh_column(
     """DBH in cm, NaN where missing; without ``unit`` the field's name determines it (``BHD [mm]``, ``dbh_in``), else
     cm.
 
-    If the table has no DBH but, according to a name, the girth or the radius at breast height, the DBH follows from
-    it, with a warning.
+    If the field that is read is by its name the girth or the radius at breast height, the DBH follows from it, with a
+    warning; ``unit`` is then that of the girth or the radius.
     """
     where = where_of(source)
     warn_of_empty(source, asked, layout.dbh, feedback)
@@ -202,7 +202,7 @@ def dbh_column(
         return np.full(len(source), np.nan)
     plain, kind = plain_name(name), ""
     if unit is None or unit in GIRTH_UNITS:
-        of_kind = {"radius": layout.radius} if unit else {"girth": layout.girth, "radius": layout.radius}
+        of_kind = {"girth": layout.girth, "radius": layout.radius}
         kind = next((each for each, names in of_kind.items() if plain in map(plain_name, names)), "")
     if kind:
         return _from_round(source, name, kind, unit, missing_value, feedback, words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -96,11 +97,12 @@ def refuse_most_dropped(source: Source, status: np.ndarray, kept: np.ndarray, sa
         )
 
 
-def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: Feedback) -> None:
-    """Warn of trees at the same place, and of combinations of measured sizes that no stand has: girth or inches taken
-    as DBH.
+def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, why: Sequence[str], feedback: Feedback) -> None:
+    """Warn of few trees that are left (``why``), of trees at the same place, and of combinations of measured sizes that
+    no stand has: girth or inches taken as DBH.
     """
     where = where_of(source.frame)
+    _warn_of_most_dropped(where, kept, why, feedback)
     places = np.round(shapely.get_coordinates(source.places[kept]), 2)
     double = int(kept.sum()) - len(np.unique(places, axis=0))
     if double:
@@ -123,6 +125,19 @@ def warn_of_doubts(source: Source, filled: Filled, kept: np.ndarray, feedback: F
                 code="implausible-size",
                 median=slender,
             )
+
+
+def _warn_of_most_dropped(where: str, kept: np.ndarray, why: Sequence[str], feedback: Feedback) -> None:
+    """Warn if few trees are left, for whatever reason: another area, most of them felled, a wrong filter."""
+    used, lost = int(kept.sum()), int((~kept).sum())
+    if used and kept.size >= FEWEST_JUDGED and lost >= MOST_DROPPED * kept.size:
+        feedback.warn(
+            f"{where}: only {used} of {kept.size} trees are used ({'; '.join(why)}); is it the table of this area, and "
+            "are its columns understood?",
+            code="most-dropped",
+            trees=kept.size,
+            used=used,
+        )
 
 
 def releases_columns(columns: dict[str, np.ndarray], dead: np.ndarray) -> dict[str, np.ndarray]:

@@ -6,7 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.params.messages import Hearing, warnings_among
+from deadwood_algorithms.params.tool import Quiet, UserError
+from deadwood_algorithms.tools import import_trees
 
 DRAW = np.random.default_rng(1)
 X, Y = 2_783_000 + DRAW.uniform(10, 190, 40).round(2), 1_190_000 + DRAW.uniform(10, 150, 40).round(2)
@@ -30,17 +32,35 @@ def table(**columns) -> str:
         ("radius_mm", DBH * 5.0, {}),
         ("Rayon [cm]", DBH / 2.0, {}),
         ("Umfang", DBH * np.pi, {}),
+        ("Umfang", DBH * np.pi, {"dbh_unit": "cm"}),
         ("Umfang", DBH * np.pi, {"dbh_field": "Umfang", "dbh_unit": "cm"}),
+        ("Umfang", DBH * np.pi / 100.0, {"dbh_unit": "m"}),
+        ("Umfang", DBH * np.pi, {"dbh_unit": "girth-cm"}),
         ("stem", DBH * np.pi, {"dbh_field": "stem", "dbh_unit": "girth-cm"}),
     ],
 )
 def test_a_radius_or_a_girth_gives_the_dbh(imported, name, values, options):
     frame = imported(table(**{name: values, "HT": HEIGHT}), **options)
-    if name == "Umfang" and options:  # a unit that is named counts for the diameter
-        assert np.allclose(frame["dbh_cm"], values)
-        return
     assert np.allclose(frame["dbh_cm"], DBH, atol=1e-6)
     assert np.allclose(frame["height_m"], HEIGHT)
+
+
+@pytest.mark.parametrize(
+    ("used", "columns", "reason"),
+    [
+        (1, {"X": np.where(np.arange(40), X + 5000.0, X)}, "39 trees dropped: off the DEM"),
+        (4, {"Zustand": ["lebend"] * 4 + ["gefällt"] * 36}, "36 trees dropped: no longer standing"),
+        (5, {"Zustand": ["lebend"] * 5 + ["gefällt"] * 35}, None),
+    ],
+)
+def test_a_table_of_which_nearly_nothing_is_used_is_doubted(tmp_path, slope, used, columns, reason):
+    """From nine tenths on; the record has the numbers."""
+    (tmp_path / "a.csv").write_text(table(**{"BHD": DBH, "Hoehe": HEIGHT} | columns), encoding="utf-8")
+    heard = Hearing(Quiet())
+    import_trees.TOOL(trees=str(tmp_path / "a.csv"), dem=slope(), output=str(tmp_path / "out.gpkg"), feedback=heard)
+    found = [each for each in warnings_among(heard.messages) if each.code == "most-dropped"]
+    assert [dict(each.numbers) for each in found] == ([{"trees": 40, "used": used}] if reason else [])
+    assert all(reason in each.text for each in found)
 
 
 def test_a_radius_that_may_be_the_crowns_is_not_used(imported, said):
