@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from browser import Browser, program
 from PIL import Image
-from slope_case import Case, answers
+from slope_case import Case, answers, points, write_layer
 
+from deadwood_algorithms.schemas.looks import SOLIDS
 from deadwood_algorithms.tools import make_report
 
 CANVAS = "document.querySelector('.space canvas')"
@@ -428,3 +429,30 @@ def test_without_webgl_all_else_is_there(shared, page, tmp_path):
     assert shared.ask("getComputedStyle(document.querySelector('.space .missing')).display") == "block"
     assert shared.ask("document.querySelectorAll('.map svg').length") == 2
     assert [each for each in shared.complaints if "GL Driver Message" not in each] == []
+
+
+def test_stumps_have_their_own_colour_in_the_view(shared, tmp_path):
+    """A cleared stand from above: the stumps' colour is seen, that of trees is not; of trees, the other way round."""
+    case = Case(tmp_path / "case")
+    places = [(12.0 + 6.0 * a, 40.0 + 6.0 * b) for a in range(7) for b in range(8)]
+    seen = {}
+    for name, height in (("trees", 15.0), ("stumps", 0.8)):
+        stand = {"tree_id": range(56), "dbh_cm": [300.0] * 56, "height_m": [height] * 56}
+        trees = write_layer(tmp_path / f"{name}.gpkg", points(*places), **stand)
+        run = case.run(output=str(tmp_path / name), trees=trees)
+        make_report.TOOL(runs=str(run), output=str(tmp_path / f"{name}.html"), annex=True, gltf=str(tmp_path / "s.glb"))
+        assert f'"name":"{name}"'.encode() in (tmp_path / "s.glb").read_bytes()
+        (tmp_path / "s.glb").unlink()
+        shared.size(1280, 900)
+        shared.open(tmp_path / f"{name}.html")
+        shared.wait("window.deadwoodView && deadwoodView.scene().last > 0")
+        choose(shared, "drape", "relief")
+        shared.ask(
+            "for (const each of ['moving', 'deposits']) deadwoodView.state.shown[each] = false; deadwoodView.draw()"
+        )
+        pixels = canvas_seen(shared).reshape(-1, 3)
+        pixels /= np.maximum(np.linalg.norm(pixels, axis=1, keepdims=True), 1.0)  # light changes the size alone
+        tints = {each: np.array(SOLIDS[each]) / np.linalg.norm(SOLIDS[each]) for each in ("trees", "stumps")}
+        seen[name] = {each: int((pixels @ tint > 0.998).sum()) for each, tint in tints.items()}
+    assert seen["stumps"]["stumps"] > 500 > 10 * seen["stumps"]["trees"]
+    assert seen["trees"]["trees"] > 500
