@@ -95,7 +95,7 @@ def of_demo(folder: Path) -> None:
 
 def of_sample_slope(folder: Path) -> None:
     walk("tutorials/sample-slope.md", folder)
-    tool("deadwood-tool make-report with_forest --output seen.html", folder)
+    tool("deadwood-tool make-report with_forest --annex --output seen.html", folder)
     page = Page(folder / "seen.html")
     page.browser.size(1200, 1400)
     keep(page.moving(0.22), "view_3d")

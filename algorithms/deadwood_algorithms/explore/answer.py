@@ -23,6 +23,7 @@ from deadwood_algorithms.explore.questions import MOST_POSED, Changes, Question
 from deadwood_algorithms.files.grid import Part
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.lying_logs import with_more
 from deadwood_algorithms.scene.releases import Releases, reached
 from deadwood_algorithms.simulate.piece import scene_without
 from deadwood_algorithms.simulate.simulation import Simulation
@@ -317,11 +318,10 @@ def changed_scene(layers: SceneLayers, changes: Changes) -> SceneLayers:
                 Barriers(vertices, starts, np.concatenate([layers.engine_barriers.height, sizes]))
             )
         if changes.lying_logs:
-            own = layers.lying_logs
-            vertices, starts, cm = joined_lines(own.vertices, own.starts, changes.lying_logs)
-            base = np.concatenate([own.diameter, cm / 100.0])
-            tip = np.concatenate([own.tip_diameter, 0.5 * cm / 100.0])
-            scene = scene.with_lying_logs(LyingLogs(vertices, starts, base, tip))
+            none = LyingLogs.none()
+            vertices, starts, cm = joined_lines(none.vertices, none.starts, changes.lying_logs)
+            drawn = LyingLogs(vertices, starts, cm / 100.0, 0.5 * cm / 100.0)
+            scene = scene.with_lying_logs(with_more(layers.lying_logs, drawn))
     except ValueError as error:
         raise UserError(str(error)) from error
     return replace(layers, scene=scene_without(scene, changes.fell) if len(changes.fell) else scene)

@@ -56,7 +56,7 @@ ANSWER_PHRASES = {
     "intensity_map": "Energy of the logs",
     "class_and_above": "this class and above",
     "least_passage": "Where at least {share} % of the logs bring that energy.",
-    "area_needs": "With fewer than {n} logs the areas come out too large, so only their intervals are given.",
+    "area_needs": "With fewer than {n} logs the areas of the rarest classes come out too large, so they are not given.",
     "from_to": "{low} to {high}",
     "largest_energy": (
         "The largest energy of all logs, which grows with their number, and with it the area of each class."

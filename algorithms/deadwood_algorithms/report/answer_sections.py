@@ -180,8 +180,8 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
                 ends = {"low": shown_number(low, words, 2), "high": shown_number(high, words, 2)}
                 row.append(with_interval(area, low, high, words) if np.isfinite(area) else words.say("from_to", **ends))
         parts.append(table(head, rows))
-        if not np.isfinite(ground).all():
-            parts.append(element("p", words.say("area_needs", n=mine[0]["n_needed"]), class_="quiet"))
+        if needed := [each["n_needed"] for each in mine if each["area_m2"] is None and each["n_needed"]]:
+            parts.append(element("p", words.say("area_needs", n=max(needed)), class_="quiet"))
         if name == "intensity" and (least := facts.get("least_passage")):
             say = "least_passage" if least["share"] else "largest_energy"
             parts.append(element("p", words.say(say, share=shown_number(100 * least["share"], words)), class_="quiet"))

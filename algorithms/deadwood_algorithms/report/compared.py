@@ -41,12 +41,13 @@ class Comparison:
 
     rows: list[Any] = field(default_factory=list)
     differing: dict[str, dict[str, Any]] = field(default_factory=dict)
+    steps: list[tuple[str, Any]] = field(default_factory=list)  # reach against the run before, and that run's name
     maps: dict[str, tuple[NDArray[np.float64], Extent]] = field(default_factory=dict)
     lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
 
 
 def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Words) -> tuple[Markup, list[Drawing]]:
-    """The runs side by side: one table for each quantity, the run-outs, and maps of the differences."""
+    """The runs side by side: one table for each quantity, and the run-outs."""
     reference = sources[0].name
     parts: list[Any] = [element("h2", words.say("comparison_whole"), id="comparison")]
     parts += [element("p", words.say(phrase, **filled), class_="warning") for phrase, filled in compared.lacks]
@@ -66,12 +67,14 @@ def comparison(sources: Sequence[ReportedRun], compared: Comparison, words: Word
             left_table(differ, words.say("parameters_differ")) if differ else element("p", words.say("parameters_same"))
         )
     parts.append(figure_of(drawings[0]))
-    if compared.maps:
-        title = words.say("difference_maps", reference=reference)
-        draw = partial(draw_differences, compared.maps, joint_extent(sources), sources, words)
-        drawings.append(Drawing("differences", title, draw, words))
-        parts.append(figure_of(drawings[-1], title, card=True))
     return joined(parts), drawings
+
+
+def difference_maps(sources: Sequence[ReportedRun], compared: Comparison, words: Words) -> Drawing | None:
+    """The maps of the differences to the first run; None if there are none."""
+    title = words.say("difference_maps", reference=sources[0].name)
+    draw = partial(draw_differences, compared.maps, joint_extent(sources), sources, words)
+    return Drawing("differences", title, draw, words) if compared.maps else None
 
 
 def shown_value(value: Any, words: Words) -> str:

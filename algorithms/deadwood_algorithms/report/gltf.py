@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from deadwood_algorithms.params.tool import VERSION
-from deadwood_algorithms.report.space import Space
+from deadwood_algorithms.report.space import Space, stumps_of
 from deadwood_algorithms.schemas.looks import SOLIDS
 
 SIDES = 10
@@ -74,7 +74,14 @@ def write_gltf(path: Path, space: Space, drape: Image.Image) -> None:
     document["images"] = [{"bufferView": binary.view(picture.getvalue()), "mimeType": "image/jpeg"}]
     places, at, corners = terrain_mesh(space)
     _add(document, binary, "terrain", places, smooth_normals(places, corners), corners, 0, at)
-    solids = {"trees": space.trees, "lying_logs": space.lying, "blocks": space.blocks, "deposits": space.deposits}
+    low = stumps_of(space.trees)
+    solids = {
+        "trees": space.trees[~low],
+        "stumps": space.trees[low],
+        "lying_logs": space.lying,
+        "blocks": space.blocks,
+        "deposits": space.deposits,
+    }
     for name, rows in solids.items():
         if len(rows):
             _add(document, binary, name, *cone_mesh(rows), _material(document, name))

@@ -10,7 +10,7 @@ from typing import Any
 
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_algorithms.report.answer_figures import drawings_of_answers
-from deadwood_algorithms.report.compared import Comparison, comparison, joint_extent
+from deadwood_algorithms.report.compared import Comparison, comparison, difference_maps, joint_extent
 from deadwood_algorithms.report.figures import Drawing, drawings_of
 from deadwood_algorithms.report.markup import Markup, element, embedded_json, figure_of, joined
 from deadwood_algorithms.report.plan import draw_map, draw_runs
@@ -43,8 +43,10 @@ def report_of(
     title: str | None,
     author: str | None = None,
     project: str | None = None,
+    *,
+    annex_open: bool = False,
 ) -> Report:
-    """Assemble the page."""
+    """Assemble the page; a closed annex is not printed."""
     title = title or words.say("title", names=", ".join(each.name for each in sources))
     shown, chapters, contents, plans = [], [], [], []
     alone = len(sources) == 1
@@ -69,7 +71,10 @@ def report_of(
         side = Drawing("runs_map", words.say("map"), partial(draw_runs, sources, joint_extent(sources), words), words)
         shown.append(side)
         plan = [figure_of(side, words.say("runs_caption"), card=True)]
-    first = signed_pages(sources, compared, plan, words, author, project)
+    apart = difference_maps(sources, compared, words) if compared else None
+    shown += [apart] if apart else []
+    first = signed_pages(sources, compared, plan, figure_of(apart, apart.title if apart else "", card=True), words,
+                         author, project)  # fmt: skip
     contents.insert(0, element("li", element("a", words.say("three_d"), href="#three_d")))
     annex = [three_d(sources, spaces, words)]
     if compared is not None:
@@ -90,12 +95,15 @@ def report_of(
             "main",
             first,
             element(
-                "section",
-                element("h1", words.say("annex"), id="annex"),
+                "details",
+                element(
+                    "summary", element("h1", words.say("annex"), id="annex"), element("span", words.say("annex_hint"))
+                ),
                 element("nav", element("h2", words.say("contents")), element("ul", *contents)),
                 *annex,
                 *chapters,
                 class_="annex",
+                open="" if annex_open else None,
             ),
         ),
         element("footer", element("p", words.say("made", version=VERSION), class_="quiet")),

@@ -20,6 +20,7 @@ PHRASES = {
     "of_steps": "of {n} steps",
     "contents": "Contents",
     "annex": "Annex",
+    "annex_hint": "The evidence: every figure and table, the 3-D view, the provenance. It is printed while it is open.",
     "question": "Question",
     "conclusion": "Conclusion",
     "limits": (
@@ -76,6 +77,10 @@ PHRASES = {
         "{line}: reached by between {low} and {high} % of the logs, over a friction of {low_friction} to "
         "{high_friction}; at {friction}: {share}"
     ),
+    "answer_band_one": (
+        "{line}: reached by about {low} % of the logs, over a friction of {low_friction} to {high_friction}; at "
+        "{friction}: {share}"
+    ),
     "answer_idle": "No log reaches a barrier ({n}), so they change nothing.",
     "answer_difference": "{name} compared with {reference}: {change} points at {line}",
     "answer_alike": "{name} compared with {reference}: these logs show no difference at {line}, {change} points",
@@ -92,6 +97,7 @@ PHRASES = {
     "posture_tilted": "tilted",
     "scenario_dbh": "DBH",
     "scenario_length": "length",
+    "scenario_capacity": "break above",
     "scenario_height": "height",
     "scenario_density": "density",
     "scenario_cells": "{nx} × {ny} cells of {cell} m",

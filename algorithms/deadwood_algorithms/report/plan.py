@@ -318,16 +318,7 @@ def draw_differences(
         axes.set_title(words.say("minus", name=plain(name), reference=plain(reference.name)), fontsize=TEXT, loc="left")
         handles = roads(axes, reference, words)
     scale_and_north(panels[0])
-    show_scale(
-        figure,
-        image,
-        "difference of shares",
-        words.say("difference_bar"),
-        signs=words.signs,
-        ax=room,
-        shrink=0.9,
-        aspect=32,
-    )
+    scale_of_panels(figure, image, "difference of shares", words.say("difference_bar"), words, room)
     if handles:
         figure.legend(handles=handles, loc="outside lower left", ncols=3, handlelength=1.4)
     return figure
@@ -349,9 +340,15 @@ def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Fi
         axes.set_title(plain(source.name), fontsize=TEXT, loc="left")
     scale_and_north(panels[0])
     if image is not None:
-        show_scale(figure, image, "shares", words.say("hits_bar"), signs=words.signs, ax=room, shrink=0.9, aspect=32)
+        scale_of_panels(figure, image, "shares", words.say("hits_bar"), words, room)
     legend_below(figure, list(handles.values()))
     return figure
+
+
+def scale_of_panels(figure: Figure, image: Any, look: str, label: str, words: Words, room: list[Any]) -> None:
+    """The common scale: below a full row of maps, which take the whole width; else beside them."""
+    where = "bottom" if len(room) >= ABREAST else "right"
+    show_scale(figure, image, look, label, signs=words.signs, ax=room, shrink=0.9, aspect=32, location=where)
 
 
 def map_panels(number: int, shown: Extent, words: Words) -> tuple[Figure, list[Any], list[Any]]:
@@ -361,10 +358,11 @@ def map_panels(number: int, shown: Extent, words: Words) -> tuple[Figure, list[A
     columns = min(number, ABREAST)
     rows = -(-number // columns)
     west, south, east, north = shown
-    wide = (WIDTH - 0.8) / max(columns, 2)  # a single one would fill the page
+    below = columns == ABREAST  # the scale: `scale_of_panels`
+    wide = (WIDTH - (0.1 if below else 0.8)) / max(columns, 2)  # a single one would fill the page
     tall = float(np.clip(wide * (north - south) / (east - west), SHORTEST / 2, HIGHEST / rows))
     width = WIDTH if columns > 1 else wide + 1.4  # with the scale beside it
-    figure = Figure(figsize=(width, rows * (tall + 0.3) + 0.7), layout="constrained")
+    figure = Figure(figsize=(width, rows * (tall + 0.3) + (1.9 if below else 0.7)), layout="constrained")
     room = list(figure.subplots(rows, columns, squeeze=False).ravel())
     for axes in room:
         axes.set(xticks=[], yticks=[], aspect="equal", xlim=(west, east), ylim=(south, north))

@@ -80,7 +80,11 @@ def scenario_rows(scenario: Mapping[str, Any], words: Words) -> list[ScenarioRow
         return ", ".join(shown)
 
     dbh, length = ("dbh_cm", "scenario_dbh", "cm"), ("length_m", "scenario_length", "m")
-    known = {"dbh_cm": dbh, "height_m": ("height_m", "scenario_height", "m")}
+    known = {
+        "dbh_cm": dbh,
+        "height_m": ("height_m", "scenario_height", "m"),
+        "capacity_kj": ("capacity_kj", "scenario_capacity", "kJ"),
+    }
     rolling = scenario["rolling_friction"]
     obstacles = {each.key: [known[size] for size in each.sizes] for each in OBSTACLES} | {"lines": []}
     return [

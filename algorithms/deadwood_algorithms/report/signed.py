@@ -36,11 +36,12 @@ def signed_pages(
     sources: Sequence[ReportedRun],
     compared: Comparison | None,
     plan: Parts,
+    apart: Markup,
     words: Words,
     author: str | None,
     project: str | None,
 ) -> Markup:
-    """All sections of these pages; ``plan`` is their only map."""
+    """All sections of these pages; ``plan`` is the map, ``apart`` those of the differences."""
     parts: Parts = [element("h2", words.say("question"), id="question"), element("p", question(sources, words))]
     parts += scenario_box(list(sources), words, author, project)
     parts += [element("h2", words.say("conclusion"), id="conclusion"), *conclusion(sources, compared, words)]
@@ -49,6 +50,7 @@ def signed_pages(
         parts.append(element("h3", words.say("comparison")))
         parts.append(element("p", words.say("comparison_note", reference=sources[0].name), class_="quiet"))
         parts.append(differences_table(compared, [each.name for each in sources], words))
+    parts.append(apart)
     parts += [element("h2", words.say("map"), id="map"), *plan]
     judged = [element("h2", words.say("judgement"), id="judgement"), *judgement(sources, words)]
     parts.append(element("div", *judged, signature(words, author), class_="keep"))
@@ -96,11 +98,12 @@ def conclusion(sources: Sequence[ReportedRun], compared: Comparison | None, word
     parts: Parts = [element("ul", *answers, class_="answers answer")]
     if differences := [*idle_words(sources, words), *difference_words(sources, compared, words)]:
         parts.append(element("ul", *(element("li", each) for each in differences), class_="answers"))
+    parts += warnings_of(sources, words)
     if assumed := assumed_words(sources, words):
         error = calculation_words(sources[0].summary["accuracy"], sources[0].run.manifest.get("parameters", {}), words)
         phrase = "limits_band" if all(source.summary.get("friction_band") for source in sources) else "limits"
         parts.append(element("p", words.say(phrase, error=error, **assumed)))
-    return [*parts, *warnings_of(sources, words)]
+    return parts
 
 
 def idle_words(sources: Sequence[ReportedRun], words: Words) -> list[str]:
@@ -115,15 +118,19 @@ def idle_words(sources: Sequence[ReportedRun], words: Words) -> list[str]:
 
 
 def difference_words(sources: Sequence[ReportedRun], compared: Comparison | None, words: Words) -> list[str]:
-    """One sentence for each scenario and line: the difference to the first one, if these logs show one."""
-    found = []
-    for row in compared.rows if compared else ():
-        if row.quantity == "reach" and row.scenario != sources[0].name:
-            value, low, high = (100.0 * each for each in (row.difference, row.diff_ci_low, row.diff_ci_high))
-            shown = row.diff_ci_low > 0.0 or row.diff_ci_high < 0.0
-            filled = {"name": row.scenario, "reference": sources[0].name, "line": row.item}
-            change = with_interval(value, low, high, words, signed=True)
-            found.append(words.say("answer_difference" if shown else "answer_alike", change=change, **filled))
+    """One sentence for each scenario and line: the difference to the first one, and to the one before; whether these
+    logs show one.
+    """
+    if compared is None:
+        return []
+    reference, found = sources[0].name, []
+    rows = [(reference, row) for row in compared.rows if row.quantity == "reach" and row.scenario != reference]
+    for before, row in [*rows, *compared.steps]:
+        value, low, high = (100.0 * each for each in (row.difference, row.diff_ci_low, row.diff_ci_high))
+        shown = row.diff_ci_low > 0.0 or row.diff_ci_high < 0.0
+        filled = {"name": row.scenario, "reference": before, "line": row.item}
+        change = with_interval(value, low, high, words, signed=True)
+        found.append(words.say("answer_difference" if shown else "answer_alike", change=change, **filled))
     return found
 
 
@@ -132,7 +139,7 @@ def band_words(band: LineBand, share: str, words: Words) -> str:
     low, high = (words.signs(each) for each in band.shares())
     low_friction, high_friction = (decimal(each, words) for each in band.frictions)
     answer = words.say(
-        "answer_band",
+        "answer_band" if low != high else "answer_band_one",
         line=band.own["line_id"],
         low=low,
         high=high,

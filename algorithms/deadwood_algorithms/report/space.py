@@ -102,6 +102,11 @@ def space_of(source: ReportedRun, pages_share: int = 1) -> Space | None:
     )
 
 
+def stumps_of(trees: Array) -> NDArray[np.bool_]:
+    """Which of the trees are stumps: cylinders, whereas a tree tapers."""
+    return trees[:, 6] == trees[:, 7]
+
+
 def _trees(source: ReportedRun, origin: tuple[float, float, float]) -> Array:
     standing = [source.scene[name] for name in ("trees", "stumps") if name in source.scene]
     if not standing:

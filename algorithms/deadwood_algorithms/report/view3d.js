@@ -156,6 +156,14 @@
     return out;
   }
 
+  /* Tints of trees and, apart, of stumps: cylinders, whereas a tree tapers. */
+  function standing(rows, colours) {
+    const out = tinted(rows.length / 8, colours.trees), stumps = tinted(rows.length / 8, colours.stumps);
+    for (let k = 0; k < rows.length / 8; k++)
+      if (rows[k * 8 + 6] === rows[k * 8 + 7]) out.set(stumps.subarray(k * 3, k * 3 + 3), k * 3);
+    return out;
+  }
+
   function strip(gl, made, points) {
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
@@ -215,7 +223,7 @@
     return {
       spec, logs, poses, speed, trails, textures,
       ground: ground(gl, programs.ground, spec.ground),
-      trees: solids(gl, programs.solid, rows.trees, tinted(rows.trees.length / 8, spec.colours.trees)),
+      trees: solids(gl, programs.solid, rows.trees, standing(rows.trees, spec.colours)),
       lying: solids(gl, programs.solid, rows.lying, tinted(rows.lying.length / 8, spec.colours.lying_logs)),
       blocks: solids(gl, programs.solid, rows.blocks, tinted(rows.blocks.length / 8, spec.colours.blocks)),
       deposits: solids(gl, programs.solid, rows.deposits, tinted(rows.deposits.length / 8, spec.colours.deposits)),

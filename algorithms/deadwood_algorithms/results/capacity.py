@@ -75,7 +75,7 @@ class Overloads:
         tree[standing] = self.capacity.of_trees(100.0 * layers.trees.diameter)[hits.item[standing]]
         log = self.log_capacity[np.searchsorted(self.log_id, log_id)][hits.log_row]
         # a tree that breaks absorbs its capacity to rounding, so breaks cannot be identified by energy
-        return hits.broke if self.capacity.break_trees else hits.energy_taken > tree, hits.energy_taken > log
+        return hits.broke & standing if self.capacity.break_trees else hits.energy_taken > tree, hits.energy_taken > log
 
 
 def overload_record(

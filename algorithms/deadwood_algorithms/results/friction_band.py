@@ -122,7 +122,8 @@ def band_lines(summary: Mapping[str, Any]) -> list[str]:
         low, high = band.shares()
         ends = " to ".join(f"{each:g}" for each in band.frictions)
         own = percent_with_interval(dict(record))
-        words = f"between {low} and {high} % over friction {ends}; at {band.own['friction']:g}: {own}"
+        words = f"about {low}" if low == high else f"between {low} and {high}"
+        words += f" % over friction {ends}; at {band.own['friction']:g}: {own}"
         words += "".join(f"; {each['posture']}: {roughly(each)} %" for each in band.postures)
         lines.append(f"line {record['line_id']}: {words}")
     return lines

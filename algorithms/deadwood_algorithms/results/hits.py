@@ -63,6 +63,7 @@ def hit_arrays(
         "impulse_sum": _whole_sums(place, hits.impulse[~by], trees.size),
         "impulse_max": largest,
         "energy_taken": _whole_sums(place, hits.energy_taken[~by], trees.size),
+        "n_broken": np.bincount(place[hits.broke[~by]], minlength=trees.size),
     }
     above = {}
     if overloads:
@@ -139,7 +140,7 @@ def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDA
     held = _numbered(layers)[np.concatenate(rows)]
     item = by_log[f"{HITS}tree_item"]
     total = {"n_stops": np.bincount(held, minlength=number)}
-    counted = ("n_above",) if TREES_ABOVE in by_log else ()
+    counted = ("n_broken", "n_above") if TREES_ABOVE in by_log else ("n_broken",)
     for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken", *counted):
         values = by_log[f"{HITS}tree_{name}"]
         total[name] = np.zeros(number, values.dtype)
@@ -167,7 +168,7 @@ def tree_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any
         "tree_id": np.array(layers.tree_ids, object)[tree],
         "dbh_cm": layers.tree_dbh_cm[tree],
         "height_m": layers.trees.height[tree],
-        **{name: values[tree] for name, values in total.items()},
+        **{name: values[tree] for name, values in total.items() if name != "n_broken"},
     }
     points = shapely.points(layers.trees.x[tree], layers.trees.y[tree])
     return geopandas.GeoDataFrame(columns, geometry=points, crs=crs)
@@ -195,7 +196,7 @@ def block_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
         "block_id": np.array(layers.blocks.ids, object)[block],
         "diameter_m": solid.diameter[block],
         "height_m": solid.height[block],
-        **{name: values[block] for name, values in total.items() if name != "n_above"},
+        **{name: values[block] for name, values in total.items() if name not in ("n_above", "n_broken")},
     }
     return geopandas.GeoDataFrame(columns, geometry=shapely.points(solid.x[block], solid.y[block]), crs=crs)
 
@@ -211,4 +212,5 @@ def obstacle_record(hit: geopandas.GeoDataFrame, number: int) -> dict[str, Any]:
         "n_stops": int(stops.sum()),
         "impulse_sum_kns": float(hit["impulse_sum_kns"].to_numpy().sum()),
         "energy_taken_kj": float(hit["energy_taken_kj"].to_numpy().sum()),
+        **({"n_broken": int(hit["n_broken"].to_numpy().sum())} if "n_broken" in hit else {}),
     }

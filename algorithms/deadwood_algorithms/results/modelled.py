@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from deadwood_algorithms.results.scenario import slip_record, soft_ground_record
+from deadwood_algorithms.results.scenario import breaking_kj, slip_record, soft_ground_record
 from deadwood_algorithms.scene.counts import WHYS
 from deadwood_algorithms.scene.layers import SceneLayers
 
@@ -59,6 +59,10 @@ CLAUSES = {
         "that and disappears for that log"
     ),
     "lying": "{n} rigid truncated cones at rest on the terrain, in {pieces} straight pieces",
+    "lying_breaking": (
+        "{n} of them break: one that would absorb more than its capacity, {low} to {high} kJ, in a hit absorbs just "
+        "that and disappears for that log"
+    ),
     "blocks": "{n} rigid spheres, with the ground's friction and restitution",
     "off_dem": "{n} off the DEM left out",
     "no_terrain": "{n} left out where the DEM has no height (its outermost half cell, nodata)",
@@ -116,7 +120,7 @@ def modelled(settings: RunSettings, layers: SceneLayers, counted: Mapping[str, A
         # a part of the layer of trees, not a layer that could have been given
         **({"stumps": [*standing("stumps"), *_breaking(layers)]} if "stumps" in counted else {}),
         "barriers": [_clause("barriers", n=barriers), *_left_out(counted["barriers"])] if scene.barrier_count else [],
-        "lying_logs": [_clause("lying", n=lying, pieces=pieces), *_left_out(counted["lying_logs"])] if lying else [],
+        "lying_logs": _lying(layers, lying, pieces, counted) if lying else [],
         "blocks": standing("blocks") if layers.blocks.ids else [],
         "lines": [_clause("lines", n=lines), *_left_out(counted["lines"])] if lines else [],
         "outputs": _outputs(settings, layers),
@@ -157,6 +161,15 @@ def _friction(settings: RunSettings, layers: SceneLayers) -> list[Clause]:
 def _breaking(layers: SceneLayers) -> list[Clause]:
     law = layers.breaking
     return [_clause("breaking", kj=law.capacity_kj, power=law.power)] if law else []
+
+
+def _lying(layers: SceneLayers, lying: int, pieces: int, counted: Mapping[str, Any]) -> list[Clause]:
+    kj = breaking_kj(layers)
+    breaking = []
+    if kj.size:
+        low, high = (float(f"{each:.3g}") for each in (kj.min(), kj.max()))
+        breaking = [_clause("lying_breaking", n=kj.size, low=low, high=high)]
+    return [_clause("lying", n=lying, pieces=pieces), *_left_out(counted["lying_logs"]), *breaking]
 
 
 def _rolling(settings: RunSettings, layers: SceneLayers) -> Clause:

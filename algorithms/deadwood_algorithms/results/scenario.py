@@ -18,6 +18,7 @@ from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.results.checked import read_summary
 from deadwood_algorithms.scene.counts import NOT_RUN, counts_of_scene, in_scene
 from deadwood_algorithms.scene.layers import SceneLayers
+from deadwood_algorithms.scene.lying_logs import capacities
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.schemas import ORIENTATIONS
 from deadwood_algorithms.schemas.obstacles import OBSTACLES, STUMP_BELOW_M
@@ -39,7 +40,7 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
     barriers = in_scene(len(layers.barriers.item), prepared.barriers_outside)
     lying = in_scene(len(layers.lying.item), prepared.lying_outside)
     rows, columns = layers.dem.frame.shape
-    mu = layers.friction
+    mu, breaks = layers.friction, layers.lying_logs.capacity is not None
     return {
         "logs": {
             "n": len(releases),
@@ -62,13 +63,21 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
             len(set(layers.barriers.item[barriers].tolist())),
             height_m=np.asarray(layers.engine_barriers.height)[barriers],
         ),
-        "lying_logs": _things(len(set(layers.lying.item[lying].tolist()))),
+        "lying_logs": _things(
+            len(set(layers.lying.item[lying].tolist())), **({"capacity_kj": breaking_kj(layers)} if breaks else {})
+        ),
         "blocks": _things(int(in_scene(len(layers.blocks.ids), prepared.blocks_outside).sum())),
         "lines": _things(len(layers.lines.ids)),
         "dem": {"nx": columns, "ny": rows, "cell_m": layers.dem.cell},
         "fidelity": fidelity,
         "seed": scene.seed,
     }
+
+
+def breaking_kj(layers: SceneLayers) -> NDArray[np.float64]:
+    """The energy [kJ] that each lying log that can break absorbs before it does."""
+    capacity = capacities(layers.lying_logs)
+    return capacity[np.isfinite(capacity)] / 1000.0
 
 
 def slip_record(scene: ReleasedScene) -> dict[str, float | None] | None:
@@ -114,6 +123,8 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
         laws.append(f"soft ground ({soft['strength_mn_m2']:g} MN/m2, drag {soft['drag']:g})")
     if breaking := scenario.get("breaking"):
         laws.append(f"trees break ({breaking['capacity_kj']:g} kJ at 40 cm DBH)")
+    if weak := scenario["lying_logs"].get("capacity_kj"):
+        laws.append(f"lying logs break ({_span(weak, 'kJ')})")
     found = [(each.word, scenario.get(each.key, {}).get("n")) for each in OBSTACLES]  # older runs know no stumps
     met = [counted(number, word) for word, number in found if number]
     dem = scenario["dem"]

@@ -176,6 +176,7 @@ def read_scene(
     scene = _prepared(grid, mu, stems, engine_barriers, _watched_too(engine_lines, watched), lying, boulders.solid)
     # absent layers do not change the digest of a scene without them
     there = (*((boulders.solid,) if boulders.ids else ()), *((stems.capacity,) if breaking else ()))
+    there += () if lying.capacity is None else (lying.capacity,)
     digest = digest_of(
         grid.values, [grid.cell, grid.x0, grid.y0], mu, stems[:4], engine_barriers, engine_lines, lying[:4], *there
     )

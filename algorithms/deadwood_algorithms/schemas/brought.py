@@ -156,7 +156,7 @@ BARRIERS = Layer(
 LYING_LOGS = Layer(
     name="lying_logs",
     geometry=("LineString",),
-    meaning="Lying logs that hold others back: drawn from base to tip, rigid, at rest on the terrain",
+    meaning="Lying logs that hold others back: drawn from base to tip, at rest on the terrain",
     columns=(
         an_id("lying_id", "The lying log; unique. Missing: tree_id, log_id or name, else the row number"),
         a_number(
@@ -168,6 +168,12 @@ LYING_LOGS = Layer(
             default=40.0,
         ),
         a_number("tip_diameter_cm", "Diameter at the tip. Missing: half of the base's", 0, DBH_CM[1], exclusive=True),
+        a_number(
+            "capacity_kj",
+            "Energy that it absorbs in a hit before it breaks and disappears for that log. Missing or empty: rigid",
+            0,
+            exclusive=True,
+        ),
     ),
 )
 

@@ -499,7 +499,11 @@ def _range(name: str, what: str) -> tuple[Key, ...]:
     )
 
 
-SIZES = {"dbh_cm": "Their DBH [cm]", "height_m": "Their heights [m]"}
+SIZES = {
+    "dbh_cm": "Their DBH [cm]",
+    "height_m": "Their heights [m]",
+    "capacity_kj": "The energy that those that break absorb before [kJ]; missing: none breaks",
+}
 
 
 def _obstacle_keys(kind: Obstacle) -> Iterator[Key]:
@@ -878,7 +882,7 @@ INTENSITY_FACTS = JsonFile(
         _key("classes[].unit", "Their unit: kJ, % of the logs, or years"),
         _key("classes[].cells", "Cells that have it"),
         _key("classes[].area_m2", "Their area [m²]; null where the logs are fewer than it needs"),
-        _key("classes[].n_needed", "For intensities: the number of logs from which areas are stated"),
+        _key("classes[].n_needed", "The number of logs from which the area is stated; null: it grows with every log"),
         _key("classes[].at_least_m2", "For intensity: area of this class and those above it [m²]; likewise null"),
         _key(
             "classes[].at_least_ci_low_m2",

@@ -56,8 +56,8 @@ def rgb(colour: str) -> tuple[float, ...]:
 SOLIDS = {
     name: rgb(colour)
     for name, colour in (
-        ("trees", TREE), ("lying_logs", WOOD), ("blocks", STONE), ("deposits", WOOD), ("barriers", BARRIER),
-        ("lines", ROAD), ("moving", MOVING),
+        ("trees", TREE), ("stumps", STUMP), ("lying_logs", WOOD), ("blocks", STONE), ("deposits", WOOD),
+        ("barriers", BARRIER), ("lines", ROAD), ("moving", MOVING),
     )
 }  # fmt: skip
 

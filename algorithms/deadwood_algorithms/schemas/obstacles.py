@@ -27,6 +27,6 @@ OBSTACLES = (
     Obstacle("trees", "tree", TREE, "standing trees", ("dbh_cm", "height_m")),
     Obstacle("stumps", "stump", STUMP, f"stumps: lower than {STUMP_BELOW_M:g} m", ("dbh_cm", "height_m")),
     Obstacle("barriers", "barrier", BARRIER, "barriers", ("height_m",)),
-    Obstacle("lying_logs", "lying log", WOOD, "lying logs"),
+    Obstacle("lying_logs", "lying log", WOOD, "lying logs", ("capacity_kj",)),
     Obstacle("blocks", "boulder", STONE, "boulders"),
 )

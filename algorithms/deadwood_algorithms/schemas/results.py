@@ -215,7 +215,11 @@ LYING_HITS = Layer(
     name="lying_hits",
     geometry=("LineString",),
     meaning="Every lying log that was hit, and the energy and impulse that it absorbed",
-    columns=(an_id("lying_id", "The lying log"), *TREE_HITS.columns[3:-1]),
+    columns=(
+        an_id("lying_id", "The lying log"),
+        *TREE_HITS.columns[3:-1],
+        a_count("n_broken", "Hits that broke it, or a straight piece of it; for each log it lies there again"),
+    ),
 )
 
 BLOCK_HITS = Layer(
@@ -351,8 +355,9 @@ PROCESS_AREA = Layer(
     meaning="The outline of the ground that at least this share of the logs pass; an indication map",
     columns=(
         a_number("least_p", "The minimum share of the logs that pass a cell; 0: any log", 0, 1),
-        a_number("area_m2", "Ground of the cells", 0),
+        a_number("area_m2", "Ground of the cells; empty with fewer logs than it needs", 0),
         a_count("n_logs", "Logs of the run"),
+        a_count("n_needed", "Logs from which the area is stated; empty for any log: it grows with every one"),
     ),
 )
 

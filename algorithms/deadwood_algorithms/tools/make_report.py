@@ -6,6 +6,8 @@ not, and shows the map with layers to switch, the reach of each line with both k
 run-out, speeds and jumps, profiles along trajectories, the balances of barriers and trees, the measured accuracy, and
 the provenance. The 3-D view replays logs: the fastest, the farthest, those that reach a line, and a random sample.
 
+All that is not signed is in an annex, which the reader opens, and which is printed while it is open.
+
     deadwood-tool make-report my_case --output my_case.html
     deadwood-tool make-report my_case --results trees_value.gpkg,siting,intensity,origins,varied --output my_case.html
     deadwood-tool make-report run_none run_forest --output forest.html --language de --figures figures --gltf slope.glb
@@ -23,6 +25,7 @@ from __future__ import annotations
 import tempfile
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,6 +62,7 @@ class Ask:
     author: str | None = tool.text("Author responsible for the page", default=None, help="Shown in its scenario box.")
     project: str | None = tool.text("Project or order", default=None, help="Shown in its scenario box.")
     language: str = tool.choice("Language of the page", *LANGUAGES, default="en")
+    annex: bool = tool.flag("The annex is open, and so is printed", help="Without it the reader opens it.")
     figures: str | None = tool.output_folder(
         "Folder for every figure as PNG, SVG and PDF", default=None, help="For other documents."
     )
@@ -102,7 +106,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         spaces = [space_of(each, len(sources)) for each in sources]
         if gltf and spaces[0] is None:
             raise UserError(f"{folders[0]}: its terrain model no longer exists, without which --gltf has no scene")
-        report = report_of(sources, spaces, compared, Words(ask.language), ask.title, ask.author, ask.project)
+        report = report_of(sources, spaces, compared, Words(ask.language), ask.title, ask.author, ask.project,
+                           annex_open=ask.annex)  # fmt: skip
         path.write_text(report.page, encoding="utf-8")
         feedback.progress(2, 3, "drawing the report")
         for each in report.drawings if figures else ():
@@ -153,7 +158,7 @@ def names_of(folders: Sequence[str], given: str | None) -> list[str]:
 def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedback: Feedback) -> Comparison:
     """The comparison of the runs; what cannot be compared is reported in the page."""
     from deadwood_algorithms.evaluate.scenarios.maps import difference_map
-    from deadwood_algorithms.evaluate.scenarios.measures import compared_rows
+    from deadwood_algorithms.evaluate.scenarios.measures import Share, compared_rows, share_row
     from deadwood_algorithms.evaluate.scenarios.paired_runs import differing, read_compared
     from deadwood_algorithms.report.compared import Comparison
     from deadwood_algorithms.report.sources import read_over_runs
@@ -167,6 +172,10 @@ def compared_runs(folders: Sequence[str], sources: Sequence[ReportedRun], feedba
         return found
     names = dict(zip(numbered, (each.name for each in sources), strict=True))
     found.rows = [replace(row, scenario=names[row.scenario]) for row in compared_rows(compared, None, 0, feedback)]
+    for before, run in pairwise(compared.others):
+        for column, line_id in enumerate(compared.line_ids):
+            shares = (Share.of(each.reach[:, column], each.left_dem) for each in (run, before))
+            found.steps.append((names[before.name], share_row(names[run.name], "reach", str(line_id), *shares)))
     found.differing = {
         parameter: {names[each]: value for each, value in values.items()}
         for parameter, values in differing(compared).items()

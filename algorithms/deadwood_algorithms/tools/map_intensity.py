@@ -136,14 +136,18 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         names = legend.rising_labels(strong, "kJ")
         weights = rising_class(np.where(passed, energies.estimate, np.nan), strong)
         warm = legend.class_rows(names, legend.WARM)
-        enough = energies.facts["n_logs"], needed_for(ask.least_passage / 100.0)
-        maps.write("intensity", weights, warm, f"Class of the {energies.what}", (strong, "kJ"), logs=enough)
+        enough = needed_for(ask.least_passage / 100.0)
+        known = energies.facts["n_logs"], [enough] * len(warm)
+        maps.write("intensity", weights, warm, f"Class of the {energies.what}", (strong, "kJ"), logs=known)
         for row, area_facts in zip(maps.classes, areas_of(energies, strong, grid.cell), strict=True):
             row.update(area_facts)
         passages = rising_class(np.where(passed, 100.0 * hits / n_logs, np.nan), shares)
         often = legend.rising_labels(shares, "% of the logs")
         about = "Class of the share of the logs that pass"
-        maps.write("passage", passages, legend.class_rows(often, legend.COLD), about, (shares, "%"))
+        needed = [None, *(needed_for(each / 100.0) for each in shares)]
+        maps.write(
+            "passage", passages, legend.class_rows(often, legend.COLD), about, (shares, "%"), logs=(n_logs, needed)
+        )
         outline = process_area(hits, ask.least_passage / 100.0, n_logs, grid)
         write_vector(folder / OUTLINE, {"process_area": outline})
         facts: dict[str, Any] = {"rule": RULE, "decides": DECIDES, "energy": energies.what}
@@ -152,6 +156,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
         both: Any = np.where(weights > 0, 10 * weights + passages, 0).astype(np.uint8)
         pairs = often, True
+        known = n_logs, [each and max(each, enough) for _ in names for each in needed]
         if areas:
             years, shortest = years_of(source, areas, ask.logs_per_event, grid, hits, feedback)
             facts["areas"] = [vars(each) for each in areas]
@@ -160,16 +165,19 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             write_years(folder / "return_period.tif", years, grid)
             often = legend.period_labels(periods)
             about, rows = "Class of the return period of any passage", legend.class_rows(often, legend.COLD[::-1])
-            maps.write("return_class", period_class(years[0], periods), rows, about, (periods, "years"))
+            needed = [logs_needed(areas, ask.logs_per_event, each) for each in periods]
+            every = n_logs, [*needed, None]
+            maps.write("return_class", period_class(years[0], periods), rows, about, (periods, "years"), logs=every)
             warn_of_small_sample(facts, areas, ask.logs_per_event, periods, feedback)
             if source.stored_log_ids.size:
                 energetic = periods_of_energies(source, areas, ask.logs_per_event, grid, strong, feedback)
                 by_scenario = intensities(years[0], energetic, periods)
-                for scenario, classes in zip(periods, by_scenario, strict=True):
+                for scenario, classes, enough in zip(periods, by_scenario, needed, strict=True):
                     about = f"Class of the energy that comes at least once in {scenario:g} years"
-                    enough = source.stored_log_ids.size, logs_needed(areas, ask.logs_per_event, scenario)
-                    maps.write(f"intensity_{scenario:g}_years", classes, warm, about, (strong, "kJ"), logs=enough)
+                    known = source.stored_log_ids.size, [enough] * len(warm)
+                    maps.write(f"intensity_{scenario:g}_years", classes, warm, about, (strong, "kJ"), logs=known)
                 both, pairs = joint(by_scenario), ([f"once in {each:g} years" for each in periods], False)
+                known = source.stored_log_ids.size, [max(needed)] * len(names) * len(periods)  # of all scenarios
             else:
                 both = None
                 feedback.warn(
@@ -178,7 +186,8 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                     code="no-trajectories",
                 )
         if both is not None:
-            maps.write("matrix", both, legend.matrix_rows(names, pairs[0], rarest_first=pairs[1]), "Class of both")
+            fields = legend.matrix_rows(names, pairs[0], rarest_first=pairs[1])
+            maps.write("matrix", both, fields, "Class of both", logs=known)
         facts["classes"] = maps.classes
         found = passages_of_lines(source, ask.lines, feedback)
         rows = line_rows(source, found, areas, ask.logs_per_event, strong, periods, of_run=ask.lines is None)

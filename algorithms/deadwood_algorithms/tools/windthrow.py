@@ -20,6 +20,9 @@ stems that fall off it completely are left out and counted. The folder holds lay
     deadwood-tool import-trees --trees sample_data/trees.csv --dem sample_data/dem.tif --output trees.gpkg
     deadwood-tool windthrow --trees trees.gpkg --dem sample_data/dem.tif --share 0.4 --fall-deg 180 --output storm
 
+With `--tree-capacity-kj`, the energy that a fresh stem of 40 cm DBH absorbs in a hit before it breaks, lying logs have
+a `capacity_kj` by DBH, age and wood, above which they break; `lying_later_rigid.gpkg` has the same logs without it.
+
 The tool prints the commands that slide the same logs through all four scenarios and compare them. It does not predict
 which trees a storm throws: that is your input. Stems lie flat, not on one another or against standing trees; regrowth
 is not modelled.
@@ -88,6 +91,24 @@ class Ask(tool.TakesPresets):
         default=None,
         help=presets.choices_help(presets.DECAYS),
     )
+    tree_capacity_kj: float | None = tool.number(
+        "Energy that a fresh stem of 40 cm DBH absorbs in a hit before it breaks",
+        unit="kJ",
+        default=None,
+        minimum=0.0,
+        exclusive=True,
+        help="Lying logs then break above theirs, less by --weaker years later. Without it they are rigid.",
+    )
+    tree_capacity_power: float = tool.number(
+        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
+    )
+    weaker: float | None = tool.number(
+        "Share of that energy which lying logs have lost by then",
+        default=None,
+        minimum=0.0,
+        maximum=0.999,
+        help="Default: by --wood (else spruce) and --years, 0.89 for spruce after 9 years: the most that tests found.",
+    )
     years: float | None = tool.number(
         "Years after the storm, with the wood's rate of decay",
         default=None,
@@ -111,14 +132,25 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.files.dem_blocks import open_ground
     from deadwood_algorithms.files.vectors import write_vector
     from deadwood_algorithms.prepare.trees import stems as layers
-    from deadwood_algorithms.prepare.trees.throwing import assumed_words, chosen_share, fall_directions, lying_stems
+    from deadwood_algorithms.prepare.trees.throwing import (
+        assumed_words,
+        chosen_share,
+        fall_directions,
+        lying_stems,
+        strength_words,
+    )
     from deadwood_algorithms.results.identity import result_folder
+    from deadwood_algorithms.scene.laws import capacity_of
     from deadwood_algorithms.stats import draws
 
     if 0.0 < ask.stump_m < TREE_M[0]:
         raise UserError(f"--stump-m is {ask.stump_m:g} m, but must be 0 (none) or at least {TREE_M[0]:g} m")
-    if ask.years is not None and ask.wood is None:
+    if ask.years is not None and ask.wood is None and ask.tree_capacity_kj is None:
         raise UserError("--years is computed with the decay of a species; name it with --wood, or give --thinner")
+    if ask.weaker is not None and ask.tree_capacity_kj is None:
+        raise UserError("--weaker needs --tree-capacity-kj: the energy that a fresh stem of 40 cm DBH absorbs")
+    years = YEARS if ask.years is None else ask.years
+    left = presets.strength_left(presets.WOODS[ask.wood or "spruce"], years) if ask.weaker is None else 1.0 - ask.weaker
     thinner = THINNER if ask.thinner is None else ask.thinner
     for taken in ask.taken_presets():
         feedback.note(taken.said, code="preset")
@@ -153,9 +185,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         after = layers.trees_with_stumps(stems, thrown, ask.stump_m)
         before = layers.trees_with_stumps(stems, np.zeros_like(thrown), 1.0)
         standing = {"before": before, "after": after, "later": after, "cleared": after}
+        fresh = None
+        if ask.tree_capacity_kj is not None:
+            fresh = capacity_of(ask.tree_capacity_kj, ask.tree_capacity_power, stems.dbh_cm) / 1000.0
+        old, thickness = (stems, lying, rows, laid & ~gone), 1.0 - thinner
         logs = {
-            "after": layers.lying_frame(stems, lying, rows, laid, 1.0),
-            "later": layers.lying_frame(stems, lying, rows, laid & ~gone, 1.0 - thinner),
+            "after": layers.lying_frame(stems, lying, rows, laid, 1.0, fresh),
+            "later": layers.lying_frame(*old, thickness, None if fresh is None else left * fresh),
+            **({} if fresh is None else {"later_rigid": layers.lying_frame(*old, thickness)}),
         }
         for kind, layer, frames in (("trees", "trees", standing), ("lying", "lying_logs", logs)):
             for name, frame in frames.items():
@@ -166,28 +203,32 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     facts = {name: {state: int((values == state).sum()) for state in (layers.STANDING, layers.LYING, layers.REMOVED)}
              for name, values in states.items()}  # fmt: skip
     assumed = assumed_words(ask.fall_deg, ask.scatter_deg, ask.stump_m, ask.lost, thinner)
-    lines = lines_of(facts, made, ask.dem, assumed)
+    strength = strength_words(
+        ask.tree_capacity_kj, ask.tree_capacity_power, left, years if ask.weaker is None else None
+    )
+    lines = lines_of(facts, made, ask.dem, (assumed, strength))
     return Outcome({"output": final} | made, facts | {"off_terrain": int(off.sum())}, lines)
 
 
-def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str, assumed: str) -> tuple[str, ...]:
+def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str, assumed: tuple[str, ...]) -> tuple[str, ...]:
     """What each scenario has, and the commands that slide the same logs through all of them."""
     shown = []
     for name, counts in facts.items():
         shown.append(f"{name}: {counted(counts['standing'], 'tree stands', 'trees stand')}, "
                      f"{counted(counts['lying'], 'stem lies', 'stems lie')}, "
                      f"{counts['removed']} removed")  # fmt: skip
-    shown.append(assumed)
+    shown += assumed
     shown.append("now slide the same logs through each, with your releases, lines and friction:")
-    for name in facts:
+    scenarios = [*facts, *(["later_rigid"] if "lying_later_rigid" in made else [])]
+    for name in scenarios:
         layers = ""
-        for flag, stem in (("--trees", f"trees_{name}"), ("--lying-logs", f"lying_{name}")):
+        for flag, stem in (("--trees", f"trees_{name.removesuffix('_rigid')}"), ("--lying-logs", f"lying_{name}")):
             layers += f" {flag} {quoted(made[stem])}" if stem in made else ""
         shown.append(
             f"  deadwood-tool slide-logs --dem {quoted(dem)} --releases releases.gpkg{layers} --lines road.gpkg "
             f"--friction 0.25 --trajectories all --output run_{name}"
         )
-    runs = ",".join(f"run_{name}" for name in facts)
+    runs = ",".join(f"run_{name}" for name in scenarios)
     return *shown, f"  deadwood-tool compare-scenarios --runs {runs} --output windthrow_effect"
 
 

@@ -15,7 +15,7 @@ import rasterio
 import shapely
 from matplotlib.figure import Figure
 from rasterio.transform import from_origin
-from slope_case import Case, edit_manifest, points, summary, write_layer
+from slope_case import Case, edit_manifest, layer, points, summary, write_layer
 
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report import rounded
@@ -24,6 +24,7 @@ from deadwood_algorithms.report.markup import LONG, element, embedded_json, rema
 from deadwood_algorithms.report.sections import points_words
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.simulate import fidelity_trade
+from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_algorithms.tools import make_report
 from deadwood_engine import STOP_REASONS
 
@@ -267,6 +268,23 @@ def test_two_runs_are_compared(case, run):
     assert "The same logs in each run" in text
     assert "Share of the logs that pass, minus that of none" in text
     assert len(data["space"]) == 2
+
+
+def test_three_runs_have_a_sentence_for_each_difference(case, run):
+    """To the first run and to the one before; the last has the logs counted here, one by one."""
+    none = case.run(output=str(case.folder / "none"), lines=case.lines, overwrite=True)
+    trees = case.run(output=str(case.folder / "trees"), lines=case.lines, trees=case.trees)
+    text = Reader(page_of(none, trees, run)[0]).text
+    reached = {each: set(layer(each, "reached_by").query("line_id == 'road'")["log_id"]) for each in (trees, run)}
+    n = summary(run)["logs"]["released"]
+    lost, gained = len(reached[trees] - reached[run]), len(reached[run] - reached[trees])
+    low, high = (100.0 * each for each in paired_interval(lost, gained, n))
+    for name, other in (("trees", "none"), ("full", "none"), ("full", "trees")):
+        assert text.count(f"{name} compared with {other}:") == 2, (name, other)  # two lines
+    said = re.search(r"full compared with trees:[^()]*\(([^ ]+) to ([^ )]+)\) points(?: at road)?", text)
+    assert said
+    ends = [float(each.replace("\u2212", "-")) for each in said.groups()]
+    assert ends == pytest.approx([low, high], abs=0.6)  # rounded to a point or finer
 
 
 def test_a_baseline_that_is_named_is_the_one_of_every_number(case, run, tmp_path, said):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -36,10 +37,13 @@ def test_a_hit_is_above_its_own_trees_and_its_own_logs_capacity():
         by_barrier=np.array([False, False, False, False, False, True]),
         log_row=np.array([0, 1, 0, 1, 0, 1]),
         energy_taken=np.array([999.0, 1001.0, 249.0, 251.0, 2001.0, 501.0]),
+        broke=np.array([False, True, False, False, True, False]),
     )
     tree, log = overloads.hits_above(hits, np.array([3, 7]), scene)
     assert tree.tolist() == [False, True, False, True, False, False]
     assert log.tolist() == [False, True, False, False, True, True]
+    broken = Overloads(replace(capacity, break_trees=True), overloads.log_id, overloads.log_capacity)
+    assert broken.hits_above(hits, np.array([3, 7]), scene)[0].tolist() == [False, True, *[False] * 4]
 
 
 @pytest.fixture(scope="module")

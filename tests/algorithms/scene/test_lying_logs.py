@@ -6,15 +6,18 @@ from pathlib import Path
 
 import geopandas as gpd
 import numpy as np
+import pandas
 import pytest
 import shapely
-from slope_case import Case, assert_same_run, layer, points, summary, write_layer
+from slope_case import NORTH, Case, assert_same_run, layer, points, summary, write_dem, write_layer
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.files.dem_windows import read_dem
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.tool import Quiet, UserError
-from deadwood_algorithms.scene.lying_logs import read_lying_logs
+from deadwood_algorithms.results.scenario import scenario_line
+from deadwood_algorithms.scene.lying_logs import read_lying_logs, with_more
+from deadwood_engine import LyingLogs
 
 ACROSS = [shapely.LineString([(12.0, 50.0), (48.0, 50.0)])]
 
@@ -52,6 +55,57 @@ def test_it_holds_logs_and_reports_it(held):
     assert told["lying_logs"]["n_stops"] == stopped.sum()
     assert told["trees"]["n_hits"] == 0
     assert "tree_hits" not in set(gpd.list_layers(held / "run.gpkg")["name"])
+
+
+@pytest.mark.parametrize("share", [0.25, 0.9, 1.1, None])
+def test_one_with_a_capacity_takes_it_and_no_more(tmp_path, share):
+    """End-on at a thick lying log across the way, on level ground without friction or rebound: with less than the
+    energy E that arrives, C, it breaks and E - C goes on; with more, or rigid, it holds the log.
+
+    E is m v^2 / 2 of the start, to the last digit of the run without it; the engine keeps E - C to 1 % of E (its own
+    test of a log broadside), and the speed is half as sensitive.
+    """
+    case = Case(tmp_path / "case")
+    start = write_layer(tmp_path / "one.gpkg", points((30.0, 20.0)), log_id=[1])
+    given = {"dem": write_dem(tmp_path / "flat.tif", flat=True), "releases": start, "friction": "0",
+             "time_limit_s": 3.0, "rolling_friction": 0.0, "fidelity": "standard", "orientation": "lying",
+             "speed_ms": 12.0}  # fmt: skip
+    energy = layer(case.run(output=str(tmp_path / "free"), **given), "deposits")["energy_max_kj"][0]
+    capacity = {} if share is None else {"capacity_kj": [share * energy]}
+    across = [shapely.LineString([(20.0, 35.0), (40.0, 35.0)])]
+    thick = {"lying_id": ["a"], "diameter_cm": [200.0], "tip_diameter_cm": [200.0]}
+    lying = write_layer(tmp_path / "lying.gpkg", across, **thick, **capacity)
+    run = case.run(output=str(tmp_path / "run"), lying_logs=lying, **given)
+    hits, told = layer(run, "lying_hits"), summary(run)
+    breaks = share is not None and share < 1.0
+    assert hits["n_broken"].sum() == told["lying_logs"]["n_broken"] == int(breaks)
+    last = pandas.read_parquet(run / "poses.parquet").iloc[-1]
+    kept = 1.0 - share if breaks else 0.0
+    assert last["speed_ms"] ** 2 / 144.0 == pytest.approx(kept, abs=0.02)
+    assert hits["energy_taken_kj"][0] / energy == pytest.approx(share if breaks else 1.0, abs=0.02)
+    assert (last["y"] > NORTH + 36.0) == breaks
+    weak = told["scenario"]["lying_logs"].get("capacity_kj")
+    assert weak == (None if share is None else dict.fromkeys(("median", "low", "high"), share * energy))
+    assert ("1 of them break" in told["modelled"]["lying_logs"]) == (share is not None)
+    assert ("lying logs break (" in scenario_line(told["scenario"])) == (share is not None)
+
+
+def test_a_capacity_of_nothing_is_refused_and_a_gap_is_rigid(tmp_path, grid):
+    two = [shapely.LineString([(12.0, v), (48.0, v)]) for v in (50.0, 60.0)]
+    lying = write_layer(tmp_path / "l.gpkg", two, diameter_cm=[40.0, 40.0], capacity_kj=[3.0, np.nan])
+    assert read_lying_logs(lying, grid, 40.0, Quiet())[0].capacity == pytest.approx([3000.0, np.inf])
+    lying = write_layer(tmp_path / "m.gpkg", two, diameter_cm=[40.0, 40.0], capacity_kj=[3.0, 0.0])
+    with pytest.raises(UserError, match="field 'capacity_kj', row 2"):
+        read_lying_logs(lying, grid, 40.0, Quiet())
+
+
+def test_logs_added_to_those_that_break_are_rigid():
+    ends = np.array([[0.0, 0.0], [5.0, 0.0]])
+    plain = LyingLogs(ends, np.array([0, 2]), np.array([0.4]), np.array([0.2]))
+    assert with_more(plain, plain).capacity is None
+    both = with_more(plain._replace(capacity=np.array([5.0])), plain)
+    assert both.capacity == pytest.approx([5.0, np.inf])
+    assert both.starts.tolist() == [0, 2, 4]
 
 
 def test_without_it_they_continue(case, held):

@@ -127,6 +127,17 @@ def test_areas_do_not_grow_with_the_number_of_logs(tmp_path):
     assert largest[0] < 0.95 * largest[1] < 0.95**2 * largest[2]
 
 
+def test_only_the_areas_of_frequent_classes_are_stated(tmp_path):
+    """Of the classes below 0.1, from 0.1, 1 and 10 % of the logs, 2000 support the last alone: it needs 865."""
+    maps(passages(tmp_path / "run", 2000), tmp_path / "m")
+    rows = rows_of(tmp_path / "m", "passage")
+    assert [row["n_needed"] for row in rows] == [None, 95941, 9508, 865]  # 1.96² (1 - p) / (p 0.2²)
+    assert [row["area_m2"] is not None for row in rows] == [False, False, False, True]
+    law = NormalDist(30.0, CORRIDOR)
+    true = 60.0 * sum(law.cdf(k + 1.2) - law.cdf(k - 0.2) >= 0.1 for k in range(WIDTH))
+    assert rows[3]["area_m2"] == pytest.approx(true, rel=0.15)  # a column of cells either side, and 4 rows at the ends
+
+
 def test_the_area_of_a_class_does_not_depend_on_the_number_of_logs_where_it_is_stated(tmp_path):
     """Where 5 % of the logs pass, with any energy: stated from 1825 logs, and then right; not from 500."""
     law = NormalDist(30.0, CORRIDOR)
@@ -211,7 +222,8 @@ def test_the_process_area_is_the_outline_of_the_ground_that_this_number_of_logs_
     (row,) = layer_rows(tmp_path / "m" / "process_area.gpkg")
     here = fields()["hit_count"] >= logs
     assert (row.least_p, row.n_logs) == (pytest.approx(least / 100.0), N)
-    assert row.area_m2 == row.geometry.area == here.sum()
+    assert row.geometry.area == here.sum()
+    assert np.isnan(row.area_m2), f"{N} logs do not support an area"
     v, u = np.indices(here.shape)
     inside = shapely.contains_xy(row.geometry, EAST + u.ravel() + 0.5, NORTH + v.ravel() + 0.5)
     assert np.array_equal(inside.reshape(here.shape), here)
@@ -276,7 +288,8 @@ def test_the_ground_of_each_class_and_what_an_empty_cell_means(made, tmp_path):
     facts = json.loads((tmp_path / "m" / "classes.json").read_text())
     for each in facts["classes"]:
         assert each["cells"] == (found[each["map"]] == each["class"]).sum()
-        assert each["area_m2"] == (None if each.get("n_needed", 0) > N else each["cells"])
+        supported = each["n_needed"] is not None and each["n_needed"] <= N
+        assert each["area_m2"] == (each["cells"] if supported else None)
         if each["map"] == "intensity":
             assert each["at_least_m2"] == (found["intensity"] >= each["class"]).sum()
             assert each["at_least_ci_low_m2"] is each["at_least_ci_high_m2"] is None  # of the largest energies

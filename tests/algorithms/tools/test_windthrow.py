@@ -331,3 +331,37 @@ def test_wrong_layers_are_refused_in_a_line(place, tmp_path):
     wrong = write_layer(tmp_path / "wrong.gpkg", [shapely.box(0.0, 0.0, 60.0, 100.0)], share=[40.0])
     with pytest.raises(UserError, match="field 'share', row 1: 40 is not a number at least 0 and at most 1"):
         throw(place, tmp_path / "s", windthrow_areas=wrong)
+
+
+@pytest.mark.parametrize(("more", "left"), [
+    ({"years": 9.0}, 0.11),  # Ammann 2006: up to 89 % less after 8 to 10 years
+    ({"years": 8.0}, 0.11 ** (8.0 / 9.0)),
+    ({"years": 0.0}, 1.0),
+    ({"years": 9.0, "wood": "beech"}, 0.11 ** (0.054 / 0.033)),  # as much faster as its mass decays
+    ({"weaker": 0.4}, 0.6),
+])  # fmt: skip
+def test_old_logs_break_at_less(place, tmp_path, more, left):
+    """The capacity of each log, from the DBH of its tree, the power and the source's share; the same logs rigid."""
+    found = throw(place, tmp_path / "s", share=0.5, tree_capacity_kj=100.0, lost=0.2, **more)
+    dbh = found["trees_before"].set_index("tree_id")["dbh_cm"]
+    for name, kept in (("after", 1.0), ("later", left)):
+        logs = found[f"lying_{name}"]
+        expected = kept * 100.0 * (dbh.loc[logs["lying_id"]].to_numpy() / 40.0) ** 2
+        assert logs["capacity_kj"].to_numpy() == pytest.approx(expected, rel=1e-9), name
+    rigid = found["lying_later_rigid"]
+    assert "capacity_kj" not in rigid
+    assert rigid.equals(found["lying_later"].drop(columns="capacity_kj"))
+    lines = " ".join(found["outcome"].lines)
+    assert f"later {100.0 * left:.2g} % of it are left" in lines
+    assert ("up to 89 % less" in lines) == ("weaker" not in more)
+    assert "lying_later_rigid.gpkg" in lines
+    assert "run_later,run_cleared,run_later_rigid" in lines
+
+
+def test_without_a_capacity_logs_are_rigid_and_that_is_said(place, tmp_path):
+    found = throw(place, tmp_path / "s", share=0.5)
+    assert "capacity_kj" not in found["lying_later"]
+    assert "lying_later_rigid" not in found
+    assert any("lying logs never break, however old" in each for each in found["outcome"].lines)
+    with pytest.raises(UserError, match="--weaker needs --tree-capacity-kj"):
+        throw(place, tmp_path / "t", share=0.5, weaker=0.5)

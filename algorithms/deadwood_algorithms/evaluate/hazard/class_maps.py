@@ -35,21 +35,21 @@ class ClassMaps:
         about: str,
         scale: tuple[Sequence[float], str] | None = None,
         *,
-        logs: tuple[int, int] | None = None,
+        logs: tuple[int, Sequence[int | None]],
     ) -> None:
         """``scale``: the bounds of the classes and their unit; None for the matrix, whose classes are pairs.
 
-        logs : of the run, and how many an area needs; with fewer none is stated, because it would be too large
+        logs : of the run, and how many the area of each class needs; with fewer none is stated, because it would be too
+            large (None: no number supports it)
         """
-        needs = {"n_needed": logs[1]} if logs else {}
         write_classes(self.folder / f"{name}.tif", values, self.grid, rows, meaning=about)
         count = np.bincount(values.ravel(), minlength=256)
         ends = ranges_of(scale[0]) if scale else [None] * len(rows)
-        for (value, _, label), end in zip(rows, ends, strict=True):
+        for (value, _, label), end, needed in zip(rows, ends, logs[1], strict=True):
             between = {"low": end[0], "high": end[1], "unit": scale[1]} if scale and end else {}
-            area = float(count[value] * self.grid.cell**2) if not logs or logs[0] >= logs[1] else None
-            ground = {"cells": int(count[value]), "area_m2": area}
-            self.classes.append({"map": name, "class": value, "meaning": label} | between | ground | needs)
+            area = float(count[value] * self.grid.cell**2) if needed is not None and logs[0] >= needed else None
+            ground = {"cells": int(count[value]), "area_m2": area, "n_needed": needed}
+            self.classes.append({"map": name, "class": value, "meaning": label} | between | ground)
 
 
 def years_of(

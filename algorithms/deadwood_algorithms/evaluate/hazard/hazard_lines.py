@@ -47,10 +47,9 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
     shown = []
     for name in dict.fromkeys(each["map"] for each in facts["classes"]):
         mine = [each for each in facts["classes"] if each["map"] == name and each["cells"]]
-        lines = [f"{each['meaning']}: {significant(each['area_m2'] / 1e4, 3)} ha" for each in mine
-                 if each["area_m2"] is not None]  # fmt: skip
-        if len(lines) < len(mine):
-            lines = [f"areas need {counted(mine[0]['n_needed'], 'log')}"]
+        lines = [f"{each['meaning']}: {area_words(each)}" for each in mine]
+        if len({each["n_needed"] for each in mine if each["area_m2"] is None}) == 1 == len({*map(area_words, mine)}):
+            lines = [f"every class: {area_words(mine[0])}"]
         if name != "matrix":
             what = f"intensity, {facts['energy']}" if name == "intensity" else name.replace("_", " ")
             shown.append(f"{what}: {'; '.join(lines)}")
@@ -65,6 +64,14 @@ def lines_of(facts: dict[str, Any], rows: Sequence[dict[str, Any]]) -> tuple[str
     if "return_ci_low_years" in facts["no_hit"]:
         empty += f", return period over {years_words(facts['no_hit']['return_ci_low_years'])} years"
     return (*shown, f"{empty} (95 %)", facts["rule"], facts["decides"])
+
+
+def area_words(record: dict[str, Any]) -> str:
+    """The area of a class, or what it needs."""
+    if record["area_m2"] is not None:
+        return f"{significant(record['area_m2'] / 1e4, 3)} ha"
+    needed = record["n_needed"]
+    return f"its area needs {needed} logs" if needed else "its area grows with every log"
 
 
 def event_lines(facts: dict[str, Any]) -> list[str]:

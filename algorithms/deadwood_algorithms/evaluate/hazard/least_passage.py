@@ -112,16 +112,20 @@ def energies_of_share(
 
 def process_area(hits: NDArray[np.float32], share: float, n_logs: int, grid: Grid) -> geopandas.GeoDataFrame:
     """The outline of the cells that at least this share of the logs pass (0: any log); one row, or none without such
-    cells.
+    cells. Its area is stated from the number of logs that supports it; none does for any log.
     """
     here = hits >= Ranks.of(share, n_logs).estimate
-    row = {"least_p": share, "area_m2": float(here.sum()) * grid.cell**2, "n_logs": n_logs}
-    table = pandas.DataFrame([row] if here.any() else [], columns=list(row))
+    needed = needed_for(share) or None
+    area = float(here.sum()) * grid.cell**2 if needed and n_logs >= needed else math.nan
+    row = {"least_p": share, "area_m2": area, "n_logs": n_logs, "n_needed": needed}
+    table = pandas.DataFrame([row] if here.any() else [], columns=list(row)).astype({"n_needed": "Int64"})
     return geopandas.GeoDataFrame(table, geometry=[polygons_of(here, grid)] if here.any() else [], crs=grid.plan_crs)
 
 
 def needed_for(share: float) -> int:
-    """The number of logs from which the 95 % interval of this share is at most `SUPPORTED` times it to either side."""
+    """The number of logs from which the 95 % interval of this share is at most `SUPPORTED` times it to either side; 0
+    for any log, whose ground grows with every log.
+    """
     return math.ceil(Z_95**2 * (1.0 - share) / (share * SUPPORTED**2)) if 0.0 < share < 1.0 else 0
 
 

@@ -18,7 +18,7 @@ from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.scene.counts import count_of_rows, in_scene
 from deadwood_algorithms.scene.items import Items, ids_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_trees
-from deadwood_algorithms.scene.lying_logs import read_lying_logs
+from deadwood_algorithms.scene.lying_logs import read_lying_logs, with_more
 from deadwood_engine import LyingLogs, Trees
 
 TREE, LYING, BARRIER, STAND = "tree", "lying_log", "barrier", "stand"
@@ -138,19 +138,13 @@ def with_candidates(layers: SceneLayers, candidates: Candidates) -> tuple[SceneL
     """The scene with all candidates appended to its own objects, and the candidates; those off the terrain are left
     out.
     """
-    own, more = layers.lying_logs, candidates.lying
-    lying = LyingLogs(
-        np.concatenate([own.vertices, more.vertices]),
-        np.concatenate([own.starts, own.starts[-1] + more.starts[1:]]),
-        np.concatenate([own.diameter, more.diameter]),
-        np.concatenate([own.tip_diameter, more.tip_diameter]),
-    )
+    own = layers.lying_logs
     both = replace(
         layers,
         trees=layers.trees.then(candidates.trees),
         tree_ids=[*layers.tree_ids, *candidates.tree_ids],
         tree_dbh_cm=np.concatenate([layers.tree_dbh_cm, candidates.tree_dbh_cm]),
-        lying_logs=lying,
+        lying_logs=with_more(own, candidates.lying),
         lying=layers.lying.then(candidates.lying_items),
     ).prepared_again()
     _account(both, candidates, len(layers.tree_ids), len(own.diameter))

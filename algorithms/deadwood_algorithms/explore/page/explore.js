@@ -667,7 +667,7 @@ async function fillSpace() {
   const variant = map.content.variants[0], rather = Boolean(variant?.edited);
   const drapes = await drapesOf(map, state.terrain, variant);
   if ($("space").hidden) return;
-  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: config.colours.solids });
+  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: config.colours.solids, stumpBelow: config.stump_below_m });
   try {
     if (view) view.replace([scene]);
     else view = window.DeadwoodView($("space"), [scene], { play: say("play"), pause: say("pause"), hint: say("pick_hint"), picked: say("picked") });

@@ -49,7 +49,7 @@ export class Motion {
 }
 
 /* The scene in the form of the report's view: metres from the middle, heights above the lowest, including `edits`. */
-export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposits, drapes, colours }) {
+export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposits, drapes, colours, stumpBelow }) {
   const { columns: nx, rows: ny, cell, z: heights } = terrain, [, , , top] = scene.extent;
   let low = Infinity, high = -Infinity;
   for (const each of heights) if (Number.isFinite(each)) { low = Math.min(low, each); high = Math.max(high, each); }
@@ -75,7 +75,7 @@ export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposit
   const { trees_x, trees_y, trees_dbh_cm, trees_height_m } = scene.data, trees = [], every = Math.max(1, Math.ceil(trees_x.length / MOST_TREES));
   const tree = (x, y, dbh, height) => {
     const foot = ground(x, y), r = dbh / 200;
-    trees.push([x - middle[0], y - middle[1], foot, x - middle[0], y - middle[1], foot + height, r, r / 2]);
+    trees.push([x - middle[0], y - middle[1], foot, x - middle[0], y - middle[1], foot + height, r, height < stumpBelow ? r : r / 2]);
   };
   for (let k = 0; k < trees_x.length; k += every) {
     if (!edited || !felled.has(k)) tree(trees_x[k], trees_y[k], trees_dbh_cm[k], trees_height_m ? trees_height_m[k] : 20);

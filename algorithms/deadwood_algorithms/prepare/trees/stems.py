@@ -197,14 +197,22 @@ def trees_with_stumps(stems: Stems, thrown: NDArray[np.bool_], stump_m: float) -
 
 
 def lying_frame(
-    stems: Stems, lying: Lying, rows: NDArray[np.intp], kept: NDArray[np.bool_], thickness: float
+    stems: Stems,
+    lying: Lying,
+    rows: NDArray[np.intp],
+    kept: NDArray[np.bool_],
+    thickness: float,
+    capacity_kj: NDArray[np.float64] | None = None,
 ) -> geopandas.GeoDataFrame:
-    """The remaining lying logs, thinner by a factor; ``rows`` are those of the stems."""
+    """The remaining lying logs, thinner by a factor; ``rows`` are those of the stems. ``capacity_kj`` : of each stem,
+    before it breaks; None: they are rigid.
+    """
     lines = shapely.linestrings(np.stack([lying.base, lying.tip], axis=1)[kept])
     columns = {
         "lying_id": stems.ids[rows][kept],
         "diameter_cm": thickness * lying.base_cm[kept],
         "tip_diameter_cm": thickness * lying.tip_cm[kept],
+        **({} if capacity_kj is None else {"capacity_kj": capacity_kj[rows][kept]}),
     }
     return geopandas.GeoDataFrame(columns, geometry=lines, crs=stems.frame.crs)
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.grid import Grid
+from deadwood_algorithms.params.presets import STRENGTH_OF
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.stats import draws
 
@@ -130,6 +131,20 @@ def assumed_words(fall_deg: float, scatter_deg: float, stump_m: float, lost: flo
         f"assumed: stems fall towards {fall_deg:g} degrees, with a standard deviation of {scatter_deg:g}; {stumps}; "
         f"later {100.0 * lost:.3g} % of the lying logs have disappeared, and the others are {100.0 * thinner:.3g} % "
         "thinner"
+    )
+
+
+def strength_words(at_40_cm: float | None, power: float, left: float, years: float | None) -> str:
+    """What lying logs withstand, and on what that rests; ``years`` : None if the user gave what is left."""
+    if at_40_cm is None:
+        return "assumed: lying logs never break, however old; --tree-capacity-kj lets them"
+    source = "--weaker"
+    if years is not None:
+        source = f"after {years:g} years; {STRENGTH_OF}; the course over the years and with the wood is assumed"
+    return (
+        f"assumed: a fresh lying log of 40 cm DBH absorbs {at_40_cm:g} kJ in a hit before it breaks, others (DBH / 40 "
+        f"cm)^{power:g} times that; later {100.0 * left:.2g} % of it are left ({source}). That is the weakest that old "
+        "wood may be, and later_rigid the strongest: the answer lies between them"
     )
 
 

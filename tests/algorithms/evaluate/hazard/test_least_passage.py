@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
+import pandas
 import pyproj
 import pytest
 
@@ -38,8 +40,16 @@ def test_a_process_area_has_the_cells_that_this_number_of_logs_pass():
     rng = np.random.default_rng(5)
     hits = rng.integers(0, 7, (12, 9)).astype(np.float32)
     row = process_area(hits, 0.1, 30, grid_of(hits.shape)).iloc[0]  # at least 3 of 30 logs
-    assert row["area_m2"] == 4.0 * (hits >= 3).sum() == pytest.approx(row["geometry"].area)
-    assert (row["least_p"], row["n_logs"]) == (0.1, 30)
+    assert 4.0 * (hits >= 3).sum() == pytest.approx(row["geometry"].area)
+    needed = math.ceil(1.959964**2 * 0.9 / (0.1 * 0.2**2))  # the share known to within a fifth of it
+    assert (row["least_p"], row["n_logs"], row["n_needed"]) == (0.1, 30, needed)
+    assert math.isnan(row["area_m2"])
+    for n, stated in ((needed - 1, False), (needed, True)):
+        row = process_area(hits * n / 30.0, 0.1, n, grid_of(hits.shape)).iloc[0]
+        assert (row["area_m2"] == pytest.approx(row["geometry"].area)) == stated
+    row = process_area(hits, 0.0, 10**6, grid_of(hits.shape)).iloc[0]  # of any log: it grows with every one
+    assert math.isnan(row["area_m2"])
+    assert row["n_needed"] is pandas.NA
     assert process_area(np.zeros((2, 2), np.float32), 0.1, 30, grid_of((2, 2))).empty
 
 
