@@ -12,11 +12,8 @@ import numpy as np
 from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.tool import UserError
 
-HEAD, NAME_BYTES, FIELDS_END = (
-    32,
-    11,
-    0x0D,
-)  # bytes of the header and of each field's entry, of its name; what ends them
+HEAD, NAME_BYTES = 32, 11  # bytes of the header and of each field's entry, and of its name
+FIELDS_END = 0x0D  # after the last entry
 BYTES = "ISO-8859-1"  # every byte is one character, so that nothing is lost on the way to `as_utf8`
 UTF8 = ("utf-8", "utf8", "65001", "cp65001")
 

@@ -71,7 +71,7 @@ def area_words(record: dict[str, Any]) -> str:
     if record["area_m2"] is not None:
         return f"{significant(record['area_m2'] / 1e4, 3)} ha"
     needed = record["n_needed"]
-    return f"its area needs {needed} logs" if needed else "its area grows with every log"
+    return f"its area needs {counted(needed, 'log')}" if needed else "its area grows with every log"
 
 
 def event_lines(facts: dict[str, Any]) -> list[str]:
