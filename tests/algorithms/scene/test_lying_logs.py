@@ -80,7 +80,7 @@ def test_one_with_a_capacity_takes_it_and_no_more(tmp_path, share):
     breaks = share is not None and share < 1.0
     assert hits["n_broken"].sum() == told["lying_logs"]["n_broken"] == int(breaks)
     last = pandas.read_parquet(run / "poses.parquet").iloc[-1]
-    kept = 1.0 - share if breaks else 0.0
+    kept = 1.0 - share if share is not None and breaks else 0.0
     assert last["speed_ms"] ** 2 / 144.0 == pytest.approx(kept, abs=0.02)
     assert hits["energy_taken_kj"][0] / energy == pytest.approx(share if breaks else 1.0, abs=0.02)
     assert (last["y"] > NORTH + 36.0) == breaks
