@@ -1,4 +1,4 @@
-"""The shapes of a table's rows: points from two columns of coordinates, or a column of well-known text."""
+"""The shapes of a table's rows: points from two columns of coordinates, or a column of geometries as text."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import shapely
 
 from deadwood_algorithms.files.axes import Axes, axes_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
+from deadwood_algorithms.files.crs import parse_crs
 from deadwood_algorithms.params.tool import UserError
 
 CURVES = re.compile(
@@ -19,6 +20,8 @@ CURVES = re.compile(
     r"(CIRCULARSTRING|COMPOUNDCURVE|CURVEPOLYGON)\b",
     re.IGNORECASE | re.DOTALL,
 )
+# What databases write for a geometry: hexadecimal WKB, and text behind the code of its CRS
+HEX, SRID = re.compile(r"\s*(?:\\x)?(?=0[01][0-9a-fA-F]{8})", re.ASCII), re.compile(r"\s*SRID=(\d+);", re.IGNORECASE)
 WKT_NAMES = ("wkt", "wkt_geom", "geometry", "geom", "the_geom")  # columns that may hold shapes as text
 RINGS_CLOSED = "rings that do not close were closed; check these polygons"
 
@@ -57,15 +60,27 @@ def _shapes_of_text(frame: pd.DataFrame, column: Any, where: str) -> gpd.GeoData
             f"{where}, field '{column}', row {curved + 1}: '{texts[curved][:40]}' is a curve, which a table cannot "
             "give; give straight lines (in QGIS: Segmentize), or the layer as a GeoPackage"
         )
-    shapes = shapely.from_wkt(texts, on_invalid="ignore")
-    if (open_rings := shapely.is_missing(shapes)).any():
-        shapes[open_rings] = shapely.from_wkt(np.array(texts, object)[open_rings], on_invalid="fix")
-        if not shapely.is_missing(shapes[open_rings]).all():
-            frame.attrs["notes"] = (*frame.attrs.get("notes", ()), RINGS_CLOSED)
+    if any(map(HEX.match, texts)):
+        shapes = shapely.from_wkb([HEX.sub("", each) for each in texts], on_invalid="ignore")
+        codes = {int(each) for each in shapely.get_srid(shapes[~shapely.is_missing(shapes)])}
+    else:
+        codes = {int((SRID.match(each) or [0, 0])[1]) for each in texts}
+        texts = [SRID.sub("", each) for each in texts]
+        shapes = shapely.from_wkt(texts, on_invalid="ignore")
+        if (open_rings := shapely.is_missing(shapes)).any():
+            shapes[open_rings] = shapely.from_wkt(np.array(texts, object)[open_rings], on_invalid="fix")
+            if not shapely.is_missing(shapes[open_rings]).all():
+                frame.attrs["notes"] = (*frame.attrs.get("notes", ()), RINGS_CLOSED)
     if shapely.is_missing(shapes).any():
         row = int(np.argmax(shapely.is_missing(shapes)))
         raise UserError(
             f"{where}, field '{column}', row {row + 1}: '{str(frame[column].iloc[row])[:40]}' is not a geometry as "
-            "text (such as POINT (2600000 1200000))"
+            "text (such as POINT (2600000 1200000)); in a database, ST_AsText(geom) writes it"
         )
-    return gpd.GeoDataFrame(pd.DataFrame(frame.drop(columns=[column])), geometry=shapes)
+    if len(codes) > 1:
+        raise UserError(
+            f"{where}, field '{column}': geometries of several CRS (SRID {sorted(codes)}); give one file each"
+        )
+    code = codes.pop()
+    own_crs = parse_crs(f"EPSG:{code}", f"{where}, field '{column}': the SRID") if code else None
+    return gpd.GeoDataFrame(pd.DataFrame(frame.drop(columns=[column])), geometry=shapes, crs=own_crs)

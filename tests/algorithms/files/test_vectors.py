@@ -318,3 +318,34 @@ def test_of_layers_of_one_name_the_one_with_these_columns_is_meant():
     for layer in (REACH, REACH_OF_RUN):
         assert layer_with("reach", [each.name for each in layer.columns]) is layer
     assert layer_with("unknown", ["a"]) is None
+
+
+@pytest.mark.parametrize(
+    ("written", "code"),
+    [
+        (lambda shape: shapely.to_wkb(shape, hex=True), None),
+        (lambda shape: shapely.to_wkb(shapely.set_srid(shape, 2056), hex=True, include_srid=True), 2056),
+        (lambda shape: "\\x" + shapely.to_wkb(shapely.set_srid(shape, 2056), include_srid=True).hex(), 2056),
+        (lambda shape: f"SRID=2056;{shape.wkt}", 2056),
+    ],
+)
+def test_geometries_as_a_database_writes_them(tmp_path, written, code):
+    """The very coordinates, and the CRS that the text names."""
+    shapes = [shapely.Point(2_700_000.123, 1_200_000.456), shapely.Point(2_700_001.0, 1_200_002.0)]
+    (tmp_path / "a.csv").write_text("geom,a\n" + "".join(f"{written(each)},1\n" for each in shapes))
+    crs = None if code else "EPSG:2056"
+    frame = read_vector(tmp_path / "a.csv", target_crs=None, crs=crs)
+    assert [(each.x, each.y) for each in frame.geometry] == [(each.x, each.y) for each in shapes]
+    assert frame.crs.to_epsg() == 2056
+
+
+def test_a_broken_geometry_of_a_database_names_st_astext(tmp_path):
+    whole = shapely.to_wkb(shapely.Point(1, 2), hex=True)
+    for rows, words in (
+        ([whole, whole[:-4]], r"row 2: .* ST_AsText\(geom\) writes it"),
+        (["SRID=2056;POINT (1 2)", "SRID=21781;POINT (1 2)"], r"several CRS \(SRID \[2056, 21781\]\)"),
+        (["SRID=999999;POINT (1 2)"] * 2, r"the SRID is 'EPSG:999999', which is not a known CRS"),
+    ):
+        (tmp_path / "a.csv").write_text("geom,a\n" + "".join(f"{each},1\n" for each in rows))
+        with pytest.raises(UserError, match=words):
+            read_vector(tmp_path / "a.csv", target_crs=None, crs="EPSG:2056")
