@@ -123,7 +123,7 @@ def scenario_line(scenario: dict[str, Any], name: str = "") -> str:
         laws.append(f"soft ground ({soft['strength_mn_m2']:g} MN/m2, drag {soft['drag']:g})")
     if breaking := scenario.get("breaking"):
         laws.append(f"trees break ({breaking['capacity_kj']:g} kJ at 40 cm DBH)")
-    if weak := scenario["lying_logs"].get("capacity_kj"):
+    if weak := scenario.get("lying_logs", {}).get("capacity_kj"):
         laws.append(f"lying logs break ({_span(weak, 'kJ')})")
     found = [(each.word, scenario.get(each.key, {}).get("n")) for each in OBSTACLES]  # older runs know no stumps
     met = [counted(number, word) for word, number in found if number]
