@@ -48,7 +48,7 @@ def bad(tmp_path, slope, said) -> Bad:
             tool(tool.ask_from(values), said)
         line = str(raised.value)
         assert "\n" not in line
-        assert len(line) < 500
+        assert len(line.replace(str(tmp_path), "").replace(str(Path(sys.executable).parent), "")) < 500
         assert (output.read_bytes() if output.is_file() else None) == before
         assert not [each.name for each in tmp_path.iterdir() if "partial" in each.name]
         return line
@@ -92,7 +92,7 @@ def test_a_file_that_is_no_layer(tmp_path, bad, layer, name, content):
 
 @LAYERS
 def test_a_raster_in_the_place_of_a_layer(tmp_path, bad, layer):
-    assert "not a vector layer" in bad(layer, dem(tmp_path, "dem2.tif"))
+    assert "dem2.tif: a raster, but the " in bad(layer, dem(tmp_path, "dem2.tif"))
 
 
 @LAYERS
