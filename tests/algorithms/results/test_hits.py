@@ -168,7 +168,7 @@ def test_stops_are_those_of_the_boulder_although_a_lying_log_has_several_lines()
     )
     by_log = {"stop_reason": np.array([STOP_REASONS.index(each) for each in reasons]), "stop_item": np.array(rows)}
     empty = np.zeros(0, np.int64)
-    names = ("item", "n_logs", "n_hits", "impulse_sum", "impulse_max", "energy_taken")
+    names = ("item", "n_logs", "n_hits", "n_broken", "impulse_sum", "impulse_max", "energy_taken")
     by_log |= {f"hits_tree_{name}": empty for name in names}
     blocks = block_hits_frame(layers, by_log, "EPSG:2056")
     assert dict(zip(blocks["block_id"], blocks["n_stops"], strict=True)) == {"q": 2, "r": 1}
@@ -184,10 +184,13 @@ def test_a_hit_of_any_line_of_a_lying_log_is_the_logs():
     item = np.array([0, 2, 3, 3, 4, 5, 6, 6])
     values = {name: np.ones(item.size) for name in Hits.__dataclass_fields__}
     values |= {"item": item, "log_row": np.array([0, 0, 0, 1, 1, 2, 2, 2]), "place": np.zeros((item.size, 3))}
-    values["by_barrier"] = np.zeros(item.size, bool)
+    values |= {"by_barrier": np.zeros(item.size, bool), "broke": np.array([0, 0, 0, 1, 0, 0, 0, 0], bool)}
     kept = hit_arrays(Hits(**values), np.arange(3), layers)
-    counts = {name: kept[f"hits_tree_{name}"].tolist() for name in ("item", "n_logs", "n_hits")}
-    assert counts == {"item": [0, 2, 3, 4, 5], "n_logs": [1, 2, 1, 1, 1], "n_hits": [1, 3, 1, 1, 2]}
+    counts = {name: kept[f"hits_tree_{name}"].tolist() for name in ("item", "n_logs", "n_hits", "n_broken")}
+    assert counts["item"] == [0, 2, 3, 4, 5]
+    assert counts["n_logs"] == [1, 2, 1, 1, 1]
+    assert counts["n_hits"] == [1, 3, 1, 1, 2]
+    assert counts["n_broken"] == [0, 1, 0, 0, 0]
 
 
 def test_sums_do_not_depend_on_how_hits_are_split():
@@ -199,6 +202,7 @@ def test_sums_do_not_depend_on_how_hits_are_split():
         "log_row": np.sort(rng.integers(0, 300, n)),
         "item": rng.integers(0, 5, n),
         "by_barrier": np.zeros(n, bool),
+        "broke": rng.random(n) < 0.1,
     }
     values["place"] = np.zeros((n, 3))
     none = SimpleNamespace(ids=[], item=np.zeros(0, np.int64))
@@ -209,7 +213,7 @@ def test_sums_do_not_depend_on_how_hits_are_split():
 
     whole = part(np.ones(n, bool))
     parts = [part(values["log_row"] < 150), part(values["log_row"] >= 150)]
-    for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken"):
+    for name in ("n_logs", "n_hits", "n_broken", "impulse_sum", "energy_taken"):
         assert np.array_equal(whole[f"hits_tree_{name}"], sum(each[f"hits_tree_{name}"] for each in parts))
     assert whole["hits_tree_impulse_sum"].sum() == pytest.approx(values["impulse"].sum() * 1000.0, rel=1e-6)
 
