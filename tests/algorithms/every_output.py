@@ -141,7 +141,11 @@ def run_every_tool(folder: Path) -> list[Found]:
     run("make-log", output=folder / "make-log")
     lying = folder / "lying.gpkg"
     frame = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="barriers")
-    frame = frame.rename(columns={"barrier_id": "lying_id"}).drop(columns="height_m").assign(diameter_cm=80.0)
+    frame = (
+        frame.rename(columns={"barrier_id": "lying_id"})
+        .drop(columns="height_m")
+        .assign(diameter_cm=80.0, capacity_kj=1.0)
+    )
     frame.geometry = shapely.transform(frame.geometry.to_numpy(), lambda xy: np.add(xy, (0.0, 30.0)))
     frame.to_file(lying, layer="lying_logs", driver="GPKG")
     blocks = folder / "blocks.gpkg"

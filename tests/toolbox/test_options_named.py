@@ -21,9 +21,10 @@ FOLDERS = ("algorithms/deadwood_algorithms", "deadwood_toolbox")
 # but no property of a style sheet, --name:value
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9](?![\w-]|:(?:\S|$))")
 FOREIGN = {
+    "pdal": ("--filters", "--writers"),
     "rio": (
-        "--bounds", "--dst-crs", "--dst-nodata", "--dtype", "--nodata", "--not-masked", "--profile", "--res",
-        "--resampling", "--src-nodata", "--transform",
+        "--bounds", "--collection", "--dst-crs", "--dst-nodata", "--dtype", "--nodata", "--not-masked", "--profile",
+        "--res", "--resampling", "--src-nodata", "--transform",
     ),
     "pip": (
         "--disable-pip-version-check", "--no-compile", "--no-deps", "--no-input", "--prefer-binary", "--progress-bar",

@@ -678,6 +678,7 @@ SUMMARY = JsonFile(
         _key("barriers[].height_needed_ci_high_m", "Upper end"),
         *_wood("trees", "trees"),
         *_wood("lying_logs", "lying logs"),
+        _key("lying_logs.n_broken", "Hits that broke one; for each log all lie there again"),
         *_wood("blocks", "boulders"),
         _key("speed", "Speeds of the logs' centres of mass"),
         _key("speed.mean_ms", "Mean over the logs that ended before the time limit of their mean speed [m/s]"),
