@@ -10,7 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, SupportsInt
+from typing import TYPE_CHECKING, Any, SupportsInt
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 # Why a row of a layer has no part in a result
 OFF_DEM = "off_dem"  # it lies beyond the terrain model
@@ -42,3 +46,8 @@ def count_of(read: SupportsInt, used: SupportsInt, left_out: Mapping[str, Suppor
     """The rows of a layer; reasons that hold for no row are not in it."""
     reasons = [{"why": why, "n": int(n)} for why, n in left_out.items() if int(n)]
     return {"read": int(read), "used": int(used), "left_out": reasons}
+
+
+def account_on_dem(parameter: str, on: NDArray[np.bool_]) -> None:
+    """Say that of the rows of a layer those are used that lie on the terrain model."""
+    account(parameter, count_of(on.size, on.sum(), {OFF_DEM: (~on).sum()}))

@@ -180,6 +180,11 @@ def min_runout(
     return number(label, unit="m", default=None, minimum=0.0, help=help)
 
 
+def capacity_power() -> Any:
+    """How the capacity of a tree or a stem depends on its diameter."""
+    return number("Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True)
+
+
 def seed() -> Any:
     return integer("Seed of the random draws", default=0, minimum=0, maximum=2**63 - 1)
 

@@ -129,8 +129,10 @@ def _held(
     return out
 
 
-def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDArray]:
-    """Sums over all chunks, one row for each tree, then for each lying log, then for each block."""
+def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray], *own: str) -> dict[str, NDArray]:
+    """Sums over all chunks, one row for each tree, then for each lying log, then for each block; ``own`` : counts that
+    only one kind has.
+    """
     from deadwood_engine import STOP_REASONS
 
     number = len(layers.tree_ids) + len(layers.lying.ids) + len(layers.blocks.ids)
@@ -140,8 +142,7 @@ def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDA
     held = _numbered(layers)[np.concatenate(rows)]
     item = by_log[f"{HITS}tree_item"]
     total = {"n_stops": np.bincount(held, minlength=number)}
-    counted = ("n_broken", "n_above") if TREES_ABOVE in by_log else ("n_broken",)
-    for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken", *counted):
+    for name in ("n_logs", "n_hits", "impulse_sum", "energy_taken", *own):
         values = by_log[f"{HITS}tree_{name}"]
         total[name] = np.zeros(number, values.dtype)
         np.add.at(total[name], item, values)
@@ -154,7 +155,7 @@ def _totals(layers: SceneLayers, by_log: Mapping[str, NDArray]) -> dict[str, NDA
         "impulse_sum_kns": total["impulse_sum"] * UNIT / 1000.0,
         "impulse_max_kns": largest / 1000.0,
         "energy_taken_kj": total["energy_taken"] * UNIT / 1000.0,
-        **{name: total[name] for name in counted},
+        **{name: total[name] for name in own},
     }
 
 
@@ -162,13 +163,14 @@ def tree_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: Any
     """One row for each tree that was hit or holds a log, in the order of the trees: hits, stops, impulse and energy
     taken.
     """
-    total = {name: values[: len(layers.tree_ids)] for name, values in _totals(layers, by_log).items()}
+    own = ("n_above",) if TREES_ABOVE in by_log else ()
+    total = {name: values[: len(layers.tree_ids)] for name, values in _totals(layers, by_log, *own).items()}
     tree = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
     columns = {
         "tree_id": np.array(layers.tree_ids, object)[tree],
         "dbh_cm": layers.tree_dbh_cm[tree],
         "height_m": layers.trees.height[tree],
-        **{name: values[tree] for name, values in total.items() if name != "n_broken"},
+        **{name: values[tree] for name, values in total.items()},
     }
     points = shapely.points(layers.trees.x[tree], layers.trees.y[tree])
     return geopandas.GeoDataFrame(columns, geometry=points, crs=crs)
@@ -178,11 +180,11 @@ def lying_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
     """The same for the lying logs, as lines."""
     first = len(layers.tree_ids)
     mine = slice(first, first + len(layers.lying.ids))
-    total = {name: values[mine] for name, values in _totals(layers, by_log).items()}
+    total = {name: values[mine] for name, values in _totals(layers, by_log, "n_broken").items()}
     log = np.flatnonzero((total["n_hits"] > 0) | (total["n_stops"] > 0))
     ids = np.empty(len(layers.lying.ids), object)
     ids[:] = [str(each) for each in layers.lying.ids]
-    columns = {"lying_id": ids[log]} | {name: values[log] for name, values in total.items() if name != "n_above"}
+    columns = {"lying_id": ids[log]} | {name: values[log] for name, values in total.items()}
     return geopandas.GeoDataFrame(columns, geometry=layers.lying.geometry[log], crs=crs)
 
 
@@ -196,7 +198,7 @@ def block_hits_frame(layers: SceneLayers, by_log: Mapping[str, NDArray], crs: An
         "block_id": np.array(layers.blocks.ids, object)[block],
         "diameter_m": solid.diameter[block],
         "height_m": solid.height[block],
-        **{name: values[block] for name, values in total.items() if name not in ("n_above", "n_broken")},
+        **{name: values[block] for name, values in total.items()},
     }
     return geopandas.GeoDataFrame(columns, geometry=shapely.points(solid.x[block], solid.y[block]), crs=crs)
 

@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
+from deadwood_algorithms.files.accounts import account_on_dem
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.rasters import is_raster, read_raster_on
@@ -148,7 +148,7 @@ def _polygons(
     if not there.any():
         raise UserError(f"{where_of(frame)}: none of the friction polygons lies on the DEM; check the CRS of both")
     say_left_out(frame, ~there, "friction polygons", feedback.note)
-    account("friction", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
+    account_on_dem("friction", there)
     return shapes[there], values[there], where_of(frame)
 
 

@@ -114,9 +114,7 @@ class _LayersAndLaws:
         help="slide-logs counts the hits in which a tree takes more, and the logs that had one; with --break-trees the "
         "trees break.",
     )
-    tree_capacity_power: float = tool.number(
-        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
-    )
+    tree_capacity_power: float = tool.capacity_power()
     break_trees: bool = tool.flag(
         "Trees break above their capacity",
         advanced=True,

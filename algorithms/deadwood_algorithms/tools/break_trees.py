@@ -39,9 +39,7 @@ class Ask(SlidingOptions):
     tree_capacity_kj: float = tool.number(
         "Energy that a tree of 40 cm DBH absorbs before it breaks", unit="kJ", minimum=0.0, exclusive=True
     )
-    tree_capacity_power: float = tool.number(
-        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
-    )
+    tree_capacity_power: float = tool.capacity_power()
     lines: str | None = tool.other_lines()
     logs: int | None = tool.integer(
         "Logs to use (default: all of the run)", default=None, minimum=1, help="A random subset."

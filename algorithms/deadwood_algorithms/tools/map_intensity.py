@@ -154,9 +154,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts["least_passage"] = energies.facts
         facts["logs"] = n_logs
         facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
-        both: Any = np.where(weights > 0, 10 * weights + passages, 0).astype(np.uint8)
-        pairs = often, True
-        known = n_logs, [each and max(each, enough) for _ in names for each in needed]
+        both = np.where(weights > 0, 10 * weights + passages, 0).astype(np.uint8)
+        rows = legend.matrix_rows(names, often, rarest_first=True)
+        matrix = both, rows, (n_logs, [each and max(each, enough) for _ in names for each in needed])
         if areas:
             years, shortest = years_of(source, areas, ask.logs_per_event, grid, hits, feedback)
             facts["areas"] = [vars(each) for each in areas]
@@ -172,22 +172,23 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             if source.stored_log_ids.size:
                 energetic = periods_of_energies(source, areas, ask.logs_per_event, grid, strong, feedback)
                 by_scenario = intensities(years[0], energetic, periods)
-                for scenario, classes, enough in zip(periods, by_scenario, needed, strict=True):
+                stored = source.stored_log_ids.size
+                for scenario, classes, each in zip(periods, by_scenario, needed, strict=True):
                     about = f"Class of the energy that comes at least once in {scenario:g} years"
-                    known = source.stored_log_ids.size, [enough] * len(warm)
+                    known = stored, [each] * len(warm)
                     maps.write(f"intensity_{scenario:g}_years", classes, warm, about, (strong, "kJ"), logs=known)
-                both, pairs = joint(by_scenario), ([f"once in {each:g} years" for each in periods], False)
-                known = source.stored_log_ids.size, [max(needed)] * len(names) * len(periods)  # of all scenarios
+                rows = legend.matrix_rows(names, [f"once in {each:g} years" for each in periods], rarest_first=False)
+                matrix = joint(by_scenario), rows, (stored, [max(needed)] * len(rows))  # of all scenarios
             else:
-                both = None
+                matrix = None
                 feedback.warn(
                     f"{source.path}: no trajectory is stored, so there are no intensities of scenarios and no matrix; "
                     "run slide-logs with --trajectories all",
                     code="no-trajectories",
                 )
-        if both is not None:
-            fields = legend.matrix_rows(names, pairs[0], rarest_first=pairs[1])
-            maps.write("matrix", both, fields, "Class of both", logs=known)
+        if matrix:
+            values, rows, known = matrix
+            maps.write("matrix", values, rows, "Class of both", logs=known)
         facts["classes"] = maps.classes
         found = passages_of_lines(source, ask.lines, feedback)
         rows = line_rows(source, found, areas, ask.logs_per_event, strong, periods, of_run=ask.lines is None)

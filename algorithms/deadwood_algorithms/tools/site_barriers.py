@@ -132,8 +132,9 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
         source = read_run(ask.run, feedback=feedback)
         rerun, layers, rows = opened.enter_context(open_rerun(source, ask.lines, ask.logs, ask.seed, where, feedback))
         found = read_given(ask.candidates, ask.height_m, layers, feedback) if ask.candidates else []
-        steps = Steps(ask.output, identity(ask, rerun, layers, found), resume=ask.resume, feedback=feedback)
-        kept = opened.enter_context(steps)
+        kept = opened.enter_context(
+            Steps(ask.output, identity(ask, rerun, layers, found), resume=ask.resume, feedback=feedback)
+        )
         load_kernels(layers.shape, feedback)
         with workers_for(where, feedback):
             if not ask.candidates:

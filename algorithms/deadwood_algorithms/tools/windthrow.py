@@ -99,9 +99,7 @@ class Ask(tool.TakesPresets):
         exclusive=True,
         help="Lying logs then break above theirs, less by --weaker years later. Without it they are rigid.",
     )
-    tree_capacity_power: float = tool.number(
-        "Exponent of DBH / 40 cm with which it grows", default=2.0, minimum=0.0, maximum=6.0, advanced=True
-    )
+    tree_capacity_power: float = tool.capacity_power()
     weaker: float | None = tool.number(
         "Share of that energy which lying logs have lost by then",
         default=None,

@@ -12,7 +12,7 @@ import geopandas
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
+from deadwood_algorithms.files.accounts import account_on_dem
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
 from deadwood_algorithms.files.dem_blocks import DemBlocks
 from deadwood_algorithms.files.vectors import read_vector
@@ -55,7 +55,7 @@ class Deadwood:
             frame[name] = np.where(self.cell >= 0, values[self.cell], np.nan)
         on = np.isfinite(frame[STARTS].to_numpy())
         could = (self.cell >= 0) & chosen[self.cell]
-        account("deadwood", count_of(len(frame), on.sum(), {OFF_DEM: (~on).sum()}))
+        account_on_dem("deadwood", on)
         candidates, others = (geopandas.GeoDataFrame(frame[which].reset_index(drop=True)) for which in (could, ~could))
         others["reason"] = np.where(on, "ground", "off_dem")[~could].astype(object)
         return {"candidates": candidates, "others": others}

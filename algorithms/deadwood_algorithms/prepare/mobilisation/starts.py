@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
+from deadwood_algorithms.files.accounts import account_on_dem
 from deadwood_algorithms.files.dem_windows import DemWindows, open_windows
 from deadwood_algorithms.files.identity import of_input
 from deadwood_algorithms.files.vectors import read_vector
@@ -40,7 +40,7 @@ def places_of(options: StartOptions, cells: Cells, feedback: Feedback) -> list[P
         kinds = {"geometry": ("polygon",), "target_crs": cells.dem.crs, "crs": options.crs, "what": "ground"}
         frame = read_vector(options.within, feedback=feedback, **kinds)
         there = shapely.intersects(np.asarray(frame.geometry), shapely.box(*cells.surface))
-        account("within", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
+        account_on_dem("within", there)
         within = shapely.union_all(frame.geometry)
         number = int(min(number, within.area / cells.grid.cell**2 * options.logs_per_cell))
     refuse_too_many(number, "logs", options.dem, each=LOG_BYTES, fix=fix)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import shapely
 
-from deadwood_algorithms.files.accounts import OFF_DEM, account, count_of
+from deadwood_algorithms.files.accounts import account, account_on_dem, count_of
 from deadwood_algorithms.files.columns import number_column, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.units import factor, named, scaled
@@ -99,7 +99,7 @@ def union_of(path: str | None, ground: Grid | DemBlocks, crs: str | None, feedba
     shapes = np.asarray(frame.geometry.array)
     there = shapely.intersects(shapes, shapely.box(*ground.bounds))
     say_left_out(frame, ~there, "polygons without trees", feedback.note)
-    account("exclude", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
+    account_on_dem("exclude", there)
     return shapely.force_2d(shapely.union_all(shapes))
 
 
@@ -124,7 +124,7 @@ def read_stands(
     if not columns:
         there = shapely.intersects(shapes, shapely.box(*dem.bounds))
         say_left_out(frame, ~there, "stands", feedback.note)
-        account("stand", count_of(len(frame), there.sum(), {OFF_DEM: (~there).sum()}))
+        account_on_dem("stand", there)
         return [Stand(ground_of(patches, shapely.union_all(shapes), exclude), {})]
     feedback.note(
         f"{where_of(frame)}: each of the {len(frame)} stands has its own {', '.join(columns)}",
