@@ -13,17 +13,24 @@ from types import SimpleNamespace
 import pytest
 from hand_run import Track, write_run
 
+from deadwood_algorithms.files import outputs
 from deadwood_algorithms.results.identity import Making, writing
 from deadwood_algorithms.tools import slide_logs
 from deadwood_toolbox.cli import run as command
 
-KEPT = f"run.old-{date.today().isoformat()}"
+KEPT = "run.old-2026-02-03"
 TOOL = slide_logs.TOOL
 
 
 def asked(**values) -> SimpleNamespace:
     """The part of an ``Ask`` that is used here; everything else is empty."""
     return SimpleNamespace(**{each.name: None for each in TOOL.parameters()} | {"overwrite": True, **values})
+
+
+@pytest.fixture(autouse=True)
+def one_day(monkeypatch):
+    """The names hold the date, and a run of all tests may pass midnight."""
+    monkeypatch.setattr(outputs, "date", SimpleNamespace(today=lambda: date(2026, 2, 3)))
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -33,8 +40,8 @@ def digests(folder: Path) -> dict[str, str]:
 
 def made(place: Path, said, content: str = "first") -> Path:
     """A result of slide-logs of three files and a folder, of which one is how a layer is drawn."""
-    with writing(TOOL, asked(output=str(place), resume=False, restart=False), said) as outputs:
-        folder = outputs.folder()
+    with writing(TOOL, asked(output=str(place), resume=False, restart=False), said) as files:
+        folder = files.folder()
         (folder / "summary.json").write_text(content)
         (folder / "hit_count.qml").write_text(f"<qgis>{content}</qgis>")
         (folder / "releases").mkdir()
