@@ -33,19 +33,15 @@ _ELSEWHERE = {
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("deadwood_algorithms.params.tool").VERSION
-    if name not in _ELSEWHERE and not _is_of_a_tool(name):  # modules of this package are also requested here first
+    if name not in _ELSEWHERE and name not in _of_tools():  # modules of this package are also requested here first
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = globals()[name] = getattr(import_module(_ELSEWHERE.get(name, f"{__name__}.functions")), name)
     return found
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_ELSEWHERE, *import_module(f"{__name__}.functions").__all__, "__version__"})
+    return sorted({*globals(), *_ELSEWHERE, *_of_tools(), "__version__"})
 
 
-def _is_of_a_tool(name: str) -> bool:
-    """Whether it is the function of a tool, or the class of its results."""
-    from deadwood_toolbox.shelf import NAMES
-
-    words = [each.replace("-", "_") for each in NAMES]
-    return name in words or name in ["".join(map(str.capitalize, each.split("_"))) + "Result" for each in words]
+def _of_tools() -> dict[str, str]:
+    return import_module(f"{__name__}.shelf").PYTHON_NAMES

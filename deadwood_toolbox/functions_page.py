@@ -1,7 +1,8 @@
-"""``functions.py``, the tools as Python functions and their results as classes, written from the declarations.
+"""The tools as Python functions and their results as classes: the source text, rendered from the declarations.
 
-Signatures, types, defaults and docstrings, so that editors, type checkers and ``help`` know them. It is written with
-the catalogue (``python -m deadwood_toolbox.catalogue``); a test fails when it is stale.
+``functions`` runs it when a function is first used. Editors and type checkers, which run nothing, read it in
+``functions.pyi``: signatures, types, defaults and docstrings. Installing the package writes that file, also in a
+checkout (``pip install --editable .``), and so does ``python -m deadwood_toolbox.functions_page``.
 """
 
 from __future__ import annotations
@@ -15,37 +16,28 @@ from deadwood_algorithms.params.tool import Parameter, Tool
 from deadwood_algorithms.schemas.words import JsonFile, Layer, Output, RasterFile, TableFile
 from deadwood_algorithms.schemas.written import WRITTEN
 from deadwood_toolbox import parameters
+from deadwood_toolbox.shelf import python_names
 
-PLACE = Path(__file__).with_name("functions.py")
+PLACE = Path(__file__).with_name("functions.pyi")
 LINE, WIDTH = 120, 112  # line lengths of the code, and of the text in it
 OUTPUT, OPTIONAL_OUTPUT = "str | os.PathLike[str] | None", "str | os.PathLike[str] | bool | None"
-HEAD = '''\
-"""Each tool as a function, and what it leaves as a class.
-
-Written by ``python -m deadwood_toolbox.catalogue`` from the tools' declarations; edit those, not this file.
-"""
-
-from __future__ import annotations
-
+HEAD = """\
 import os
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from deadwood_algorithms.params.tool import Feedback
-from deadwood_toolbox.calls import call
+from deadwood_toolbox.calls import (
+    LayerInput,
+    NumbersInput,
+    PathInput,
+    PathsInput,
+    RasterInput,
+    TableInput,
+    TerrainInput,
+    call,
+)
 from deadwood_toolbox.result import LayerPart, RasterPart, Result, Run, TablePart
-
-if TYPE_CHECKING:
-    from deadwood_toolbox.calls import (
-        LayerInput,
-        NumbersInput,
-        PathInput,
-        PathsInput,
-        RasterInput,
-        TableInput,
-        TerrainInput,
-    )
-
-'''
+"""
 TYPES = {
     "raster": "RasterInput",
     "vector": "LayerInput",
@@ -71,20 +63,17 @@ OF_EVERY_TOOL = (
 SKIPPED = ("scene.gpkg",)  # belongs to the QGIS project; its layers are the inputs
 
 
-def source(tools: Sequence[Tool]) -> str:
-    """The content of the file."""
-    names = sorted(each for tool in tools for each in (python_name(tool), class_name(tool)))
-    listed = "__all__ = [\n" + "".join(f'    "{each}",\n' for each in names) + "]\n"
-    blocks = [block for tool in tools for block in (_class(tool), _function(tool))]
-    return "\n\n".join([HEAD.rstrip() + "\n\n" + listed.rstrip() + "\n", *blocks])
+def stub() -> str:
+    """The content of ``functions.pyi``."""
+    from deadwood_toolbox.shelf import PYTHON_NAMES, TOOLS
+
+    listed = f"__all__ = {sorted(PYTHON_NAMES)}\n"
+    return "\n".join([HEAD, listed, *map(source, TOOLS)])
 
 
-def python_name(tool: Tool) -> str:
-    return tool.name.replace("-", "_")
-
-
-def class_name(tool: Tool) -> str:
-    return "".join(part.capitalize() for part in tool.name.split("-")) + "Result"
+def source(tool: Tool) -> str:
+    """The class of a tool's result and its function."""
+    return f"{_class(tool)}\n\n{_function(tool)}"
 
 
 def _class(tool: Tool) -> str:
@@ -98,12 +87,16 @@ def _class(tool: Tool) -> str:
             summary = summary or each.place
         elif (found := _part(each)) is not None:
             parts.setdefault(*found)
-    lines = [f"class {class_name(tool)}({base}):", f'    """What `{python_name(tool)}` leaves."""', ""]
+    lines = [f"class {_names(tool)[1]}({base}):", f'    """What `{_names(tool)[0]}` leaves."""', ""]
     if summary:
         lines += [f'    summary_file = "{summary}"', ""]
     for name, (value, meaning) in parts.items():
         lines += [f"    {name} = {value}", *_wrapped(f'"""{meaning}"""', "    ", "    ")]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def _names(tool: Tool) -> tuple[str, str]:
+    return python_names(tool.name)
 
 
 def _has_place(output: Output) -> bool:
@@ -129,12 +122,12 @@ def _function(tool: Tool) -> str:
     declared = list(tool.parameters())
     first = [each for each in declared if each.positional]
     rest = [each for each in declared if not each.positional]
-    lines = [f"def {python_name(tool)}("]
+    lines = [f"def {_names(tool)[0]}("]
     lines += [f"    {_argument(each)}," for each in first]
     lines += ["    *,", *(f"    {_argument(each)}," for each in rest)]
     lines += ["    progress: bool = False,", "    feedback: Feedback | None = None,"]
-    lines += [f") -> {class_name(tool)}:", *_docstring(tool, [*first, *rest])]
-    lines += [f'    return call("{tool.name}", {class_name(tool)}, locals())']
+    lines += [f") -> {_names(tool)[1]}:", *_docstring(tool, [*first, *rest])]
+    lines += [f'    return call("{tool.name}", {_names(tool)[1]}, locals())']
     return "\n".join(lines) + "\n"
 
 
@@ -218,3 +211,12 @@ def _wrapped(text: str, first: str, rest: str) -> list[str]:
     return textwrap.wrap(
         text, WIDTH, initial_indent=first, subsequent_indent=rest, break_long_words=False, break_on_hyphens=False
     )
+
+
+def write() -> None:
+    """Write ``functions.pyi`` beside this file."""
+    PLACE.write_text(stub(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write()

@@ -63,6 +63,14 @@ def find(name: str) -> Tool | None:
     return import_module(_module(name)).TOOL if name in (*NAMES, *OLD_NAMES) else None
 
 
+def python_names(tool: str) -> tuple[str, str]:
+    """The function of a tool, and the class of its result: slide-logs is slide_logs, and leaves a SlideLogsResult."""
+    return tool.replace("-", "_"), "".join(map(str.capitalize, tool.split("-"))) + "Result"
+
+
+PYTHON_NAMES = {each: name for name in NAMES for each in python_names(name)}  # of functions and classes: their tools
+
+
 @dataclass(frozen=True)
 class Declared:
     """The entry of a tool in the list of tools."""

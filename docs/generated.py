@@ -12,9 +12,11 @@ import deadwood_toolbox
 from deadwood_algorithms.params.tool import Tool
 from deadwood_algorithms.schemas.brought import BROUGHT
 from deadwood_algorithms.schemas.written import WRITTEN
-from deadwood_toolbox import catalogue, layers_page, parameters
+from deadwood_toolbox import parameters
 from deadwood_toolbox.plugin_zip import TOOL as QGIS_PLUGIN
 from deadwood_toolbox.shelf import TOOLS
+
+from . import layers, options
 
 GLOSSARY = Path(__file__).with_name("glossary.csv")
 LANGUAGES = {"de": "German", "fr": "French", "it": "Italian"}
@@ -51,7 +53,7 @@ def _tools_index() -> str:
     groups = dict.fromkeys(tool.group for tool in TOOLS)
     parts = ["# Tools", "Every option of every tool, from the declarations that the command line and QGIS are made of."]
     for group in groups:
-        rows = [f"| [{t.name}]({t.name}.md) | {catalogue.cell(t.summary)} |" for t in TOOLS if t.group == group]
+        rows = [f"| [{t.name}]({t.name}.md) | {options.cell(t.summary)} |" for t in TOOLS if t.group == group]
         parts.append("\n".join([f"## {group}", "", "| tool | purpose |", "|---|---|", *rows]))
     more = f"[{QGIS_PLUGIN.name}]({QGIS_PLUGIN.name}.md) packs the plugin for QGIS."
     return "\n\n".join([*parts, more, toctree([*(tool.name for tool in TOOLS), QGIS_PLUGIN.name])]) + "\n"
@@ -59,9 +61,9 @@ def _tools_index() -> str:
 
 def _tool(tool: Tool) -> str:
     parts = [f"# {tool.name}", f"*{tool.summary}.*" if tool.summary else "", marked(tool.description)]
-    parts += ["## Usage", f"```sh\n{catalogue.usage(tool)}\n```"]
+    parts += ["## Usage", f"```sh\n{options.usage(tool)}\n```"]
     for section, declared in parameters.by_section(tool).items():
-        parts += [f"## {section}", marked("\n".join(catalogue.rows(declared)))]
+        parts += [f"## {section}", marked("\n".join(options.rows(declared)))]
     parts += [_common()]
     written = [each for each in WRITTEN if each.tool == tool.name]
     if written:
@@ -99,14 +101,14 @@ def _common() -> str:
 
 
 def _linked(what: Any) -> str:
-    title = layers_page.title_of(what)
+    title = layers.title_of(what)
     return f"[{title}](../layers/{slug(title)}.md): {what.meaning}" if title in _layers() else what.meaning
 
 
 def _layers() -> dict[str, Any]:
     """Everything with its own page, by title: all that has columns, bands or keys."""
     every = [*BROUGHT, *dict.fromkeys(each.what for each in WRITTEN if each.what not in BROUGHT)]
-    return {layers_page.title_of(each): each for each in every if layers_page.section(each).count("\n|") > 1}
+    return {layers.title_of(each): each for each in every if layers.section(each).count("\n|") > 1}
 
 
 def _layers_index() -> str:
@@ -114,7 +116,7 @@ def _layers_index() -> str:
     brought = [title for title, what in found.items() if what in BROUGHT]
     parts = [
         "# Layers, rasters and tables",
-        layers_page.INTRODUCTION,
+        layers.INTRODUCTION,
         "## Input layers",
         _list(brought, found),
         "## Results",
@@ -125,12 +127,12 @@ def _layers_index() -> str:
 
 
 def _list(titles: Iterable[str], found: dict[str, Any]) -> str:
-    rows = [f"| [{title}]({slug(title)}.md) | {catalogue.cell(found[title].meaning)} |" for title in titles]
+    rows = [f"| [{title}]({slug(title)}.md) | {options.cell(found[title].meaning)} |" for title in titles]
     return "\n".join(["| name | content |", "|---|---|", *rows])
 
 
 def _layer(title: str, what: Any) -> str:
-    text = layers_page.section(what).replace("### ", "# ", 1)
+    text = layers.section(what).replace("### ", "# ", 1)
     writers = [each for each in WRITTEN if each.what is what]
     if writers:
         rows = [f"- [{each.tool}](../tools/{each.tool}.md): `{each.place}`" for each in writers]

@@ -42,13 +42,14 @@ PLACES = {
     "engine/README.md": "explanation/physics.md",
     "sample_data/README.md": "reference/sample-data.md",
 }
-# Targets of links to these files, which the site replaces by its own pages.
+# Targets of links to these files and folders, which the site replaces by its own pages.
 INSTEAD = {
     "README.md": "index.md",
     "algorithms/README.md": "reference/tools/index.md",
+    "algorithms/deadwood_algorithms/schemas": "reference/layers/index.md",
     "docs/glossary.csv": "reference/glossary.md",
-    "docs/layers.md": "reference/layers/index.md",
 }
+TOOL = re.compile(r"algorithms/deadwood_algorithms/tools/(\w+)\.py")  # which the page of the tool replaces
 # Menus of pages that have none in the repository.
 MENUS = {"contribute/index.md": ("architecture", "add-a-tool", "change-the-physics", "tests")}
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
@@ -133,9 +134,9 @@ def _link(found: re.Match[str], source: str, place: str, places: dict[str, str],
         (folder / kept).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(ROOT / meant, folder / kept)
         return f"{picture}[{text}]({_relative(kept, place)})"
-    if meant in ("algorithms/README.md", "docs/layers.md") and anchor:
-        kind = "tools" if meant.startswith("algorithms") else "layers"
-        return f"[{text}]({_relative(f'reference/{kind}/{anchor}.md', place)})"
+    if tool := TOOL.fullmatch(meant):
+        name = tool[1].replace("_", "-")
+        return f"[{text}]({_relative(f'reference/tools/{name}.md', place)})"
     if target_place := (places | INSTEAD).get(meant):
         return f"[{text}]({_relative(target_place, place)}{'#' + anchor if anchor else ''})"
     if not (ROOT / meant).exists():

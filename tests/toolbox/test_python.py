@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import gc
 import inspect
 import json
@@ -22,7 +23,7 @@ import deadwood_toolbox as dw
 from deadwood_algorithms.files.in_memory import read_raster
 from deadwood_algorithms.params.tool import VERSION
 from deadwood_toolbox import functions, functions_page
-from deadwood_toolbox.shelf import TOOLS
+from deadwood_toolbox.shelf import TOOLS, python_names
 
 ROOT = Path(__file__).parents[2]
 HEAVY = {"geopandas", "pandas", "rasterio", "pyogrio", "pyproj", "pyarrow", "matplotlib", "numba", "numpy"}
@@ -59,13 +60,33 @@ def run(dem, releases, line) -> functions.SlideLogsResult:
     return dw.slide_logs(dem=dem, releases=releases, lines=line, friction=0.3, fidelity="draft", trajectories="all")
 
 
-def test_the_functions_are_those_of_the_declarations():
-    assert functions_page.PLACE.read_text(encoding="utf-8") == functions_page.source(TOOLS)
+def test_editors_read_what_runs(tmp_path, monkeypatch):
+    """The file for editors, as installing writes it, has the same signatures and docstrings as the functions."""
+    monkeypatch.setattr(functions_page, "PLACE", tmp_path / "functions.pyi")
+    functions_page.write()
+    parsed = ast.parse((tmp_path / "functions.pyi").read_text(encoding="utf-8"))
+    read = {each.name: each for each in parsed.body if isinstance(each, ast.FunctionDef | ast.ClassDef)}
+    assert sorted(read) == sorted(functions.__all__)
+    for name, each in read.items():
+        made = getattr(dw, name)
+        assert ast.get_docstring(each) == inspect.getdoc(made), name
+        if isinstance(each, ast.FunctionDef):
+            typed = {arg.arg: ast.unparse(arg.annotation) for arg in [*each.args.args, *each.args.kwonlyargs]}
+            defaults = [*([None] * (len(typed) - len(each.args.kw_defaults))), *each.args.kw_defaults]
+            values = [inspect.Parameter.empty if one is None else ast.literal_eval(one) for one in defaults]
+            known = inspect.signature(made).parameters
+            assert typed == {one.name: one.annotation for one in known.values()}, name
+            assert values == [one.default for one in known.values()], name
+
+
+def test_installing_writes_the_file_for_editors():
+    """The hook of the build, which ``pip install --editable`` runs, too: here is what it wrote."""
+    assert functions_page.PLACE.is_file(), "pip install --editable ."
 
 
 def test_every_tool_is_a_function_with_its_parameters():
     for tool in TOOLS:
-        known = inspect.signature(getattr(dw, functions_page.python_name(tool))).parameters
+        known = inspect.signature(getattr(dw, python_names(tool.name)[0])).parameters
         declared = {each.name: each for each in tool.parameters()}
         assert set(known) == {*declared, "progress", "feedback"}, tool.name
         for name, each in declared.items():
@@ -84,7 +105,8 @@ def test_the_help_of_a_function_names_no_flag_of_its_own():
 
 
 def test_the_import_brings_no_library_along(checkout):
-    look = "import sys, deadwood_toolbox; deadwood_toolbox.slide_logs; print(*sys.modules)"
+    """A function is made from its tool's declaration, whose file may import what starts quickly (``shelf``)."""
+    look = "import sys, deadwood_toolbox; print(*sys.modules)"
     ran = subprocess.run([sys.executable, "-c", look], env=checkout, capture_output=True, text=True, check=True)
     assert HEAVY & set(ran.stdout.split()) == set()
 

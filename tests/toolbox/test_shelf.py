@@ -15,7 +15,6 @@ from deadwood_algorithms.params.manifest import manifest
 from deadwood_algorithms.params.tool import Parameter, Tool, check_value
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_toolbox import cli, parameters
-from deadwood_toolbox.catalogue import PLACE, page
 from deadwood_toolbox.shelf import TOOLS, declared, find
 
 NAMES = [
@@ -245,10 +244,6 @@ def test_the_command_that_follows_has_flags_that_exist_and_paths_that_the_tool_l
         required = {flag for flag, each in flags.items() if each.default is None and not each.optional}
         bare = {flag for flag, each in flags.items() if each.positional and not words[0].startswith("--")}
         assert given == {"--help"} or required - given - bare == set(), tool.name
-
-
-def test_the_catalogue_is_fresh():
-    assert PLACE.read_text(encoding="utf-8") == page(TOOLS), "run: python -m deadwood_toolbox.catalogue"
 
 
 def test_the_list_says_what_the_tools_say_without_importing_them():

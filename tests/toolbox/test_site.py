@@ -90,7 +90,7 @@ ELSEWHERE = {
     "python -m benchmarks": "tests/trade/test_page.py",
     "python -m benchmarks.rare": "tests/trade/test_rare.py",
     "python -m benchmarks.population": "tests/trade/test_population.py",
-    "python -m deadwood_toolbox.catalogue": "tests/toolbox/test_shelf.py",
+    "python -m deadwood_toolbox.functions_page": "tests/toolbox/test_python.py",
     "python -m deadwood_toolbox.translations": "tests/toolbox/test_plugin_texts.py",
     "dask scheduler": "tests/algorithms/simulate/test_scheduler.py",
     "dask worker": "tests/algorithms/simulate/test_scheduler.py",

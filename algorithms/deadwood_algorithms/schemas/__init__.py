@@ -2,7 +2,7 @@
 
 `words` has the classes of declarations, `brought` the layers of users, `results` those of results, `files` the
 rasters, tables and JSON files; `written` lists what each tool writes, and where: a test runs every tool and compares
-that list with its output. ``docs/layers.md`` is rendered from here. Standard library only.
+that list with its output. The pages of the site about layers are rendered from here. Standard library only.
 """
 
 from deadwood_algorithms.schemas.brought import (

@@ -9,7 +9,7 @@ import pytest
 
 from deadwood_algorithms import schemas
 from deadwood_algorithms.schemas.written import WRITTEN
-from deadwood_toolbox import layers_page
+from docs import generated, layers
 
 CONTRACT = Path(__file__).parents[4] / "shared" / "CONTRACT.md"
 COLUMNS = {
@@ -98,15 +98,10 @@ def test_what_a_layer_needs():
     assert schemas.columns_of("no layer of ours") == ()
 
 
-def test_the_page_of_layers_is_fresh():
-    text = layers_page.PLACE.read_text(encoding="utf-8")
-    assert text == layers_page.page(), "run: python -m deadwood_toolbox.catalogue"
-
-
-def test_the_page_names_every_column_that_is_written():
-    text = layers_page.page()
+def test_the_pages_name_every_column_that_is_written():
+    pages = generated.pages()
     for output in WRITTEN:
-        assert f"`{output.place}`".replace("|", "\\|") in text
+        assert f"`{output.place}`".replace("|", "\\|") in pages[f"reference/tools/{output.tool}.md"]
+        page = pages.get(f"reference/layers/{generated.slug(layers.title_of(output.what))}.md", "")
         for each in getattr(output.what, "columns", ()):
-            assert f"| `{each.name}` |" in text
-    assert text.count("\n### ") == len({line for line in text.splitlines() if line.startswith("### ")})
+            assert f"| `{each.name}` |" in page

@@ -86,6 +86,7 @@ def test_the_wheel_holds_scripts_and_styles(tmp_path):
     with zipfile.ZipFile(tmp_path / made.stdout.split()[-1]) as wheel:
         names = set(wheel.namelist())
     assert {f"deadwood_algorithms/report/{name}" for name in ("page.css", "page.js", "view3d.js")} <= names
+    assert "deadwood_toolbox/functions.pyi" in names
 
 
 def test_a_view_is_not_offered_in_qgis():

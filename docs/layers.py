@@ -1,47 +1,20 @@
-"""The page of all layers, rasters, tables and JSON files, ``docs/layers.md``, written from the schemas.
-
-``python -m deadwood_toolbox.catalogue`` in a checkout writes it beside the catalogue; a test fails when it is stale.
-"""
+"""The section about a layer, a raster, a table or a JSON file, rendered from the schemas."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.schemas.brought import BROUGHT
 from deadwood_algorithms.schemas.looks import LOOKS
-from deadwood_algorithms.schemas.words import Band, Column, JsonFile, Layer, Output, RasterFile, TableFile
+from deadwood_algorithms.schemas.words import Band, Column, JsonFile, Layer, RasterFile, TableFile
 from deadwood_algorithms.schemas.written import WRITTEN
 
-PLACE = Path(__file__).parents[1] / "docs" / "layers.md"
 INTRODUCTION = """\
 Every layer that the tools read by the names of its columns, and everything that they write. Units stand in the names:
 `_cm`, `_m`, `_ms` (m/s), `_kj`, `_kns` (kN s), `_deg`. A word in capitals stands for any text: `reach_LINE` is a column
 for each line. A place that begins with `--` is the file that this flag names. Every raster has its style for QGIS
 beside it in a `.qml` file, every GeoPackage has its styles within."""
-HEAD = f"""\
-# Layers, rasters, tables
-
-{INTRODUCTION}
-
-*Written by `python -m deadwood_toolbox.catalogue`; edit `deadwood_algorithms/schemas/`, not this page.*
-"""
-
-
-def page() -> str:
-    """The whole page, Markdown."""
-    written = [each.what for each in WRITTEN if each.what not in BROUGHT]
-    parts = [
-        HEAD.rstrip(),
-        "## What you bring",
-        *(section(each) for each in BROUGHT),
-        "## What the tools write",
-        *(_of_tool(tool) for tool in dict.fromkeys(each.tool for each in WRITTEN)),
-        "## What is in it",
-        *(section(each) for each in dict.fromkeys(written) if not isinstance(each, Layer) or each.columns),
-    ]
-    return "\n\n".join(part for part in parts if part) + "\n"
 
 
 def title_of(what: Any) -> str:
@@ -50,18 +23,6 @@ def title_of(what: Any) -> str:
     if len(same) < 2 or what in BROUGHT:
         return what.name
     return f"{what.name} ({', '.join(dict.fromkeys(each.tool for each in WRITTEN if each.what is what))})"
-
-
-def _of_tool(tool: str) -> str:
-    found = [each for each in WRITTEN if each.tool == tool]
-    more = "\nand for each forest a run of slide-logs in `run_FOREST`." if tool == "demo" else ""
-    table = _table(("place", "what"), ((f"`{each.place}`", _shown(each)) for each in found))
-    return f"**{tool}**\n\n{table}" + (f"\n{more}" if more else "")
-
-
-def _shown(output: Output) -> str:
-    kept = " and all columns of its source" if isinstance(output.what, Layer) and output.what.keeps_source else ""
-    return f"{output.what.meaning}{kept}"
 
 
 def section(what: Any) -> str:
