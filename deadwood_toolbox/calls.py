@@ -45,8 +45,6 @@ TerrainInput: TypeAlias = "RasterInput | Sequence[PathInput]"
 PathsInput: TypeAlias = "PathInput | Sequence[PathInput]"
 NumbersInput: TypeAlias = "float | str | Sequence[float]"
 
-ENDINGS_OF_FILES = {"gltf": ".glb"}  # of outputs whose kind does not determine it, by the parameter; else .html
-
 
 def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
     """Run the tool of that name with the given parameters, including ``progress`` and ``feedback``."""
@@ -96,9 +94,7 @@ def _place(
         return None
     if value not in (True, None):
         raise UserError(f"{parameter.flag} is '{value}', but must be a path, or True")
-    ending = parameter.of_kind.ending
-    if ending is None:
-        ending = ENDINGS_OF_FILES.get(parameter.name, ".html")
+    ending = parameter.ending
     if parameter.name == "output":
         if temporary is None:
             raise UserError(f"{parameter.flag} is '{value}', but must be a path")
@@ -178,7 +174,7 @@ def _folder_of_result(parameters: Mapping[str, Parameter], places: Mapping[str, 
     """The output folder, or the one that contains the output file."""
     output = places.get("output", Path.cwd() / "x")
     declared = parameters.get("output")
-    return output if declared is not None and declared.of_kind.ending == "" else output.parent
+    return output if declared is not None and declared.ending == "" else output.parent
 
 
 @contextmanager

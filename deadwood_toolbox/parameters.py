@@ -136,4 +136,5 @@ def _describe_parameter(parameter: Parameter) -> dict[str, Any]:
         "required": required,
         "section": section(parameter),
         "widget": parameter.widget,
+        "ending": parameter.ending,
     }

@@ -41,7 +41,7 @@ DAY = (2000, 1, 1, 0, 0, 0)  # date of every file in the zip: same version, same
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
-    output: Path = tool.output_file("Zip to be made")
+    output: Path = tool.output_file("Zip to be made", ".zip")
     portable: bool = tool.flag(
         "Leave out where this toolbox is installed",
         help="For a zip that is passed on; the plugin then looks on the PATH and in the usual folders.",

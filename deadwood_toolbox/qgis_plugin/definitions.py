@@ -214,6 +214,13 @@ def _destination(make: Callable[..., QgsProcessingParameterDefinition], **facts:
     return build
 
 
+def _file(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
+    """A file with the ending that the tool writes: temporary ones get it, too, and a page of HTML is shown by QGIS."""
+    ending = declared["ending"]
+    kind = _destination(QgsProcessingParameterFileDestination, fileFilter=f"{ending[1:].upper()} (*{ending})")
+    return kind(declared, name, label, optional)
+
+
 WIDGETS: dict[str, Widget] = {
     "raster": lambda tool, name, label, optional: QgsProcessingParameterRasterLayer(name, label, optional=optional),
     "vector": _vector,
@@ -239,7 +246,7 @@ WIDGETS: dict[str, Widget] = {
     "crs": lambda tool, name, label, optional: QgsProcessingParameterCrs(name, label, optional=optional),
     "output_raster": _destination(QgsProcessingParameterRasterDestination),
     "output_vector": _destination(QgsProcessingParameterVectorDestination),
-    "output_table": _destination(QgsProcessingParameterFileDestination, fileFilter=_("CSV files (*.csv)")),
+    "output_table": _file,
     "output_folder": _destination(QgsProcessingParameterFolderDestination),
-    "output_file": _destination(QgsProcessingParameterFileDestination, fileFilter=_("All files (*.*)")),
+    "output_file": _file,
 }

@@ -121,6 +121,8 @@ class Inputs:
         if re.match(r"^[a-zA-Z]{2,}:", path):
             message = _("{label}: {path} is not a file; name a separate file")
             raise QgsProcessingException(message.format(label=declared["label"], path=path))
+        if not os.path.splitext(path)[1]:
+            path += declared["ending"]
         self.outputs[declared["name"]] = path = os.path.abspath(path)
         if declared["widget"] == "output_folder":
             self.folders.append(path)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from deadwood_algorithms.params.tool import Parameter, Tool
 from deadwood_toolbox import cli
 from deadwood_toolbox.shelf import TOOLS, find
 
@@ -93,13 +94,6 @@ CASES: dict[str, dict[str, object]] = {
     "make-report": {"runs": "{work}/slide-logs,{work}/slide-logs-bare", "names": "with,without"},
     "reproduce-paper": {"site": "rothenbrunnen", "quick": True, "logs": 8},
 }
-ENDINGS = {
-    "output_vector": ".gpkg",
-    "output_raster": ".tif",
-    "output_table": ".csv",
-    "output_folder": "",
-    "output_file": ".html",
-}
 # The cost and place of a run, and files that contain these or a picture of them.
 COSTS = {"made_utc", "modified_utc", "seal", "files", "cost", "output", "folder", "seconds"}
 # Results of other results in the same folder: these inputs are identified by their bytes, which contain times.
@@ -137,8 +131,19 @@ def filled(name: str, values: Mapping[str, object], work: Path, out: Path | None
     tool = find(name)
     assert tool is not None
     known = {key: value.format(work=work) if isinstance(value, str) else value for key, value in values.items()}
-    kinds = {p.name: p.kind for p in tool.parameters() if p.is_output and not p.optional}
-    return known | {key: f"{out or work}/{name}{ENDINGS[kind]}" for key, kind in kinds.items()}
+    return known | {each.name: f"{out or work}/{name}{each.ending}" for each in outputs_of(tool)}
+
+
+def outputs_of(tool: Tool) -> list[Parameter]:
+    return [each for each in tool.parameters() if each.is_output and not each.optional]
+
+
+def one_of_each_kind() -> list[str]:
+    """A tool for each kind of output: the first of them that is not slow."""
+    tools = [
+        tool for tool in TOOLS if tool.name in CASES and tool.name not in ("slide-logs", "windthrow", "find-trees")
+    ]
+    return list({each.kind: tool.name for tool in reversed(tools) for each in outputs_of(tool)}.values())
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -189,6 +194,19 @@ def facts(path: Path, roots: tuple[Path, Path]) -> object:
     for root in roots:
         text = text.replace(str(root), "ROOT")
     return without(json.loads(text))
+
+
+@pytest.mark.parametrize("name", one_of_each_kind())
+@pytest.mark.parametrize("proposed", ["TEMPORARY_OUTPUT", "{folder}/without_ending"])
+def test_the_proposed_outputs_do_for_every_kind_of_file(qgis, work, tmp_path, name, proposed):
+    """A page, a layer, a table, a raster, a folder: where QGIS names them, and where the user gives no ending."""
+    tool = find(name)
+    assert tool is not None
+    case = {key.upper(): value for key, value in filled(name, CASES[name], work, tmp_path).items()}
+    case |= {each.name.upper(): proposed.format(folder=tmp_path) for each in outputs_of(tool)}
+    results = qgis.run(tool.qgis_id, case).results
+    for each in outputs_of(tool):
+        assert results[each.name.upper()].endswith(each.ending)
 
 
 def test_the_layers_of_a_run_are_results_that_models_can_chain_on(qgis, work, tmp_path):

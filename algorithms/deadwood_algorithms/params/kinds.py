@@ -40,6 +40,7 @@ class Parameter:
     parent: str = ""  # of a field: the parameter whose layer has it
     parent_elsewhere: bool = False  # of a field: its layer may also come from a run or a table, so none need be given
     path_like: bool = False  # of a text or a raster: it may be a path, or several with commas
+    file_ending: str = ""  # of an output file, if its kind does not determine it: '.html'
     # Of an output: the layers and files in it that other programs chain on, such as 'run.gpkg|layername=deposits'.
     parts: tuple[str, ...] = ()
     optional: bool = False
@@ -77,7 +78,12 @@ class Parameter:
     @property
     def metavar(self) -> str:
         """The placeholder for the value in the help."""
-        return self.of_kind.metavar or "|".join(self.choices)
+        return (self.of_kind.metavar or "|".join(self.choices)) + self.file_ending
+
+    @property
+    def ending(self) -> str:
+        """Of an output: that of its name; empty for a folder."""
+        return self.file_ending or self.of_kind.ending
 
     @property
     def widget(self) -> str:
@@ -277,8 +283,8 @@ class Kind:
         A whole number; several numbers.
     lists, crs : bool
         Python also accepts a list of words; also an object that represents a CRS.
-    ending : str or None
-        Of an output without a name; empty: it is a folder, None: the parameter decides.
+    ending : str
+        Of an output's name; empty: it is a folder, or the parameter decides.
     switch : bool
         The flag takes no value: ``--overwrite``, ``--no-overwrite``.
     widget : str
@@ -298,7 +304,7 @@ class Kind:
     several: bool = False
     lists: bool = False
     crs: bool = False
-    ending: str | None = None
+    ending: str = ""
     switch: bool = False
     widget: str = ""
 

@@ -139,8 +139,8 @@ def output_folder(label: str, **facts: Any) -> Any:
     return ask("output_folder", label, **facts)
 
 
-def output_file(label: str, **facts: Any) -> Any:
-    return ask("output_file", label, **facts)
+def output_file(label: str, ending: str, **facts: Any) -> Any:
+    return ask("output_file", label, file_ending=ending, **facts)
 
 
 def overwrite() -> Any:

@@ -68,10 +68,11 @@ class Ask:
     )
     gltf: str | None = tool.output_file(
         "The first run's scene as binary glTF (.glb), for other viewers",
+        ".glb",
         default=None,
         help="Terrain, trees, barriers, lying logs and boulders in true size, and the moving logs as an animation.",
     )
-    output: str = tool.output_file("HTML page to write")
+    output: str = tool.output_file("HTML page to write", ".html")
     overwrite: bool = tool.overwrite()
 
 
