@@ -1,8 +1,8 @@
 """The tools as Python functions and their results as classes: the source text, rendered from the declarations.
 
 ``functions`` runs it when a function is first used. Editors and type checkers, which run nothing, read it in
-``functions.pyi``: signatures, types, defaults and docstrings. Installing the package writes that file, also in a
-checkout (``pip install --editable .``), and so does ``python -m deadwood_toolbox.functions_page``.
+``functions.pyi``: signatures, types, defaults and docstrings. Installing the package writes that file, an
+editable install of a checkout too, and so does ``python -m deadwood_toolbox.functions_page``.
 """
 
 from __future__ import annotations
