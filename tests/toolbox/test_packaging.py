@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import re
@@ -10,6 +11,7 @@ import subprocess
 import sys
 import tarfile
 import tomllib
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -154,6 +156,24 @@ def test_the_source_archive_holds_the_checkout_byte_for_byte(tmp_path):
             file = held.extractfile(names[name])
             assert file is not None
             assert file.read() == path.read_bytes(), name
+
+
+def test_the_engine_alone_needs_what_it_imports(tmp_path):
+    alone = tomllib.loads((ROOT / "engine" / "pyproject.toml").read_text(encoding="utf-8"))
+    needed = bounds(alone["project"]["dependencies"])
+    assert needed.items() <= bounds(DEPENDENCIES).items()
+    assert alone["project"]["requires-python"] == PROJECT["project"]["requires-python"]
+    sources = sorted((ROOT / "engine" / "deadwood_engine").glob("*.py"))
+    nodes = [node for each in sources for node in ast.walk(ast.parse(each.read_text(encoding="utf-8")))]
+    found = {name.name for node in nodes if isinstance(node, ast.Import) for name in node.names}
+    found |= {str(node.module) for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}
+    assert {name.split(".")[0] for name in found} - sys.stdlib_module_names == set(needed)
+    command = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", str(tmp_path)]
+    ran = subprocess.run(command, cwd=ROOT / "engine", capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    (wheel,) = tmp_path.glob(f"deadwood_engine-{VERSION}-*.whl")
+    with zipfile.ZipFile(wheel) as packed:
+        assert {f"deadwood_engine/{each.name}" for each in sources} <= set(packed.namelist())
 
 
 def test_the_wheel_takes_sample_data_that_exist():
