@@ -24,7 +24,7 @@ from deadwood_engine import Interrupted, Logs, Rasters, Result, Start, slide
 Found = TypeVar("Found")
 
 
-@dataclass
+@dataclass(eq=False)  # each is itself alone: two that have counted the same are not one
 class Meter:
     """What was slid while it was active: logs, their simulated time [s], processor time of all cores and wall time
     [s].
@@ -71,11 +71,12 @@ _meters: list[Meter] = []
 @contextmanager
 def metered() -> Iterator[Meter]:
     """Measure everything that is slid inside the block."""
-    _meters.append(Meter())
+    meter = Meter()
+    _meters.append(meter)
     try:
-        yield _meters[-1]
+        yield meter
     finally:
-        _meters.pop()
+        _meters.remove(meter)
 
 
 @contextmanager
