@@ -49,3 +49,25 @@ def test_one_log_takes_little_more_than_its_libraries(tmp_path, libraries):
 
 def test_help_loads_no_library(libraries):
     assert cpu_seconds(["-m", "deadwood_toolbox", "slide-logs", "--help"]) < 0.5 * libraries
+
+
+def test_what_draws_nothing_loads_nothing_to_draw_with(tmp_path):
+    """Matplotlib is half a second; of these tools only the page and the project of slide-logs need it."""
+    commands = (
+        f"sample-releases --areas {SAMPLE / 'sample.gpkg'}|layername=release_area --dem {SAMPLE / 'dem.tif'} --count 2"
+        " --output releases.gpkg",
+        f"import-trees --trees {SAMPLE / 'trees.csv'} --dem {SAMPLE / 'dem.tif'} --output trees.gpkg",
+        f"slide-logs --dem {SAMPLE / 'dem.tif'} --releases releases.gpkg --friction 0.9 --fidelity draft"
+        f" --lines {SAMPLE / 'sample.gpkg'}|layername=lines --output run",
+        "count-hits --run run --output hits.tif",
+        f"reach-lines --run run --lines {SAMPLE / 'sample.gpkg'}|layername=lines --output reach.gpkg",
+        "check run",
+    )
+    program = (
+        "import sys; from deadwood_toolbox import cli\n"
+        f"for each in {[each.split() for each in commands]!r}: assert cli.run([*each, '--quiet']) == 0, each\n"
+        "print(*sys.modules)"
+    )
+    ran = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert {"matplotlib", "PIL", "tornado", "distributed"} & set(ran.stdout.split()) == set()

@@ -160,17 +160,18 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
 
 def added(ask: Ask, folder: Path, done: ChunkedRun, feedback: Feedback) -> dict[str, Path]:
     """Add the requested project and page to the folder before it is moved to its place."""
-    from deadwood_algorithms.report.sheet import sheet_words
-    from deadwood_algorithms.report.words import Words
-    from deadwood_algorithms.results.qgis_project import PROJECT, add_project
-    from deadwood_algorithms.tools import make_report
-
     final, outputs, scene = Path(ask.output), {}, (done.slope.layers, done.releases)
     if ask.qgis_project:
+        from deadwood_algorithms.report.sheet import sheet_words
+        from deadwood_algorithms.report.words import Words
+        from deadwood_algorithms.results.qgis_project import PROJECT, add_project
+
         words = partial(sheet_words, words=Words(ask.language))
         add_project(folder, final, ask.inputs(), *scene, ask.outline_every_s, words, feedback)
         outputs["qgis_project"] = final / PROJECT
     if ask.report:
+        from deadwood_algorithms.tools import make_report
+
         page = make_report.Ask(
             runs=str(folder), names=final.name, language=ask.language, output=f"{folder}/report.html"
         )
