@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -131,6 +132,15 @@ def offenders(paths: Iterable[Path], breach: Breach) -> dict[str, object]:
 
 def files_of(*folders: Path) -> list[Path]:
     return sorted(path for folder in folders for path in folder.rglob("*.py"))
+
+
+def test_the_page_of_the_architecture_names_every_package_and_folder():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    told = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", page, re.MULTILINE))
+    assert [name for name in told if name in ROOMS] == list(ROOMS)
+    for room in ("prepare", "evaluate"):
+        folders = {each.parent.name for each in (ALGORITHMS / room).glob("*/__init__.py")}
+        assert set(re.findall(r"`(\w+)`", told[room])) == folders, room
 
 
 def test_the_engine_knows_numpy_and_numba_only():
