@@ -16,6 +16,7 @@ from typing import Any
 
 from qgis.core import (
     QgsFeatureRequest,
+    QgsField,
     QgsMapLayer,
     QgsProcessingAlgorithm,
     QgsProcessingContext,
@@ -29,12 +30,14 @@ from qgis.core import (
     QgsVectorFileWriter,
     QgsVectorLayer,
 )
+from qgis.PyQt.QtCore import QVariant
 
 from . import raster_copy
 from .definitions import LAYER, is_hidden, proposed
 from .language import _
 
 LAYERNAME = "|layername="
+ROW = "row_in_source"  # as in files/columns.py (a test)
 # With --fidelity auto, a run also keeps unfinished work in folders with these names (auto_run, a test).
 AUTO_KEEPS = (".auto", ".auto-draft", ".auto-standard", ".auto-fine", ".auto-reference")
 
@@ -260,6 +263,7 @@ class Inputs:
         name = _plain_name(layer)
         path = QgsProcessingUtils.generateTempFilename(f"{name}.gpkg")
         copy = layer.materialize(request)
+        _number_rows(layer, request, copy)
         options = QgsVectorFileWriter.SaveVectorOptions()
         options.driverName, options.layerName = "GPKG", name
         fields = copy.fields()
@@ -289,6 +293,24 @@ def _file_of(layer: QgsVectorLayer) -> str:
     if not os.path.exists(path):
         return ""
     return os.path.abspath(path) + (f"{LAYERNAME}{inner}" if inner else "")
+
+
+def _number_rows(layer: QgsVectorLayer, request: QgsFeatureRequest, copy: QgsVectorLayer) -> None:
+    """Add the row that each feature of a part has in the whole layer, by which the tool calls one without an id."""
+    whole = layer
+    if layer.subsetString() and _file_of(layer):
+        whole = QgsVectorLayer(_file_of(layer), "whole", "ogr")
+    plain = QgsFeatureRequest().setFlags(QgsFeatureRequest.Flag.NoGeometry).setNoAttributes()
+    rows = {feature.id(): row for row, feature in enumerate(whole.getFeatures(plain), 1)}
+    taken = [rows.get(feature.id()) for feature in layer.getFeatures(QgsFeatureRequest(request))]
+    if len(taken) == len(rows) or None in taken:
+        return
+    provider = copy.dataProvider()
+    provider.addAttributes([QgsField(ROW, QVariant.Int)])
+    copy.updateFields()
+    at = copy.fields().indexFromName(ROW)
+    ids = [feature.id() for feature in copy.getFeatures(QgsFeatureRequest(plain))]
+    provider.changeAttributeValues({each: {at: taken[k]} for k, each in enumerate(ids)})
 
 
 def _held_by_the_map(layer: QgsVectorLayer, path: str) -> list[str]:

@@ -17,7 +17,10 @@ import pytest
 import rasterio
 from rasterio.transform import from_origin
 
+from deadwood_algorithms.files.columns import ROW
+
 HERE = Path(__file__).parent
+PLUGIN = HERE.parents[1] / "deadwood_toolbox" / "qgis_plugin"
 SAMPLE = HERE.parents[1] / "sample_data"
 SYSTEM_PYTHON = "/usr/bin/python3"  # Debian's QGIS has its modules there
 
@@ -70,15 +73,22 @@ def told(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict:
         ("layer_id", {"area 0": 2, "area 1": 2, "area 2": 2}, "its source (memory)"),
         ("selected", {"area 1": 2}, "1 selected features"),
         ("filtered", {"area 2": 2}, "its filter"),
+        ("unnamed_selected", {2: 2, 3: 2}, "2 selected features"),
+        ("unnamed_filtered", {3: 2}, "its filter"),
         ("edited", {"area 0": 2, "area 1": 2, "area 2": 2, "drawn just now": 2}, "unsaved edits"),
     ],
 )
 def test_what_the_file_does_not_hold_is_saved_for_the_tool(told, case, rows, why):
     outcome = told[case]
     assert outcome["worked"], outcome["said"]
-    assert outcome["rows"] == rows
+    assert outcome["rows"] == {str(name): number for name, number in rows.items()}  # as JSON has them
     assert outcome["crs"] == "EPSG:2056"
     assert any("saved for the tool" in line and why in line for line in outcome["said"])
+
+
+def test_the_plugin_and_the_tool_have_one_name_for_the_row_of_a_part():
+    text = (PLUGIN / "inputs.py").read_text(encoding="utf-8")
+    assert f'ROW = "{ROW}"' in text
 
 
 def test_the_fields_of_a_saved_layer_come_along(told):

@@ -134,6 +134,14 @@ def filled_column(
     return np.where(np.isnan(values), np.nan if option is None else option, values)
 
 
+ROW = "row_in_source"  # column of a layer that was extracted from another one, by QGIS: the row of each there, from 1
+
+
+def row_numbers(frame: pandas.DataFrame) -> np.ndarray:
+    """From 1; of a part of a layer those in the whole, so that a selection keeps the numbers of its features."""
+    return id_column(frame, ROW) if ROW in frame else np.arange(1, len(frame) + 1)
+
+
 def id_column(frame: pandas.DataFrame, name: str) -> np.ndarray:
     """Ids as int64 if all are whole numbers, otherwise as text; 64-bit numbers stored as floats become integers
     again.

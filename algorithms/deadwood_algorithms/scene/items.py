@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import NO_TERRAIN, OFF_DEM, count_of
-from deadwood_algorithms.files.columns import id_column, where_of
+from deadwood_algorithms.files.columns import id_column, row_numbers, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.intake.doubts import say
 from deadwood_algorithms.intake.places import off_the_ground
@@ -168,9 +168,9 @@ def ids_of(frame: geopandas.GeoDataFrame, *names: str) -> NDArray[Any]:
     if name and name.lower() == "name":
         blank = np.asarray(frame[name].isna() | (frame[name].astype(str).str.strip() == ""))
         if blank.any():
-            called = frame[name].astype(object).where(~blank, [f"row {row}" for row in range(1, len(frame) + 1)])
+            called = frame[name].astype(object).where(~blank, [f"row {row}" for row in row_numbers(frame)])
             return called.to_numpy()
-    return id_column(frame, name) if name else np.arange(1, len(frame) + 1)
+    return id_column(frame, name) if name else row_numbers(frame)
 
 
 def named_by(frame: pandas.DataFrame, names: tuple[str, ...]) -> str | None:

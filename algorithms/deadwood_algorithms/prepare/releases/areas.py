@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
-from deadwood_algorithms.files.columns import id_column, note_unnamed, where_of
+from deadwood_algorithms.files.columns import id_column, note_unnamed, row_numbers, where_of
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.params.counts import rows_named, significant
 from deadwood_algorithms.params.tool import Cancelled, Feedback, UserError
@@ -57,7 +57,7 @@ class ReleaseAreas:
             field = called
         if not field and self.named:
             note_unnamed(self.frame, ("release_id",), "areas", "--release-id-field", feedback)
-        return id_column(self.frame, field) if field else np.arange(1, len(self.frame) + 1)
+        return id_column(self.frame, field) if field else row_numbers(self.frame)
 
     def logs_by_area(self, count: int, logs_per_ha: float | None) -> np.ndarray:
         """How many logs each area gets."""
