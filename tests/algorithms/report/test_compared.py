@@ -1,5 +1,6 @@
 """The table of paired differences between runs."""
 
+import re
 from types import SimpleNamespace
 
 import pytest
@@ -10,11 +11,18 @@ from deadwood_algorithms.report.words import Words
 NONE = float("nan")
 
 
-def row(scenario, value, difference=NONE):
+def row(scenario, value, difference=NONE, ends=(NONE, NONE), diff_ends=(NONE, NONE)):
     return SimpleNamespace(
         scenario=scenario, quantity="speed_max", item="", unit="m/s", value=value, difference=difference,
-        ci_low=NONE, ci_high=NONE, diff_ci_low=NONE, diff_ci_high=NONE, n_more=0,
+        ci_low=ends[0], ci_high=ends[1], diff_ci_low=diff_ends[0], diff_ci_high=diff_ends[1], n_more=0,
     )  # fmt: skip
+
+
+def test_a_difference_has_its_own_interval():
+    """Of paired runs it is far narrower than that of the value beside it."""
+    rows = [row("a", 12.0, ends=(9.0, 14.0)), row("b", 15.5, 3.5, ends=(11.0, 19.0), diff_ends=(3.1, 4.2))]
+    found = str(comparison_table(rows, ["a", "b"], Words("en")))
+    assert re.findall(r"\(.*? to .*?\)", found) == ["(9.0 to 14.0)", "(11.0 to 19.0)", "(+3.10 to +4.20)"]
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from deadwood_algorithms.report.plan import (
     has_room_beside,
     legend_of_map,
     map_frame,
+    show_layer,
     span_of_reliefs,
 )
 from deadwood_algorithms.report.words import Words
@@ -119,3 +120,13 @@ def test_terrains_under_maps_side_by_side_leave_no_strip_white():
         for extent in ((0.0, 0.0, 100.0, 100.0), (10.0, 10.0, 50.0, 50.0), (-10.0, 0.0, 60.0, 90.0))
     )
     assert covering([small, large, beside]) == [large, beside]  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize(("name", "drawn"), [("danger", [True, True, False]), ("hits", [False, True, False])])
+def test_a_danger_of_zero_is_drawn_and_no_hit_is_not(name, drawn):
+    """Where many logs passed and none of them reached the road, the map says so."""
+    values = np.array([[0.0, 0.3, np.nan]])
+    source = SimpleNamespace(rasters={name: (values, (0.0, 0.0, 3.0, 1.0))})
+    _, axes = map_frame((0.0, 0.0, 3.0, 1.0), Words("en"))
+    shown = show_layer(axes, source, name).get_array()
+    assert (~np.ma.getmaskarray(shown)[0]).tolist() == drawn
