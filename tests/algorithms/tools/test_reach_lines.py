@@ -151,14 +151,15 @@ HOUSE = shapely.box(10.0, 5.0, 20.0, 15.0)
 
 @pytest.fixture
 def by_hand(tmp_path) -> Path:
-    """Five logs of 4 m on flat ground: three of release 1 go south, two of release b west; a road and a house."""
+    """Six logs of 4 m on flat ground: four of release 1 go south, two of release 2 west; a road and a house."""
     dem = write_dem(tmp_path / "flat.tif", flat=True)
     tracks = [
         Track((30.0, 60.0), (30.0, 20.0)),
         Track((31.5, 60.0), (31.5, 20.0), speed=20.0, clearance=1.5, broadside_deg=90.0),
         Track((30.5, 61.0), (30.5, 40.0)),
         Track((40.0, 8.0), (12.0, 8.0), release_id=2, broadside_deg=30.0, spin=2.0),
-        Track((40.0, 40.0), (12.0, 12.0), release_id=2),
+        Track((40.0, 40.0), (12.0, 12.0), release_id=2, broadside_deg=20.0),
+        Track((33.0, 60.0), (33.0, 45.0)),
     ]
     return write_run(tmp_path / "run", tracks, dem=dem)
 
@@ -168,17 +169,17 @@ def both(tmp_path: Path) -> str:
 
 
 def test_arrivals_by_hand(by_hand, tmp_path):
-    """A log of 4 m along its path touches a road when its middle is 2 m before it, a broadside one 0.2 m."""
+    """A log of 4 m along its path touches a road when its middle is 2.1 m before it, a broadside one 0.2 m."""
     ours, arrivals = reach(by_hand, both(tmp_path), tmp_path / "reach.gpkg")
     assert ours["n_reach"].to_dict() == {"road": 3, "house": 2}
     row = arrivals.set_index(["line_id", "log_id"]).loc
     straight, broad, turned, slanting = row["road", 0], row["road", 1], row["house", 3], row["house", 4]
-    assert straight.geometry.y - NORTH == pytest.approx(27.0, abs=0.5)
+    assert straight.geometry.y - NORTH == pytest.approx(25.0 + 2.0 + 0.1, abs=0.02)  # with the radius of its tip, which leads
     assert broad.geometry.y - NORTH == pytest.approx(25.2, abs=0.5)
     assert straight["t_s"] == pytest.approx((60.0 - (straight.geometry.y - NORTH)) / 10.0)
     for each, angles in ((straight, (180, 90, 0)), (broad, (180, 90, 90)), (turned, (270, 90, 30))):
         assert each[["azimuth_deg", "impact_deg", "axis_deg"]].tolist() == pytest.approx(angles, abs=1e-6)
-    assert slanting[["azimuth_deg", "impact_deg"]].tolist() == pytest.approx([225.0, 45.0])
+    assert slanting[["azimuth_deg", "impact_deg", "axis_deg"]].tolist() == pytest.approx([225.0, 45.0, 20.0])
     assert [straight["touch_x"] - EAST, straight["touch_y"] - NORTH] == pytest.approx([30.0, 25.0])
     assert [broad["clearance_m"], broad["speed_ms"]] == [1.5, 20.0]
     assert arrivals["height_m"].to_numpy() == pytest.approx(0.5, abs=1e-4)  # float32 heights near 1000 m
@@ -197,9 +198,9 @@ def test_attribution_both_ways(by_hand, tmp_path):
     reach_lines.TOOL(run=str(by_hand), lines=both(tmp_path), output=str(tmp_path / "r.gpkg"))
     table = gpd.read_file(tmp_path / "r.gpkg", layer="attribution").set_index(["release_id", "line_id"])
     assert table["n_reach"].to_dict() == {(1, "road"): 2, (1, "house"): 0, (2, "road"): 1, (2, "house"): 2}
-    assert table["n_total"].to_dict() == {(1, "road"): 3, (1, "house"): 3, (2, "road"): 2, (2, "house"): 2}
+    assert table["n_total"].to_dict() == {(1, "road"): 4, (1, "house"): 4, (2, "road"): 2, (2, "house"): 2}
     assert table.loc[(1, "road"), "share_of_arrivals"] == pytest.approx(2 / 3)
-    low, high = wilson_interval(2, 3)
+    low, high = wilson_interval(2, 4)
     assert table.loc[(1, "road"), ["ci_low", "ci_high"]].tolist() == pytest.approx([low, high])
     start, end = np.array(table.loc[(2, "house")].geometry.coords) - (EAST, NORTH)
     assert start == pytest.approx([40.0, 24.0])
