@@ -174,7 +174,7 @@ def test_arrivals_by_hand(by_hand, tmp_path):
     assert ours["n_reach"].to_dict() == {"road": 3, "house": 2}
     row = arrivals.set_index(["line_id", "log_id"]).loc
     straight, broad, turned, slanting = row["road", 0], row["road", 1], row["house", 3], row["house", 4]
-    assert straight.geometry.y - NORTH == pytest.approx(25.0 + 2.0 + 0.1, abs=0.02)  # with the radius of its tip, which leads
+    assert straight.geometry.y - NORTH == pytest.approx(27.1, abs=0.02)  # with the radius of the tip, which leads
     assert broad.geometry.y - NORTH == pytest.approx(25.2, abs=0.5)
     assert straight["t_s"] == pytest.approx((60.0 - (straight.geometry.y - NORTH)) / 10.0)
     for each, angles in ((straight, (180, 90, 0)), (broad, (180, 90, 90)), (turned, (270, 90, 30))):
