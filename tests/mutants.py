@@ -108,7 +108,7 @@ MUTANTS = [
             "arrivals.py",
             "thick * np.sqrt(np.maximum(1.0 - axis[:, 2:3] ** 2, 0.0))",
             "thick",
-            "tools/test_reach_lines.py tools/test_design_values.py",
+            "results/test_passages.py",
         ),
         (
             "arrivals.py",

@@ -46,6 +46,14 @@ def test_a_hit_is_above_its_own_trees_and_its_own_logs_capacity():
     assert broken.hits_above(hits, np.array([3, 7]), scene)[0].tolist() == [False, True, *[False] * 4]
 
 
+def test_each_log_has_the_capacity_of_its_own_dbh_whatever_the_order_of_the_layer():
+    releases: Any = SimpleNamespace(
+        logs=SimpleNamespace(log_id=np.array([7, 3, 5])), dbh_cm=np.array([20.0, 40.0, 80.0])
+    )
+    found = Overloads.of(Capacity(log_capacity_kj=2.0), releases)
+    assert dict(zip(found.log_id, found.log_capacity, strict=True)) == {3: 2000.0, 5: 8000.0, 7: 500.0}
+
+
 @pytest.fixture(scope="module")
 def case(tmp_path_factory) -> Case:
     return Case(tmp_path_factory.mktemp("case"))

@@ -13,7 +13,8 @@ from slope_case import Case, points, raster, write_layer
 
 from deadwood_algorithms.params.tool import Quiet, UserError
 from deadwood_algorithms.results import cell_quantiles
-from deadwood_algorithms.results.cell_quantiles import quantiles_by_cell, row_bands
+from deadwood_algorithms.results.cell_quantiles import largest_by_rank, quantiles_by_cell, row_bands
+from deadwood_algorithms.results.hit_counts import count_of
 from deadwood_algorithms.results.motion import bodies_of, energies_kj
 from deadwood_algorithms.results.run_folder import read_run
 from deadwood_algorithms.tools import count_hits
@@ -136,6 +137,17 @@ def test_by_hand(tmp_path):
         assert source.descriptions == ("energy, 0 %", "energy, 50 %", "energy, 75 %", "energy, 100 %")
         assert source.units == ("kJ",) * 4
         assert np.isnan(source.nodata)
+
+
+def test_the_largest_by_rank_are_counted_from_above(tmp_path):
+    """What a share of the logs brings at least: of four logs at 3, 9, 5 and 7 m/s the second brings 7."""
+    tracks = [Track((30.0, 60.0), (30.0, 20.0), speed=v) for v in (3.0, 9.0, 5.0, 7.0)]
+    source = read_run(str(write_run(tmp_path / "run", [*tracks, Track((10.0, 60.0), (10.0, 20.0))])), feedback=Quiet())
+    counts = count_of(source, source.stored_log_ids, source.grid, Quiet())
+    ranks = (1, 2, 4, 5)
+    found = largest_by_rank(source, source.stored_log_ids, counts, source.grid, "speed", ranks, Quiet())
+    assert found[:, 40, 30] == pytest.approx([9.0, 7.0, 3.0, np.nan], nan_ok=True)
+    assert found[:, 40, 10] == pytest.approx([10.0, np.nan, np.nan, np.nan], nan_ok=True)
 
 
 def test_bands_of_rows():

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 from slope_case import Case, cut_above_the_road, layer, summary
 
-from deadwood_algorithms.results.summary import lines_of, loss_of_run, speed_record, spreadless_lines
+from deadwood_algorithms.results.summary import (
+    barrier_records,
+    lines_of,
+    loss_of_run,
+    speed_record,
+    spreadless_lines,
+)
+from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.stats.directions import spread_of_release
 from deadwood_algorithms.stats.statistics import wilson_interval
 from deadwood_algorithms.tools import slide_logs
@@ -95,6 +102,27 @@ def test_the_mean_speed_leaves_out_logs_that_still_moved_at_the_time_limit():
     rolling = speed_record({"stop_reason": reason[2:], "speed_mean": mean[2:], "speed_max": most[2:]})
     assert np.isnan(rolling["mean_ms"])
     assert rolling["n_mean"] == 0
+
+
+def test_the_speed_that_95_percent_stay_below_is_that_of_the_largest_of_each_log():
+    most = np.random.default_rng(4).gamma(3.0, 4.0, 111)
+    facts = {"stop_reason": np.full(111, STOP_REASONS.index("rest")), "speed_mean": 0.4 * most, "speed_max": most}
+    assert speed_record(facts)["p95_ms"] == pytest.approx(np.quantile(most, 0.95))
+
+
+def test_a_log_counts_once_for_each_barrier():
+    """Barrier a in two pieces and b in one: held by a, beyond one piece of it or not, over, beside, and not at all."""
+    barriers = Items(["a", "b"], np.empty(2, object), np.array([0, 0, 1]))
+    crossed = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 1], [0, 0, 0], [0, 0, 0]], bool)
+    reached = np.array([[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]], bool)
+    by_log = {
+        "barrier_crossed": crossed,
+        "barrier_reached": reached,
+        "stop_reason": np.array([STOP_REASONS.index(each) for each in ("barrier", "barrier", "rest", "tree", "rest")]),
+        "stop_item": np.array([0, 1, -1, 1, -1]),
+    }
+    found = {each.pop("barrier_id"): list(each.values()) for each in barrier_records(barriers, by_log)}
+    assert found == {"a": [3, 2, 1, 0], "b": [2, 0, 1, 1]}  # reached, stopped, overjumped, passed beside
 
 
 def test_the_printed_speed_says_which_logs_it_leaves_out(tmp_path: Path):

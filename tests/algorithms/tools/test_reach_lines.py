@@ -194,6 +194,19 @@ def test_arrivals_by_hand(by_hand, tmp_path):
     assert ours.loc["road", "clearance_max_m"] == 1.5
 
 
+def test_what_most_arrivals_stay_below(tmp_path):
+    """Of 75 arrivals at different speeds, and so energies: the quantiles of numpy, and none missing."""
+    speeds = np.round(5.0 + 20.0 * np.random.default_rng(3).random(75) ** 2, 1)
+    tracks = [Track((30.0, 60.0), (30.0, 20.0), speed=float(each)) for each in speeds]
+    run = write_run(tmp_path / "run", tracks, dem=write_dem(tmp_path / "flat.tif", flat=True))
+    ours, arrivals = reach(run, both(tmp_path), tmp_path / "reach.gpkg")
+    assert np.sort(arrivals["speed_ms"]) == pytest.approx(np.sort(speeds), rel=1e-6)
+    for column, values in (("speed_{}_ms", speeds), ("energy_{}_kj", arrivals["energy_kj"])):
+        found = [ours.loc["road", column.format(each)] for each in ("median", "p95")]
+        assert found == pytest.approx(np.quantile(values, [0.5, 0.95]).tolist(), rel=1e-6)
+    assert ours.loc["road", "n_more"] == 0
+
+
 def test_attribution_both_ways(by_hand, tmp_path):
     reach_lines.TOOL(run=str(by_hand), lines=both(tmp_path), output=str(tmp_path / "r.gpkg"))
     table = gpd.read_file(tmp_path / "r.gpkg", layer="attribution").set_index(["release_id", "line_id"])
