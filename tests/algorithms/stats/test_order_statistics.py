@@ -50,6 +50,17 @@ def test_number_of_values_that_it_takes(p, needed):
     assert percentile_ranks(needed - 1, p)[1] == needed  # one beyond the last: none
 
 
+@pytest.mark.parametrize(("n", "p"), [(9, 0.5), (211, 0.9), (400, 0.95), (75, 0.05)])
+def test_the_ends_of_a_percentile_are_the_values_that_scipys_binomial_law_names(n, p):
+    """The values of the largest rank below which, and of the smallest from which on, 2.5 % of the probability lie."""
+    values = np.random.default_rng(n).gamma(2.0, 3.0, n)
+    record, ordered = percentile_record(values, p), np.sort(values)
+    low = max(rank for rank in range(1, n + 1) if stats.binom.cdf(rank - 1, n, p) <= 0.025)
+    high = min(rank for rank in range(1, n + 1) if stats.binom.sf(rank - 1, n, p) <= 0.025)
+    assert [record["ci_low"], record["ci_high"]] == [ordered[low - 1], ordered[high - 1]]
+    assert record["value"] == pytest.approx(np.quantile(values, p))
+
+
 def test_without_values_only_how_many_it_takes():
     record = percentile_record(np.zeros(0), 0.95)
     assert record["n"] == 0

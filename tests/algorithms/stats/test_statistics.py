@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from deadwood_algorithms.stats.directions import azimuth, quantile_arc, smallest_arc, unrolled
 from deadwood_algorithms.stats.statistics import (
@@ -11,6 +12,7 @@ from deadwood_algorithms.stats.statistics import (
     bounds_if_lost,
     loss_matters,
     lost_words,
+    mcnemar_p,
     paired_interval,
     percent_of,
     percent_with_interval,
@@ -156,3 +158,9 @@ def test_bounds_of_a_probability_where_logs_left_before_they_reached():
     told = "; 20 others left the terrain model before it: 67 % if all of them reach it; chance and these together: "
     assert lost_words(found) == f"{told}{low:.0f} to {high:.0f} %"
     assert lost_words(bounds_if_lost(20, 60, 0)) == ""
+
+
+@pytest.mark.parametrize(("lost", "gained"), [(0, 0), (0, 6), (3, 11), (40, 22), (500, 431)])
+def test_mcnemars_probability_is_scipys_exact_test(lost, gained):
+    expected = stats.binomtest(lost, lost + gained, 0.5).pvalue if lost + gained else 1.0
+    assert mcnemar_p(lost, gained) == pytest.approx(expected, rel=1e-9)
