@@ -74,6 +74,7 @@ class ReportedRun:
     lacks : (phrase, its placeholders) for everything that could not be shown
     answers : results of other tools for the run, if any were named
     colour : the run's colour in every chart, by its place among the runs of the page
+    relief_span : the light drawn black and white on its maps, of all runs of the page (`span_of_reliefs`)
     """
 
     name: str
@@ -92,6 +93,7 @@ class ReportedRun:
     lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     answers: Answers = field(default_factory=Answers)
     colour: str = RUNS[0]
+    relief_span: tuple[float, float] | None = None
 
     @property
     def dem_cell(self) -> float:
