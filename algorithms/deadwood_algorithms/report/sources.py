@@ -34,6 +34,7 @@ from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.scene.layers import read_lines
 from deadwood_algorithms.schemas.looks import RUNS
 from deadwood_algorithms.schemas.obstacles import STUMP_BELOW_M
+from deadwood_algorithms.stats.endings import known_runouts
 
 MARGIN = 0.06  # margin around the area covered by logs, as a share of its longer side
 GROUND_CELLS = 800  # cells along the longer side of the terrain on the page
@@ -102,6 +103,11 @@ class ReportedRun:
     @property
     def deposits(self) -> geopandas.GeoDataFrame:
         return self.run.deposits
+
+    @property
+    def runouts(self) -> NDArray[np.float64]:
+        """Of all logs [m]; infinite without a deposit (`known_runouts`)."""
+        return known_runouts(self.deposits["runout_m"].to_numpy(np.float64), self.deposits)
 
     def column(self, name: str) -> NDArray[np.float64]:
         """A column of the deposits as numbers, without missing values."""
