@@ -2583,7 +2583,7 @@ def map_intensity(
         --quantiles 95.
     least_passage : %, 0 <= x <= 100, default 1
         Minimum share of the logs that bring the energy of a class. 0: the largest energy of all logs, which
-        grows with their number.
+        grows with their number, so that no area is stated.
     probability_classes : %, 0 < x < 100, default 0.1,1,10
         Bounds of the classes of passage. Of the logs.
     events_per_year : > 0

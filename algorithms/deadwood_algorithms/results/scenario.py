@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import count_of
@@ -78,8 +77,9 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
 def breaking_kj(layers: SceneLayers) -> NDArray[np.float64]:
     """The energy [kJ] that each lying log on the DEM that can break absorbs before it does, of its weakest part."""
     here = in_scene(len(layers.lying.item), layers.scene.lying_outside)
-    capacity = pandas.Series(capacities(layers.lying_logs)[here]).groupby(layers.lying.item[here]).min().to_numpy()
-    return capacity[np.isfinite(capacity)] / 1000.0
+    weakest = np.full(len(layers.lying.ids), np.inf)
+    np.minimum.at(weakest, layers.lying.item[here], capacities(layers.lying_logs)[here])
+    return weakest[np.isfinite(weakest)] / 1000.0
 
 
 def slip_record(scene: ReleasedScene) -> dict[str, float | None] | None:
