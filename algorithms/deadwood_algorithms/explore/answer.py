@@ -36,6 +36,7 @@ from deadwood_engine.trace import HITS
 
 Stale = Callable[[], bool]
 
+AGAIN = 10  # logs that slide at another friction at once: a new request waits for them
 FIRST = (30, 70, 200, 300)  # logs of the first batches; later ones have the size of the last
 
 
@@ -179,15 +180,17 @@ class Answer:
 
     def slide_at(self, friction: float, edited: bool, logs: int, stop: Stale) -> None:
         """Slide the first logs at `draft` with another friction, in the scene as it was read or as changed; what has
-        slid already is kept."""
-        if (edited, friction) in self.at_friction:
-            return
-        layers, part = self.edited if edited else self.layers, slice(0, logs)
+        slid already is kept. In pieces, because the engine looks only five times a second whether to stop."""
+        layers = self.edited if edited else self.layers
         layers = replace(layers, friction=friction, scene=layers.scene.with_friction(friction))
-        start = Start(self.start.frame[part], self.start.state[part], self.start.body[part])
         simulation = replace(self.simulation, fidelity=FIDELITIES["draft"], sinking=Sinking())
-        result, _ = slide_once(layers, start, simulation, lambda _: stop())
-        self.at_friction[edited, friction] = self._what_became(layers, result, part)[0]
+        found = self.at_friction.get((edited, friction), np.zeros((0, len(layers.lines.ids)), bool))
+        while len(found) < logs:
+            part = slice(len(found), min(logs, len(found) + AGAIN))
+            start = Start(self.start.frame[part], self.start.state[part], self.start.body[part])
+            result, _ = slide_once(layers, start, simulation, lambda _: stop())
+            found = np.concatenate([found, self._what_became(layers, result, part)[0]])
+            self.at_friction[edited, friction] = found
 
     def slide_base(self, part: slice, stop: Stale) -> None:
         """Slide a batch in the scene as it was read."""

@@ -119,15 +119,18 @@ def test_without_the_change_nothing_slides_again(asked: Asked, monkeypatch: pyte
     """An edit keeps the curve of the scene as it was read; at its own friction all have slid anyway."""
     slid: list[int] = []
     once = answer.slide_once
-    monkeypatch.setattr(answer, "slide_once", lambda *given, **more: (slid.append(1), once(*given, **more))[1])
+    monkeypatch.setattr(
+        answer, "slide_once", lambda *given, **more: (slid.append(len(given[1].state)), once(*given, **more))[1]
+    )
     asked.release()
     slid.clear()
     band_of(asked)
-    assert len(slid) == 4
+    assert sum(slid) == 4 * LOGS
+    assert max(slid) <= 10, "in pieces, between which a newer request ends it"
     asked.edit(**BARRIER)
     slid.clear()
     band_of(asked)
-    assert len(slid) == 4
+    assert sum(slid) == 4 * LOGS
     asked.edit()
     slid.clear()
     assert not any("effect" in each for each in band_of(asked)[-1].facts["lines"])
