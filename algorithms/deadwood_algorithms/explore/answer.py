@@ -27,14 +27,16 @@ from deadwood_algorithms.scene.lying_logs import with_more
 from deadwood_algorithms.scene.releases import Releases, reached
 from deadwood_algorithms.simulate.piece import scene_without
 from deadwood_algorithms.simulate.simulation import Simulation
+from deadwood_algorithms.simulate.sinking import Sinking
 from deadwood_algorithms.simulate.sliding import slide_once
-from deadwood_engine import Barriers, LyingLogs, Poses, Rasters, Result, Start, Trees
+from deadwood_engine import FIDELITIES, Barriers, LyingLogs, Poses, Rasters, Result, Start, Trees
 from deadwood_engine.fidelity import longest_travel, trace_step
 from deadwood_engine.log_body import BASE_RADIUS, LENGTH
 from deadwood_engine.trace import HITS
 
 Stale = Callable[[], bool]
 
+AGAIN = 10  # logs that slide at another friction at once: a new request waits for them
 FIRST = (30, 70, 200, 300)  # logs of the first batches; later ones have the size of the last
 
 
@@ -149,6 +151,7 @@ class Answer:
 
     layers : the original scene; edited : the changed one
     base, changed : the batches that have slid in either scene; hits, hits_changed : of all of these
+    at_friction : whether each of the first logs reached each line at `draft`, by scene (whether changed) and friction
     spare : empty rasters that were used before, whose memory is reused
     """
 
@@ -163,6 +166,7 @@ class Answer:
     changed: list[Changed] = field(default_factory=list)
     hits: Hits = NOWHERE
     hits_changed: Hits = NOWHERE
+    at_friction: dict[tuple[bool, float], NDArray[np.bool_]] = field(default_factory=dict)
     spare: list[Rasters] = field(default_factory=list)
 
     @property
@@ -171,7 +175,22 @@ class Answer:
 
     def with_changes(self, changes: Changes) -> None:
         self.changes, self.changed, self.hits_changed = changes, [], NOWHERE
+        self.at_friction = {key: reach for key, reach in self.at_friction.items() if not key[0]}
         self.edited = changed_scene(self.layers, changes)
+
+    def slide_at(self, friction: float, edited: bool, logs: int, stop: Stale) -> None:
+        """Slide the first logs at `draft` with another friction, in the scene as it was read or as changed; what has
+        slid already is kept. In pieces, because the engine looks only five times a second whether to stop."""
+        layers = self.edited if edited else self.layers
+        layers = replace(layers, friction=friction, scene=layers.scene.with_friction(friction))
+        simulation = replace(self.simulation, fidelity=FIDELITIES["draft"], sinking=Sinking())
+        found = self.at_friction.get((edited, friction), np.zeros((0, len(layers.lines.ids)), bool))
+        while len(found) < logs:
+            part = slice(len(found), min(logs, len(found) + AGAIN))
+            start = Start(self.start.frame[part], self.start.state[part], self.start.body[part])
+            result, _ = slide_once(layers, start, simulation, lambda _: stop())
+            found = np.concatenate([found, self._what_became(layers, result, part)[0]])
+            self.at_friction[edited, friction] = found
 
     def slide_base(self, part: slice, stop: Stale) -> None:
         """Slide a batch in the scene as it was read."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,7 @@ MOST_HOLDERS = 30  # trees that hold logs, sorted by how many they hold
 COARSE = 400  # cells of the heights for the 3-D view, at most, along the longer side
 VARIANTS = BEFORE, AFTER = "before", "after"  # which scene the poses are of
 Corner = Sequence[float]  # world coordinates of the south-west corner [m]
+Reach = NDArray[np.bool_]  # (logs, lines)
 
 
 def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults, warnings: Sequence[Message] = ()) -> Frame:
@@ -160,39 +161,45 @@ def difference_frame(answer: Answer, asked: Any, began: float, corner: Corner) -
     """The effect of the changes on the logs that have slid in both scenes: the same logs before and after."""
     changed = answer.changed
     base = answer.base[: len(changed)]
-    done = changed[-1].rows.stop
-    before, after = (np.concatenate([each.reach for each in batches]) for batches in (base, changed))
-    lines = []
-    for k, name in enumerate(answer.layers.lines.ids):
+    facts = {
+        "op": "difference",
+        "id": asked,
+        "concerned": sum(each.concerned for each in changed),
+        "lines": paired_facts(answer.layers.lines.ids, reach_of(base), reach_of(changed)),
+        "reach": reach_facts(answer, changed),
+    }
+    return pictured(answer, facts, changed, "hits_after", answer.hits_changed, began, corner)
+
+
+def paired_facts(ids: Iterable[Any], before: Reach, after: Reach) -> list[dict[str, Any]]:
+    """For each line, the difference in reach of the same logs."""
+    found = []
+    for k, name in enumerate(ids):
         lost, gained = int((before[:, k] & ~after[:, k]).sum()), int((after[:, k] & ~before[:, k]).sum())
-        low, high = paired_interval(lost, gained, done)
-        lines.append(
+        low, high = paired_interval(lost, gained, len(before))
+        found.append(
             {
                 "line_id": str(name),
                 "before": int(before[:, k].sum()),
                 "after": int(after[:, k].sum()),
                 "lost": lost,
                 "gained": gained,
-                "difference": (gained - lost) / done,
+                "difference": (gained - lost) / len(before),
                 "ci_low": low,
                 "ci_high": high,
             }
         )
-    facts = {
-        "op": "difference",
-        "id": asked,
-        "concerned": sum(each.concerned for each in changed),
-        "lines": lines,
-        "reach": reach_facts(answer, changed),
-    }
-    return pictured(answer, facts, changed, "hits_after", answer.hits_changed, began, corner)
+    return found
+
+
+def reach_of(batches: Sequence[Batch]) -> Reach:
+    return np.concatenate([each.reach for each in batches])
 
 
 def reach_facts(answer: Answer, batches: Sequence[Batch]) -> list[dict[str, Any]]:
     """As in a run's summary: includes the bounds of the shares for logs that left the terrain model."""
-    reach = np.concatenate([each.reach for each in batches])
     left = left_dem(np.concatenate([each.reason for each in batches]))
-    return reach_records(map(str, answer.layers.lines.ids), reach, left)
+    return reach_records(map(str, answer.layers.lines.ids), reach_of(batches), left)
 
 
 def pictured(

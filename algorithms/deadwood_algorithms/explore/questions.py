@@ -93,6 +93,7 @@ class Defaults:
     """Values that apply where a message gives none.
 
     friction : None if it comes from a layer, which then cannot be replaced by a single number
+    preset : the name of the friction, if it was chosen by name
     """
 
     sizes: Sizes
@@ -101,6 +102,7 @@ class Defaults:
     friction: float | None
     rolling_friction: float
     restitution: float
+    preset: str | None = None
 
 
 def number_in(message: Mapping[str, Any], name: str, low: float, high: float, default: float | None = None) -> float:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from deadwood_algorithms.explore.answer import Answer, Stale, changed_scene
+from deadwood_algorithms.explore.band import band_frames, can_have_band
 from deadwood_algorithms.explore.facts import BEFORE, VARIANTS, difference_frame, hits_frame, poses_frame
 from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.explore.questions import (
@@ -86,6 +87,18 @@ class Session:
         else:
             changed_scene(self.layers, changes)  # what the engine rejects is rejected now
         self.changes = changes
+
+    def band(self, message: Mapping[str, Any], send: Send, stale: Stale) -> bool:
+        """Report the reach of the latest request over the plausible friction, friction by friction; whether nothing
+        is missing. What has slid when it is interrupted is kept for the next time."""
+        if self.answer is None or not can_have_band(self.answer):
+            return True
+        try:
+            for frame in band_frames(self.answer, self.defaults.preset, message.get("id"), stale):
+                send(frame)
+        except Cancelled:
+            return False
+        return True
 
     def poses(self, message: Mapping[str, Any], send: Send) -> None:
         """The trajectories of the first logs of the latest request."""

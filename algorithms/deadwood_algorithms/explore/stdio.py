@@ -6,6 +6,7 @@ that is still being answered, between two batches. The process ends when its inp
 
 from __future__ import annotations
 
+import contextlib
 import os
 import queue
 import sys
@@ -65,6 +66,7 @@ class Front:
     keeper: Keeper
     waiting: queue.Queue[dict[str, Any] | None] = field(default_factory=lambda: queue.Queue(MOST_WAITING))
     newest: dict[str, int] = field(default_factory=lambda: dict.fromkeys(REPLACED, 0))
+    band: dict[str, Any] | None = None  # the newest message that asks for it
     ended: threading.Event = field(default_factory=threading.Event)
 
     def serve(self, source: BinaryIO) -> None:
@@ -87,7 +89,9 @@ class Front:
                     continue
                 if message.get("op") in REPLACED:
                     self.newest[message["op"]] += 1
-                    message["turn"] = dict(self.newest)
+                if message.get("op") == "band":
+                    self.band = message
+                message["turn"] = dict(self.newest)
                 try:
                     self.waiting.put_nowait(message)
                 except queue.Full:
@@ -129,6 +133,8 @@ class Front:
                 session.edit(message, send, stale)
             else:
                 session.change(message)  # the logs released next are reported with it
+        elif name == "band":
+            self._slide_band(message, stale)
         elif name == "poses":
             session.poses(message, send)
         elif name == "keep":
@@ -138,7 +144,17 @@ class Front:
             run_too = message.get("run") is not False
             send(self.keeper.keep(session.layers, answer.question, answer.changes, message.get("name"), run_too))
         else:
-            raise UserError("'op' must be open, release, edit, poses or keep")
+            raise UserError("'op' must be open, release, edit, band, poses or keep")
+
+    def _slide_band(self, message: dict[str, Any], stale: Callable[[], bool]) -> None:
+        """The band gives way to every other message, and goes on afterwards unless a newer request replaced it."""
+
+        def give_way() -> bool:
+            return stale() or not self.waiting.empty()
+
+        if message is self.band and not stale() and not self.session.band(message, self.out.send, give_way):
+            with contextlib.suppress(queue.Full):
+                self.waiting.put_nowait(message)
 
     def _tile(self, message: dict[str, Any]) -> None:
         place = [message.get(name) for name in ("level", "column", "row")]

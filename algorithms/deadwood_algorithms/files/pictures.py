@@ -35,10 +35,15 @@ SIDE_SHARE = 0.06  # of the longest such bar, left free on both sides
 BAR_SHARE = 0.2  # largest share of a map's width that its scale bar takes
 
 
-def hillshade(heights: NDArray[np.floating], cell: float) -> NDArray[np.float64]:
-    """Relief lit from several sides, stretched to 0..1, so that a slope facing away from one light is not black."""
+def hillshade(
+    heights: NDArray[np.floating], cell: float, span: tuple[float, float] | None = None
+) -> NDArray[np.float64]:
+    """Relief lit from several sides, stretched to 0..1, so that a slope facing away from one light is not black.
+
+    span : the intensities drawn black and white (`span_of`), common to windows side by side, which else have seams
+    """
     light = lit(heights, cell)
-    return stretched(light, *span_of(light))
+    return stretched(light, *(span or span_of(light)))
 
 
 def span_of(light: NDArray[np.float64]) -> tuple[float, float]:
@@ -70,12 +75,8 @@ def show_relief(
     extent: tuple[float, float, float, float],
     span: tuple[float, float] | None = None,
 ) -> AxesImage:
-    """Draw heights (row 0 south) as relief, pale enough for overlays; extent: west, east, south, north [m].
-
-    span : the intensities drawn black and white (`span_of`), common to windows side by side, which else have seams
-    """
-    light = lit(heights, cell)
-    shade = stretched(light, *(span or span_of(light)))
+    """Draw heights (row 0 south) as a pale `hillshade`, for overlays; extent: west, east, south, north [m]."""
+    shade = hillshade(heights, cell, span)
     return axes.imshow(
         shade, cmap="gray", vmin=-0.6, vmax=1.05, extent=extent, origin="lower", interpolation="bilinear"
     )

@@ -178,7 +178,8 @@ def intensity(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words
             for row, each in zip(rows, mine, strict=True):
                 area, low, high = (number(each[f"at_least_{end}m2"]) / size for end in ("", "ci_low_", "ci_high_"))
                 ends = {"low": shown_number(low, words, 2), "high": shown_number(high, words, 2)}
-                row.append(with_interval(area, low, high, words) if np.isfinite(area) else words.say("from_to", **ends))
+                between = np.isfinite(low) and not np.isfinite(area)  # an area that needs more logs has its interval
+                row.append(words.say("from_to", **ends) if between else with_interval(area, low, high, words))
         parts.append(table(head, rows))
         if needed := [each["n_needed"] for each in mine if each["area_m2"] is None and each["n_needed"]]:
             parts.append(element("p", words.say("area_needs", n=max(needed)), class_="quiet"))

@@ -301,13 +301,14 @@ def runout_figure(sources: list[ReportedRun], words: Words) -> Figure:
     """Share of the logs that go farther than each distance, a curve per run."""
     figure, (axes,) = _panels(1, 2.7)
     for each in sources:
-        far = np.sort(each.column("runout_m"))
+        far = np.sort(each.runouts)
         if far.size < LEAST_OF_A_FIGURE:
             if len(sources) == 1:
                 _needs_more(axes, far.size, words)
             continue
         share = 100.0 * (1.0 - np.arange(1, far.size + 1) / far.size)
-        keep = np.unique(np.linspace(0, far.size - 1, min(far.size, 600)).astype(int))
+        last = np.searchsorted(far, np.inf) - 1  # the curve ends above 0 where logs have no deposit
+        keep = np.unique(np.linspace(0, last, min(last + 1, 600)).astype(int)) if last >= 0 else np.zeros(0, int)
         x, y = np.append(0.0, far[keep]), np.append(100.0, share[keep])
         axes.step(x, y, where="post", color=each.colour, linewidth=1.6, label=plain(each.name))
     axes.set(xlabel=words.say("runout_axis"), ylabel=words.say("farther"), ylim=(0.0, 102.0))

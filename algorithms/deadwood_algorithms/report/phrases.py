@@ -373,12 +373,15 @@ PHRASES = {
     "started_in_contact": "logs that started in contact with an obstacle",
     "not_run": "logs not run, because the interval was narrow enough",
     "left_dem_warning": (
-        "Logs that left the terrain model: {n}. Their further movement is not known: spread, run-outs and deposits "
-        "include it only up to where they left; the reach of a line that they had not reached before is given with "
-        "bounds."
+        "Logs that left the terrain model: {n}. Their further movement is not known: spread and deposits "
+        "include it only up to where they left; a quantile of run-outs counts them as farther than all others, and is "
+        "– among them; the reach of a line that they had not reached before is given with bounds."
     ),
     "failed_warning": "Logs whose calculation failed: {n}. The others are not affected.",
-    "time_limit_warning": "Logs that still moved at the time limit: {n}. Their deposits are not final.",
+    "time_limit_warning": (
+        "Logs that still moved at the time limit: {n}. Their deposits are not final; a quantile of run-outs counts "
+        "them as farther than all others."
+    ),
     "provenance": "Provenance",
     "command": "Command that repeats the run",
     "versions": "Versions",

@@ -133,21 +133,23 @@ def map_frame(extent: Extent, words: Words, width: float = WIDTH) -> tuple[Figur
     return figure, axes
 
 
-def draw_relief(axes: Any, source: ReportedRun, span: tuple[float, float] | None = None) -> None:
+def draw_relief(axes: Any, source: ReportedRun) -> None:
     ground = source.ground
     assert ground is not None
     west, south, east, north = ground.bounds
-    show_relief(axes, ground.values, ground.cell, (west, east, south, north), span).set_gid("layer_relief")
+    show_relief(axes, ground.values, ground.cell, (west, east, south, north), source.relief_span).set_gid(
+        "layer_relief"
+    )
 
 
-def draw_reliefs(axes: Any, sources: Sequence[ReportedRun], span: tuple[float, float] | None) -> None:
+def draw_reliefs(axes: Any, sources: Sequence[ReportedRun]) -> None:
     """Relief for a map of several runs: at the bottom that of the run with the largest terrain."""
     for each in sorted((each for each in sources if each.ground is not None), key=lambda each: -area(each.extent)):
-        draw_relief(axes, each, span)
+        draw_relief(axes, each)
 
 
 def span_of_reliefs(sources: Sequence[ReportedRun]) -> tuple[float, float] | None:
-    """One stretch for the terrains of all runs, so that no seam shows where two windows meet."""
+    """One stretch for the terrains of all runs: the same ground is equally grey on every map, without seams."""
     light = [lit(each.ground.values, each.ground.cell).ravel() for each in sources if each.ground is not None]
     return span_of(np.concatenate(light)) if light else None
 
@@ -309,9 +311,8 @@ def draw_differences(
     figure, panels, room = map_panels(len(names), shown, words)
     image: Any = None
     handles: list[Any] = []
-    span = span_of_reliefs(sources)
     for axes, name in zip(panels, names, strict=False):
-        draw_reliefs(axes, [each for each in sources if each.name in (name, reference.name)], span)
+        draw_reliefs(axes, [each for each in sources if each.name in (name, reference.name)])
         band, (west, south, east, north) = maps[name]
         image = show_quantity(axes, band, "difference of shares", (west, east, south, north))
         axes.set(xlim=(shown[0], shown[2]), ylim=(shown[1], shown[3]))
@@ -329,9 +330,9 @@ def draw_runs(sources: Sequence[ReportedRun], shown: Extent, words: Words) -> Fi
     figure, panels, room = map_panels(len(sources), shown, words)
     handles: dict[str, Any] = {}
     image: Any = None
-    under, span = covering(sources), span_of_reliefs(sources)
+    under = covering(sources)
     for axes, source in zip(panels, sources, strict=False):
-        draw_reliefs(axes, under if any(each is source for each in under) else [*under, source], span)
+        draw_reliefs(axes, under if any(each is source for each in under) else [*under, source])
         if "hits" in source.rasters:
             image = show_layer(axes, source, "hits")
         drawn = _scene(axes, source, words, SMALL) + _logs(axes, source, words, ways_too=False, size=SMALL)

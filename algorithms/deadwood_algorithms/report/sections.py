@@ -244,11 +244,13 @@ def arrivals(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words)
 
 
 def quantile_table(rows: Sequence[tuple[str, Any]], words: Words, caption: str = "") -> Markup:
-    """Quantiles of named values and the largest; in the last row how many more logs those missing need."""
+    """Quantiles of named values and the largest; in the last row how many more logs those missing need. Infinite
+    values are larger than is known.
+    """
     head = [words.say("quantity"), words.say("n_logs"), *(f"{each}{NBSP}%" for each in LEVELS), words.say("largest")]
     levels, body, more = [each / 100.0 for each in LEVELS], [], [0] * len(LEVELS)
     for label, values in rows:
-        known = values[np.isfinite(values)]
+        known = values[~np.isnan(values)]
         largest = known.max() if known.size else math.nan
         body.append((label, known.size, *shown_alike([*quantiles(known, levels), largest], words)))
         if known.size:
@@ -336,7 +338,7 @@ def ways(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -> 
     rows = []
     for phrase, column in names.items():
         label = words.say(phrase) + (" [kJ]" if column.endswith("_kj") else "")
-        rows.append((label, source.column(column)))
+        rows.append((label, source.runouts if column == "runout_m" else source.column(column)))
     logs = source.summary["logs"]
     counts = {name: int(count) for name, count in logs["by_stop_reason"].items() if count}
     shares = shown_shares(list(counts.values()), int(logs["released"]), words)

@@ -187,7 +187,7 @@ def numbers_table(sources: Sequence[ReportedRun], words: Words) -> Markup:
     for phrase, level in (("item_median", 0.5), ("item_p95", 0.95)):
         cells = [
             design_cell(percentile_record(far, level), "more_logs", words) if far.size else "–"
-            for far in (source.column("runout_m") for source in sources)
+            for far in (source.runouts for source in sources)
         ]
         rows.append([f"{words.say('quantity_runout', item=words.say(phrase))} [m]", *cells])
     head = [words.say("quantity"), *(source.name for source in sources)]

@@ -34,6 +34,7 @@ from deadwood_algorithms.scene.items import ids_of
 from deadwood_algorithms.scene.layers import read_lines
 from deadwood_algorithms.schemas.looks import RUNS
 from deadwood_algorithms.schemas.obstacles import STUMP_BELOW_M
+from deadwood_algorithms.stats.endings import known_runouts
 
 MARGIN = 0.06  # margin around the area covered by logs, as a share of its longer side
 GROUND_CELLS = 800  # cells along the longer side of the terrain on the page
@@ -74,6 +75,7 @@ class ReportedRun:
     lacks : (phrase, its placeholders) for everything that could not be shown
     answers : results of other tools for the run, if any were named
     colour : the run's colour in every chart, by its place among the runs of the page
+    relief_span : the light drawn black and white on its maps, of all runs of the page (`span_of_reliefs`)
     """
 
     name: str
@@ -92,6 +94,7 @@ class ReportedRun:
     lacks: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     answers: Answers = field(default_factory=Answers)
     colour: str = RUNS[0]
+    relief_span: tuple[float, float] | None = None
 
     @property
     def dem_cell(self) -> float:
@@ -100,6 +103,11 @@ class ReportedRun:
     @property
     def deposits(self) -> geopandas.GeoDataFrame:
         return self.run.deposits
+
+    @property
+    def runouts(self) -> NDArray[np.float64]:
+        """Of all logs [m]; infinite without a deposit (`known_runouts`)."""
+        return known_runouts(self.deposits["runout_m"].to_numpy(np.float64), self.deposits)
 
     def column(self, name: str) -> NDArray[np.float64]:
         """A column of the deposits as numbers, without missing values."""

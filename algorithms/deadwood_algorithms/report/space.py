@@ -278,7 +278,7 @@ def packed(space: Space, source: ReportedRun) -> dict[str, Any]:
 def drapes(source: ReportedRun) -> dict[str, Image.Image]:
     """Pictures to drape over the terrain, on the ground's cells: the relief, and the relief with hits."""
     assert source.ground is not None
-    shade = hillshade(source.ground.values, source.ground.cell)
+    shade = hillshade(source.ground.values, source.ground.cell, source.relief_span)
     grey = np.nan_to_num(0.3 + 0.7 * shade, nan=0.8)
     relief = np.repeat(grey[:, :, None], 3, axis=2)
     found = {"relief": _picture(relief * [0.98, 0.97, 0.92])}

@@ -14,8 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from deadwood_algorithms.stats.statistics import decimals_of, paired_interval, percent_with_interval, to_decimals
+from deadwood_algorithms.stats.statistics import (
+    decimals_of,
+    paired_interval,
+    percent_with_interval,
+    reach_record,
+    to_decimals,
+)
 
+SHARE = ("p", "ci_low", "ci_high")
 HOW = "--friction-range auto gives the reach over the plausible friction, too, for about a third more time"
 
 
@@ -57,12 +64,15 @@ def band_records(
     found = []
     for k, line in enumerate(reach):
         facts = {"line_id": line["line_id"], "friction": band.friction, "posture": band.posture}
-        found.append(facts | {name: line[name] for name in ("p", "ci_low", "ci_high")} | {"n": line["n_total"]})
+        found.append(facts | {name: line[name] for name in SHARE} | {"n": line["n_total"]})
         for each in band.members:
             lost = int((before[:, k] & ~each.reach[:, k]).sum())
             gained = int((each.reach[:, k] & ~before[:, k]).sum())
-            n = len(band.log_id)
-            ends = summed(line, (gained - lost) / n, *paired_interval(lost, gained, n))
+            n, reached = len(band.log_id), int(each.reach[:, k].sum())
+            if n == line["n_total"] and band.unchanged is None:  # the same logs at the same fidelity: a run of its own
+                ends = {name: value for name, value in reach_record(reached, n).items() if name in SHARE}
+            else:
+                ends = summed(line, (gained - lost) / n, *paired_interval(lost, gained, n))
             found.append({**facts, "friction": each.friction, "posture": each.posture, **ends, "n": n})
     return found
 

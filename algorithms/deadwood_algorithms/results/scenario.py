@@ -75,9 +75,11 @@ def scenario_of(scene: ReleasedScene, fidelity: str, layers: SceneLayers, releas
 
 
 def breaking_kj(layers: SceneLayers) -> NDArray[np.float64]:
-    """The energy [kJ] that each lying log that can break absorbs before it does."""
-    capacity = capacities(layers.lying_logs)
-    return capacity[np.isfinite(capacity)] / 1000.0
+    """The energy [kJ] that each lying log on the DEM that can break absorbs before it does, of its weakest part."""
+    here = in_scene(len(layers.lying.item), layers.scene.lying_outside)
+    weakest = np.full(len(layers.lying.ids), np.inf)
+    np.minimum.at(weakest, layers.lying.item[here], capacities(layers.lying_logs)[here])
+    return weakest[np.isfinite(weakest)] / 1000.0
 
 
 def slip_record(scene: ReleasedScene) -> dict[str, float | None] | None:

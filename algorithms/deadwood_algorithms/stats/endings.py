@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.schemas.results import ENDED, STOP_REASONS
 
 LEFT = "left_dem"
+AT_REST = ("rest", "tree", "barrier", "lying_log", "block")  # the reasons of logs that have a deposit
 
 
 def ended(logs: Any, reason: str) -> NDArray[np.bool_]:
@@ -25,6 +26,20 @@ def ended(logs: Any, reason: str) -> NDArray[np.bool_]:
 def left_dem(logs: Any) -> NDArray[np.bool_]:
     """Which logs left the terrain model, or came onto its nodata; as `ended`."""
     return ended(logs, LEFT)
+
+
+def at_rest(logs: Any) -> NDArray[np.bool_]:
+    """Which logs have a deposit: they neither left the terrain model nor were still moving; as `ended`."""
+    return np.any([ended(logs, each) for each in AT_REST], axis=0)
+
+
+def known_runouts(runout: NDArray[np.floating], logs: Any) -> NDArray[np.float64]:
+    """Run-outs of all logs, for their quantiles: infinite without a deposit.
+
+    Such a log went farther than is known. To leave it out, or to count it up to where it was lost, would shorten the
+    run-out where most logs leave the terrain model.
+    """
+    return np.where(at_rest(logs), np.asarray(runout, float), np.inf)
 
 
 def reasons_in_words(logs: Any) -> NDArray[np.object_]:

@@ -72,13 +72,16 @@ def missing(n: int, p: float, confidence: float = 0.95) -> int:
 
 
 def quantiles(values: ArrayLike, levels: Sequence[float]) -> NDArray[np.float64]:
-    """Quantiles of values; NaN for those that cannot be shown."""
+    """Quantiles of values; NaN for those that cannot be shown, or lie among infinite values: larger than is known."""
     known = np.asarray(values, np.float64)
-    return np.array([math.nan if missing(known.size, p) else np.quantile(known, p) for p in levels])
+    with np.errstate(invalid="ignore"):  # between two infinite ones
+        found = [math.nan if missing(known.size, p) else float(np.quantile(known, p)) for p in levels]
+    return np.array([each if math.isfinite(each) else math.nan for each in found])
 
 
 def percentile_record(values: NDArray[np.float64], p: float, confidence: float = 0.95) -> dict[str, float]:
-    """A percentile of values with its interval; NaN if it cannot be shown.
+    """A percentile of values with its interval; NaN if it cannot be shown, or if one of these lies among infinite
+    values: larger than is known.
 
     Returns
     -------
@@ -92,6 +95,8 @@ def percentile_record(values: NDArray[np.float64], p: float, confidence: float =
     if more:
         return {"n": n, "value": math.nan, "ci_low": math.nan, "ci_high": math.nan, "n_more": more}
     low, high = percentile_ranks(n, p, confidence)
+    if not math.isfinite(ordered[high - 1]):
+        return {"n": n, "value": math.nan, "ci_low": math.nan, "ci_high": math.nan, "n_more": 0}
     ends = {"ci_low": float(ordered[low - 1]), "ci_high": float(ordered[high - 1])}
     return {"n": n, "value": float(np.quantile(ordered, p)), **ends, "n_more": 0}
 

@@ -130,7 +130,7 @@ def warn_of_lost(rows: Sequence[ScenarioRow], compared: Compared, feedback: Feed
 
     phrases = [f"reach of {row.item} in {row.scenario}" for row in rows if row.quantity == "reach" and row.loss_matters]
     if any(many(int(each.left_dem.sum()), compared.log_id.size) for each in compared.scenarios):
-        phrases.append("spread, run-outs and deposits, which count only up to where the logs left")
+        phrases.append("spread, mean run-outs and deposits, which count only up to where the logs left")
     if not phrases:
         return
     counts = ", ".join(f"{int(each.left_dem.sum())} in {each.name}" for each in compared.scenarios)

@@ -160,6 +160,7 @@ def defaults_of(ask: Ask, friction: Any) -> Defaults:
         friction if isinstance(friction, float) else None,
         ask.rolling_friction,
         ask.restitution,
+        ask.friction_preset,
     )
 
 

@@ -81,6 +81,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.report.answers import read_answers
     from deadwood_algorithms.report.gltf import write_gltf
     from deadwood_algorithms.report.page import report_of
+    from deadwood_algorithms.report.plan import span_of_reliefs
     from deadwood_algorithms.report.sources import read_reported_run
     from deadwood_algorithms.report.space import drapes, space_of
     from deadwood_algorithms.report.words import Words
@@ -98,8 +99,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         if len(sources) > 1:
             order = baseline_first([each.summary for each in sources], names, ask.baseline, feedback)
             folders, sources = [folders[k] for k in order], [sources[k] for k in order]
+        span = span_of_reliefs(sources)
         for k, source in enumerate(sources):
-            source.colour = RUNS[k % len(RUNS)]
+            source.colour, source.relief_span = RUNS[k % len(RUNS)], span
         if ask.results:
             read_answers(ask.results, sources)
         compared = compared_runs(folders, sources, feedback) if len(sources) > 1 else None

@@ -72,7 +72,7 @@ class Ask:
         default=1.0,
         minimum=0.0,
         maximum=100.0,
-        help="0: the largest energy of all logs, which grows with their number.",
+        help="0: the largest energy of all logs, which grows with their number, so that no area is stated.",
     )
     probability_classes: tuple[float, ...] = tool.class_bounds(
         "Bounds of the classes of passage", 0.1, 1.0, 10.0, unit="%", maximum=100.0, exclusive_maximum=True,
@@ -111,7 +111,13 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.hazard.class_maps import ClassMaps, write_years, years_of
     from deadwood_algorithms.evaluate.hazard.frequencies import release_areas
     from deadwood_algorithms.evaluate.hazard.hazard_lines import lines_of, lost_of_run, warn_of_small_sample
-    from deadwood_algorithms.evaluate.hazard.least_passage import areas_of, energies_of_share, needed_for, process_area
+    from deadwood_algorithms.evaluate.hazard.least_passage import (
+        areas_of,
+        energies_of_share,
+        needed_for,
+        process_area,
+        supported_from,
+    )
     from deadwood_algorithms.evaluate.hazard.line_passages import line_rows
     from deadwood_algorithms.evaluate.hazard.rates import period_class, rising_class
     from deadwood_algorithms.evaluate.hazard.scenarios import intensities, joint, logs_needed, periods_of_energies
@@ -136,7 +142,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         names = legend.rising_labels(strong, "kJ")
         weights = rising_class(np.where(passed, energies.estimate, np.nan), strong)
         warm = legend.class_rows(names, legend.WARM)
-        enough = needed_for(ask.least_passage / 100.0)
+        enough = supported_from(ask.least_passage / 100.0)
         known = energies.facts["n_logs"], [enough] * len(warm)
         maps.write("intensity", weights, warm, f"Class of the {energies.what}", (strong, "kJ"), logs=known)
         for row, area_facts in zip(maps.classes, areas_of(energies, strong, grid.cell), strict=True):
@@ -156,7 +162,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts["no_hit"] = {"p_high": wilson_interval(0, n_logs)[1]}
         both = np.where(weights > 0, 10 * weights + passages, 0).astype(np.uint8)
         rows = legend.matrix_rows(names, often, rarest_first=True)
-        matrix = both, rows, (n_logs, [each and max(each, enough) for _ in names for each in needed])
+        matrix = both, rows, (n_logs, [each and enough and max(each, enough) for _ in names for each in needed])
         if areas:
             years, shortest = years_of(source, areas, ask.logs_per_event, grid, hits, feedback)
             facts["areas"] = [vars(each) for each in areas]

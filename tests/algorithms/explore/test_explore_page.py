@@ -192,6 +192,45 @@ def test_a_click_slides_logs_and_tells_which_logs_reach_what(page, shared):
     assert all(each.startswith((origin, "data:")) for each in shared.requests)
 
 
+def test_the_reach_over_the_plausible_friction_follows_the_answer(page, shared):
+    """The current friction is marked; a change adds its curve and a verdict."""
+    page.release()
+    answered = page.state("base.reach")
+    page.wait("deadwoodExplore.state.band?.final === true")
+    road = page.state("band.lines")[0]
+    assert [each["friction"] for each in road["before"]["points"]] == [0.2, 0.225, 0.25, 0.275, 0.3]
+    assert road["before"]["points"][2]["p"] == answered[0]["p"]
+    value = page.words("#reach .value")
+    sentence = (
+        f"Between {road['before']['low']} and {road['before']['high']} % over friction 0.2 to 0.3; at 0.25: {value}."
+    )
+    assert sentence in page.words("#band")
+    assert page.ask("document.querySelector('#band svg').getAttribute('aria-label')") == sentence
+    marked = page.ask("[...document.querySelectorAll('#band svg')].map((e) => e.querySelector('text.own').textContent)")
+    assert marked == ["0.25", "0.25"]
+    # each point at the height of its share on the axis, whose ends are 0 and the common top
+    numbers = "[...document.querySelector('#band svg').querySelectorAll('{}')].map((e) => Number(e.getAttribute('{}')))"
+    drawn = page.ask(numbers.format("circle", "cy"))
+    zero, _, top = page.ask(numbers.format("line.grid", "y1"))
+    shares = [(zero - each) / (zero - top) for each in drawn]
+    full = float(page.ask("document.querySelector('#band svg g:nth-of-type(3) text').textContent").split()[0]) / 100.0
+    assert np.allclose(np.array(shares) * full, [each["p"] for each in road["before"]["points"]], atol=0.005)
+    page.key("b")
+    for x, y in ((70.0, 100.0), (120.0, 102.0)):
+        page.click(x, y)
+    page.browser.click(*page.seen(120.0, 102.0), count=2)
+    page.wait("deadwoodExplore.state.after?.final === true && deadwoodExplore.state.band?.final === true")
+    effect = page.state("band.lines")[0]["effect"]
+    assert effect == {"less": [0.2, 0.225, 0.25, 0.275, 0.3], "more": [], "chance": []}
+    assert PHRASES["effect_less"] in page.words("#band")
+    assert page.words("#band").count("A: between") == 2
+    page.browser.key("z", control=True)
+    page.wait("deadwoodExplore.state.after === null && deadwoodExplore.state.band?.final === true")
+    assert PHRASES["effect_less"] not in page.words("#band")
+    assert page.browser.hard_to_use() == []
+    assert complaints(shared) == []
+
+
 def test_a_drag_shows_few_logs_on_the_way_and_all_at_rest(page):
     page.ask(
         """(() => {

@@ -23,6 +23,7 @@ from deadwood_algorithms.report.plan import (
     show_layer,
     span_of_reliefs,
 )
+from deadwood_algorithms.report.space import drapes
 from deadwood_algorithms.report.words import Words
 
 WIDE, TALL = (0.0, 0.0, 300.0, 200.0), (0.0, 0.0, 200.0, 320.0)
@@ -71,15 +72,19 @@ def test_windows_side_by_side_have_one_relief():
 
     def window(columns: slice) -> SimpleNamespace:
         ground = SimpleNamespace(values=heights[:, columns], cell=1.0, bounds=(columns.start, 0.0, columns.stop, 30.0))
-        return SimpleNamespace(ground=ground, extent=ground.bounds)
+        return SimpleNamespace(ground=ground, extent=ground.bounds, rasters={})
 
     sources = [window(slice(0, 30)), window(slice(15, 40))]
+    for each in sources:
+        each.relief_span = span_of_reliefs(sources)
     with matplotlib.rc_context(STYLE):
         axes = map_frame((0.0, 0.0, 40.0, 30.0), Words("en"))[1]
-        draw_reliefs(axes, sources, span_of_reliefs(sources))
+        draw_reliefs(axes, sources)
         west, east = (np.asarray(each.get_array()) for each in axes.images)
     assert np.allclose(west[:, 16:29], east[:, 1:14])  # without the columns at the sides, whose slope is one-sided
     assert west[:, 16:29].std() > 0.0
+    draped = [np.asarray(drapes(each)["relief"], float) for each in sources]
+    assert np.array_equal(draped[0][:, 16:29], draped[1][:, 1:14])
 
 
 @pytest.mark.parametrize("metres", [37.0, 140.0, 260.0, 900.0])

@@ -90,6 +90,24 @@ def test_one_with_a_capacity_takes_it_and_no_more(tmp_path, share):
     assert ("lying logs break (" in scenario_line(told["scenario"])) == (share is not None)
 
 
+def test_a_log_of_several_lines_that_breaks_is_counted_once(case, tmp_path):
+    """Three lines of one log, one off the DEM, a rigid one, one of several vertices: 2 break, those of 5 and 9 kJ."""
+    shapes = [
+        shapely.LineString([(12.0, 50.0), (20.0, 50.0)]),
+        shapely.LineString([(21.0, 50.0), (30.0, 51.0)]),
+        shapely.LineString([(900.0, 50.0), (910.0, 50.0)]),
+        shapely.LineString([(12.0, 60.0), (48.0, 60.0)]),
+        shapely.LineString([(12.0, 70.0), (20.0, 71.0), (30.0, 70.0), (36.0, 72.0)]),
+        shapely.LineString([(900.0, 70.0), (910.0, 70.0)]),
+    ]
+    rows = {"lying_id": ["a", "a", "a", "b", "c", "d"], "capacity_kj": [5.0, 5.0, 1.0, np.nan, 9.0, 2.0]}
+    lying = write_layer(tmp_path / "l.gpkg", shapes, diameter_cm=[40.0] * 6, **rows)
+    told = summary(case.run(output=str(tmp_path / "run"), lying_logs=lying, threads=1))
+    assert "2 of them break" in told["modelled"]["lying_logs"]
+    assert told["scenario"]["lying_logs"]["n"] == 3
+    assert told["scenario"]["lying_logs"]["capacity_kj"] == {"median": 7.0, "low": 5.0, "high": 9.0}
+
+
 def test_a_capacity_of_nothing_is_refused_and_a_gap_is_rigid(tmp_path, grid):
     two = [shapely.LineString([(12.0, v), (48.0, v)]) for v in (50.0, 60.0)]
     lying = write_layer(tmp_path / "l.gpkg", two, diameter_cm=[40.0, 40.0], capacity_kj=[3.0, np.nan])

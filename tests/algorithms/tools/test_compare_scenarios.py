@@ -179,7 +179,7 @@ def test_logs_that_left_before_a_line_bound_its_reach_and_the_difference(tmp_pat
     assert any(line.startswith("[]: range of possible values") for line in outcome.lines)
     warned = [each for each in said.warnings if "left the terrain model (25 in without, 0 in with)" in each]
     assert len(warned) == 1
-    assert "reach of road in without; reach of road in with; spread, run-outs and deposits" in warned[0]
+    assert "reach of road in without; reach of road in with; spread, mean run-outs and deposits" in warned[0]
     assert table.loc[("with", "spread", "a"), "n_lost"] > 0
 
 

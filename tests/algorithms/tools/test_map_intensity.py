@@ -127,6 +127,20 @@ def test_areas_do_not_grow_with_the_number_of_logs(tmp_path):
     assert largest[0] < 0.95 * largest[1] < 0.95**2 * largest[2]
 
 
+def test_the_largest_energies_have_no_area(tmp_path):
+    """Their ground grows with every log: from 500 and 8000 logs none is stated, and no number of logs supports one."""
+    for count in (500, 8000):
+        maps(passages(tmp_path / f"run{count}", count), tmp_path / f"m{count}", least_passage=0.0)
+        strong = [each for each in rows_of(tmp_path / f"m{count}", "intensity") if each["cells"]]
+        assert strong
+        for row in strong:
+            assert row["area_m2"] is row["at_least_m2"] is row["n_needed"] is None
+        both = [each for each in rows_of(tmp_path / f"m{count}", "matrix") if each["cells"]]
+        assert {each["area_m2"] for each in both} == {None}, "a pair is no rarer than its intensity"
+    said = map_intensity.TOOL(run=str(tmp_path / "run500"), output=str(tmp_path / "said"), least_passage=0.0).lines
+    assert any(each.startswith("intensity, ") and "its area grows with every log" in each for each in said)
+
+
 def test_only_the_areas_of_frequent_classes_are_stated(tmp_path):
     """Of the classes below 0.1, from 0.1, 1 and 10 % of the logs, 2000 support the last alone: it needs 865."""
     maps(passages(tmp_path / "run", 2000), tmp_path / "m")
@@ -291,8 +305,7 @@ def test_the_ground_of_each_class_and_what_an_empty_cell_means(made, tmp_path):
         supported = each["n_needed"] is not None and each["n_needed"] <= N
         assert each["area_m2"] == (each["cells"] if supported else None)
         if each["map"] == "intensity":
-            assert each["at_least_m2"] == (found["intensity"] >= each["class"]).sum()
-            assert each["at_least_ci_low_m2"] is each["at_least_ci_high_m2"] is None  # of the largest energies
+            assert each["at_least_m2"] is each["at_least_ci_low_m2"] is each["at_least_ci_high_m2"] is None
     top = wilson_interval(0, N)[1]
     assert facts["no_hit"] == {"p_high": top, "return_ci_low_years": pytest.approx(1.0 / (0.2 * top))}
     assert "Swiss federal" in facts["rule"]

@@ -15,6 +15,7 @@ from deadwood_algorithms.params.counts import counted, significant
 from deadwood_algorithms.params.presets import FRICTION_CELL_M
 from deadwood_algorithms.params.tool import Feedback
 from deadwood_algorithms.results import lost as lost_logs
+from deadwood_algorithms.stats.endings import known_runouts
 from deadwood_algorithms.stats.order_statistics import quantiles
 from deadwood_algorithms.stats.statistics import percent, percent_of, reach_record
 
@@ -101,15 +102,8 @@ def warn_of_logs(
 
 
 def runout_quantiles(slid: FrictionRun) -> list[float]:
-    """The 5, 50 and 95 % quantiles of the run-outs of all logs [m].
-
-    A log without a deposit went farther than is known. To leave it out would shorten the run-out where most logs leave
-    the terrain model; so it counts as farther than all others, and a quantile among such logs is NaN.
-    """
-    runout = np.where(slid.resting, slid.runout, math.inf)
-    with np.errstate(invalid="ignore"):  # between two that are not known
-        found = quantiles(runout, [0.05, 0.5, 0.95])
-    return [float(each) if math.isfinite(each) else math.nan for each in found]
+    """The 5, 50 and 95 % quantiles of the run-outs of all logs [m]; NaN among logs without a deposit."""
+    return quantiles(known_runouts(slid.runout, slid.stop_reason), [0.05, 0.5, 0.95]).tolist()
 
 
 def records_of(

@@ -21,11 +21,10 @@ from deadwood_algorithms.scene.items import Items, digest_of
 from deadwood_algorithms.scene.layers import SceneLayers, read_lines
 from deadwood_algorithms.scene.releases import Releases
 from deadwood_algorithms.simulate.simulation import Simulation
-from deadwood_algorithms.stats.endings import left_dem
+from deadwood_algorithms.stats.endings import at_rest, left_dem
 from deadwood_engine import STOP_REASONS, Lines
 
 Array = NDArray[np.float64]
-AT_REST = [STOP_REASONS.index(name) for name in ("rest", "tree", "barrier", "lying_log", "block")]
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class FrictionRun:
     @property
     def resting(self) -> NDArray[np.bool_]:
         """Logs with a valid deposit: they neither left the DEM nor were still moving."""
-        return np.isin(self.stop_reason, AT_REST)
+        return at_rest(self.stop_reason)
 
 
 @dataclass(frozen=True)

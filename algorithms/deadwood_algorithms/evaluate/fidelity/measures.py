@@ -21,7 +21,7 @@ from deadwood_algorithms.evaluate.fidelity.records import Array, FidelityRow, Fi
 from deadwood_algorithms.evaluate.fidelity.rule import verdict_of_distance, verdict_of_interval
 from deadwood_algorithms.scene.releases import Group
 from deadwood_algorithms.stats.directions import spread_change, spread_of_release
-from deadwood_algorithms.stats.order_statistics import paired_percentiles
+from deadwood_algorithms.stats.order_statistics import paired_percentiles, quantiles
 from deadwood_algorithms.stats.statistics import Z_95, paired_interval, wilson_interval
 
 SPLITS = 32  # ways to halve the logs for the noise of the deposit distance
@@ -115,7 +115,8 @@ def own_rows(one: FidelityRun, finest: FidelityRun) -> Iterator[FidelityRow]:
     """Numerical measures of each run itself; the ideal is 0."""
     for name, unit in (("penetration_max", "m"), ("energy_error", "1")):
         ours, theirs = getattr(one, name), getattr(finest, name)
-        yield FidelityRow(one.name, f"{name}_median", "", unit, float(np.median(ours)), float(np.median(theirs)))
+        middle, theirs_middle = (float(quantiles(each, [0.5])[0]) for each in (ours, theirs))
+        yield FidelityRow(one.name, f"{name}_median", "", unit, middle, theirs_middle)
         yield FidelityRow(one.name, name, "", unit, float(ours.max()), float(theirs.max()))
     yield FidelityRow(one.name, "unconverged_steps", "", "1", one.unconverged_share, finest.unconverged_share)
     yield FidelityRow(one.name, "failed", "", "logs", one.failed, finest.failed)

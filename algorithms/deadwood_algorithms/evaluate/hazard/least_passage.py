@@ -115,18 +115,22 @@ def process_area(hits: NDArray[np.float32], share: float, n_logs: int, grid: Gri
     cells. Its area is stated from the number of logs that supports it; none does for any log.
     """
     here = hits >= Ranks.of(share, n_logs).estimate
-    needed = needed_for(share) or None
-    area = float(here.sum()) * grid.cell**2 if needed and n_logs >= needed else math.nan
+    needed = supported_from(share)
+    area = float(here.sum()) * grid.cell**2 if needed is not None and n_logs >= needed else math.nan
     row = {"least_p": share, "area_m2": area, "n_logs": n_logs, "n_needed": needed}
     table = pandas.DataFrame([row] if here.any() else [], columns=list(row)).astype({"n_needed": "Int64"})
     return geopandas.GeoDataFrame(table, geometry=[polygons_of(here, grid)] if here.any() else [], crs=grid.plan_crs)
 
 
 def needed_for(share: float) -> int:
-    """The number of logs from which the 95 % interval of this share is at most `SUPPORTED` times it to either side; 0
-    for any log, whose ground grows with every log.
-    """
-    return math.ceil(Z_95**2 * (1.0 - share) / (share * SUPPORTED**2)) if 0.0 < share < 1.0 else 0
+    """The number of logs from which the 95 % interval of this share is at most `SUPPORTED` times it to either side."""
+    share = max(share, np.finfo(float).eps)
+    return math.ceil(Z_95**2 * (1.0 - share) / (share * SUPPORTED**2))
+
+
+def supported_from(share: float) -> int | None:
+    """`needed_for`; None for any log (0): its ground grows with every log, so that no number supports an area."""
+    return needed_for(share) if share > 0.0 else None
 
 
 def areas_of(energies: Energies, bounds: tuple[float, ...], cell_m: float) -> list[dict[str, float]]:
@@ -134,11 +138,11 @@ def areas_of(energies: Energies, bounds: tuple[float, ...], cell_m: float) -> li
 
     With few logs the estimate is too large: more cells that are passed too rarely are over the share by chance than
     cells passed often enough are below it (truth 63 cells: 367 from 200 logs, 120 from 1000). So it is NaN below the
-    number of logs that determines the share to within `SUPPORTED`. The largest energy of all logs has no interval,
-    because its area keeps growing with the number of logs.
+    number of logs that determines the share to within `SUPPORTED`. The largest energy of all logs has neither an
+    area nor an interval, because its area keeps growing with the number of logs.
     """
     share, n_logs = energies.facts["share"], energies.facts["n_logs"]
-    needed = needed_for(share)
+    needed = supported_from(share)
     rows = []
     for bound in (0.0, *bounds):
         area, low, high = (
@@ -147,6 +151,6 @@ def areas_of(energies: Energies, bounds: tuple[float, ...], cell_m: float) -> li
         )
         if not share:
             low = high = math.nan
-        area = area if n_logs >= needed else math.nan
+        area = area if needed is not None and n_logs >= needed else math.nan
         rows.append({"at_least_m2": area, "at_least_ci_low_m2": low, "at_least_ci_high_m2": high})
     return rows

@@ -146,8 +146,9 @@ def _shares_panel(axes: Axes, rows: Sequence[ScenarioRow], names: Sequence[str])
 def _runouts_panel(axes: Axes, compared: Compared) -> None:
     """Share of the logs with a longer run-out than each distance."""
     for k, each in enumerate(compared.scenarios):
-        far = np.sort(each.column("runout_m").astype(float))
+        far = np.sort(each.runouts)
         share = 1.0 - np.arange(1, far.size + 1) / far.size
+        share, far = share[np.isfinite(far)], far[np.isfinite(far)]  # it ends above 0 where logs have no deposit
         axes.step([0.0, *far], [1.0, *share], where="post", color=RUNS[k % len(RUNS)], linewidth=1.3, label=each.name)
     axes.set(xlabel="run-out, horizontal [m]", ylim=(0.0, 1.02))
     axes.set_xlim(left=0.0)

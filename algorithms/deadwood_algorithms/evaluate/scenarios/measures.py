@@ -231,7 +231,8 @@ def number_rows(each: Scenario, other: Scenario | None) -> Iterator[ScenarioRow]
         yield ScenarioRow(
             each.name, name, "mean", unit, now.size, float(now.mean()), *around(now.mean(), now), change, *bounds
         )
-        yield tail_row(each.name, name, unit, now, before)
+        ends = [one.runouts if name == "runout" else one.column(column).astype(float) for one in (each, other) if one]
+        yield tail_row(each.name, name, unit, *ends)
         top = math.nan if before is None else float(now.max() - before.max())
         yield ScenarioRow(each.name, name, "largest", unit, now.size, float(now.max()), difference=top)
     if other:
@@ -257,7 +258,7 @@ def speed_row(each: Scenario, other: Scenario | None, now: Array, before: Array 
     return replace(row, difference=float(change.mean()), diff_ci_low=low, diff_ci_high=high)
 
 
-def tail_row(name: str, quantity: str, unit: str, now: Array, before: Array | None) -> ScenarioRow:
+def tail_row(name: str, quantity: str, unit: str, now: Array, before: Array | None = None) -> ScenarioRow:
     found, *change = paired_percentiles(now, now if before is None else before, 0.95)
     facts = (found["value"], found["ci_low"], found["ci_high"], *([] if before is None else change))
     return ScenarioRow(name, quantity, "p95", unit, now.size, *facts, n_more=int(found["n_more"]))

@@ -20,7 +20,7 @@ from deadwood_algorithms.results.run_folder import GEOPACKAGE, Run, layers_in, r
 from deadwood_algorithms.results.scenario import overridden_options, summary_if_there
 from deadwood_algorithms.scene.default_log import DEFAULTED
 from deadwood_algorithms.scene.layers import read_lines
-from deadwood_algorithms.stats.endings import ended, left_dem
+from deadwood_algorithms.stats.endings import ended, known_runouts, left_dem
 
 # Columns of the releases that deposits repeat, and by how much two of the same may differ: coordinates by rounding
 # only.
@@ -66,6 +66,11 @@ class Scenario:
     def left_dem(self) -> NDArray[np.bool_]:
         """Logs that left the terrain model."""
         return left_dem(self.run.deposits)[self.rows]
+
+    @cached_property
+    def runouts(self) -> NDArray[np.float64]:
+        """Of all logs [m]; infinite without a deposit (`known_runouts`)."""
+        return known_runouts(self.run.deposits["runout_m"].to_numpy(), self.run.deposits)[self.rows]
 
     @cached_property
     def still_moving(self) -> NDArray[np.bool_]:

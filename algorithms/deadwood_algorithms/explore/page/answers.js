@@ -43,6 +43,58 @@ export function showReach(scene, answer, variant) {
   place.replaceChildren(...(variant ? [make("p", { class: "variant" }, variant)] : []), ...rows, scale);
 }
 
+/* Reach against friction, with its interval, in both forests; the friction of the question is marked. */
+export function showBand(scene, band) {
+  const place = $("band");
+  if (!band || band.lines[0].before.points.length < 2) { place.replaceChildren(); return; }
+  const every = band.lines.flatMap((each) => [...each.before.points, ...(each.after?.points || [])]);
+  const top = roundAbove(Math.max(0.01, ...every.map((each) => each.ci_high)));
+  const lines = band.lines.map((each) => {
+    const words = bandWords(band, each);
+    return make("div", { class: "line" }, make("div", { class: "named" }, make("b", {}, nameOf(scene.lines.find((one) => one.line_id === each.line_id) || each))),
+      bandChart(band, each, top, words.join(" ")), ...words.map((text, k) => make("div", { class: each.effect && k + 1 === words.length ? "verdict" : "ci" }, text)));
+  });
+  place.replaceChildren(make("h3", {}, say("band")), ...lines, make("p", { class: "quiet" }, say(band.final ? "band_paired" : "band_going_on", { n: band.n })));
+}
+
+const friction = (value) => String(Number(value.toFixed(3)));
+
+function bandWords(band, { before, after, effect }) {
+  const ranges = [[before, "A"], [after, "B"]].filter(([each]) => each).map(([each, name]) => {
+    const [from, to] = each.frictions.map(friction), own = each.points.find((point) => point.friction === band.friction);
+    const variant = after ? say("band_variant", { name }) : "";
+    return capital(say(each.low === each.high ? "band_alike" : "band_range", { variant, low: each.low, high: each.high, from, to, own: friction(band.friction), value: share(own).value }));
+  });
+  if (!effect) return ranges;
+  const shown = ["less", "more", "chance"].filter((way) => effect[way].length);
+  if (shown.length === 1) return [...ranges, say(`effect_${shown[0]}`)];
+  return [...ranges, shown.map((way) => say(`effect_some_${way}`, { at: effect[way].map(friction).join(", ") })).join(" ")];
+}
+const capital = (text) => text[0].toUpperCase() + text.slice(1);
+
+function bandChart(band, { before, after }, top, words) {
+  const [wide, high, left, low] = [340, 130, 40, 22], svg = (name, attributes, ...children) => {
+    const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    made.append(...children);
+    return made;
+  };
+  const [from, to] = before.frictions, x = (value) => left + 8 + (wide - left - 28) * (value - from) / (to - from);
+  const y = (value) => 8 + (high - low - 8) * (1 - value / top), at = (points, name) => points.map((each) => `${x(each.friction).toFixed(1)},${y(each[name]).toFixed(1)}`);
+  const curve = (variant, name, { points }) => [
+    svg("polygon", { class: `${name} interval`, points: [...at(points, "ci_low"), ...at(points, "ci_high").reverse()].join(" ") }),
+    svg("polyline", { class: name, points: at(points, "p").join(" ") }),
+    ...points.map((each) => svg("circle", { class: name, cx: x(each.friction), cy: y(each.p), r: 2.5 })),
+    ...(after ? [svg("text", { x: wide - 15, y: y(points.at(-1).p) + 4 }, variant)] : []),
+  ];
+  const ticks = [0, top / 2, top].map((value) => svg("g", {}, svg("line", { class: "grid", x1: left, x2: wide - 18, y1: y(value), y2: y(value) }),
+    svg("text", { x: left - 4, y: y(value) + 4, "text-anchor": "end" }, say("percent", { p: number(100 * value, top < 0.02 ? 1 : 0) }))));
+  const marks = before.points.map((each) => svg("text", { x: x(each.friction), y: high - 6, "text-anchor": "middle", class: each.friction === band.friction ? "own" : "" }, friction(each.friction)));
+  return svg("svg", { class: "band", viewBox: `0 0 ${wide} ${high}`, role: "img", "aria-label": words }, ...ticks,
+    svg("line", { class: "own", x1: x(band.friction), x2: x(band.friction), y1: 4, y2: high - low }), ...marks,
+    ...curve("A", "before", before), ...(after ? curve("B", "after", after) : []));
+}
+
 export function showStops(stopped) {
   const place = $("stops"), all = stopped ? Object.values(stopped).reduce((sum, each) => sum + each, 0) : 0;
   if (!all) { place.replaceChildren(); return; }

@@ -1,6 +1,6 @@
 /* State and requests of the page: the release, the changes of the forest, the answers, and the variants shown. */
 
-import { nameOf, showDifference, showLegend, showReach, showScene, showStops, verdictOf } from "./answers.js";
+import { nameOf, showBand, showDifference, showLegend, showReach, showScene, showStops, verdictOf } from "./answers.js";
 import { boxOf, differencePicture, hitsPicture } from "./layers.js";
 import { connect } from "./link.js";
 import { SlopeMap } from "./map.js";
@@ -22,7 +22,7 @@ document.title = say("title");
 const map = new SlopeMap($("map"), config, say);
 const state = {
   scene: null, terrain: null, shape: null, settings: null, edits: NOTHING, past: [], future: [],
-  base: null, after: null, mode: "before", flick: 0, asked: 0, full: 0, preview: null, editing: 0, wanted: false, busy: false,
+  base: null, after: null, mode: "before", flick: 0, asked: 0, full: 0, preview: null, editing: 0, wanted: false, busy: false, band: null, bandId: "", bands: 0,
   startWhenThere: false, motion: null, time: 0, playing: false, posesFor: "", posesId: 0, gapCanvas: null,
 };
 
@@ -32,7 +32,7 @@ let connected = false;
 
 const link = connect(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${location.pathname.replace(/[^/]*$/, "")}socket`, {
   answered(message) {
-    const work = { scene: opened, hits: hits, difference: differed, poses: posed, kept, refused, restarted }[message.op];
+    const work = { scene: opened, hits: hits, difference: differed, band: banded, poses: posed, kept, refused, restarted }[message.op];
     if (work) work(message);
   },
   changed(how) {
@@ -169,7 +169,7 @@ function hits(answer) {
   if (!isPreview && state.full !== answer.id) return;
   const box = boxOf(answer.data.hits, answer.at || [0, 0]);
   const old = state.base?.picture;
-  if (state.base?.id !== answer.id) stopMoving();
+  if (state.base?.id !== answer.id) { stopMoving(); noBand(); }
   state.base = {
     ...answer, box, preview: isPreview, shape: state.shape, deposits: depositsOf(answer), edited: false, kind: "hits",
     picture: { picture: hitsPicture(box, answer.done, config.ramp, old?.picture), column: box.column, row: box.row },
@@ -192,7 +192,21 @@ function answered() {
 function settled() {
   busy(false);
   speak();
+  askBand();
   if (state.startWhenThere || !$("space").hidden) askPoses();
+}
+
+/* The same logs over the plausible friction: asked for when the answer is there, drawn friction by friction. */
+function askBand() {
+  if (!complete() || !state.scene.lines.length || state.settings.friction === null) return;
+  state.bandId = `band ${++state.bands}`; // not among the numbers of requests, whose last one is the answer that is waited for
+  link.send({ op: "band", id: state.bandId });
+}
+function noBand() { Object.assign(state, { band: null, bandId: "" }); }
+function banded(answer) {
+  if (answer.id !== state.bandId) return;
+  state.band = answer;
+  showBand(state.scene, answer);
 }
 
 const holdersOf = (answer) => (answer.holders || []).filter((each) => each.n > 0).slice(0, 12);
@@ -274,11 +288,12 @@ function take(edits) {
   state.edits = edits;
   if (!edited()) { forget(); state.mode = "before"; }
   stopMoving();
+  noBand();
   refresh();
   remember();
   askChanges();
   if (!state.base) speakText(say("release_first"));
-  else if (!edited() && state.base.final) { map.content.holders = holdersOf(state.base); busy(false); }
+  else if (!edited() && state.base.final) { map.content.holders = holdersOf(state.base); busy(false); askBand(); }
 }
 
 function undo() { if (state.past.length) { state.future.push(state.edits); take(state.past.pop()); } }
@@ -384,6 +399,7 @@ function shown() {
   $("bar").firstElementChild.style.width = `${part}%`;
   $("bar").setAttribute("aria-valuenow", String(Math.round(part)));
   showReach(scene, seen && { ...seen, reach: seen.reach || base.reach }, edited() && seen ? say(seen.edited ? "variant_b" : "variant_a") : "");
+  showBand(scene, state.band);
   showStops(stopsOf(seen) || base?.stopped);
   showDifference(scene, after, { fell: (tree) => changes.fell([tree]), look });
   const on = map.content.variants[0];
