@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,15 @@ ROW = {
         ({"exceededTransferLimit": True}, None),
         ({"context": {"matched": 40, "returned": 10}}, 40),
         ({"next": "https://example.org/?page=2"}, None),
+        ({"pagination": {"total_items": 40, "per_page": 10}}, 40),
+        ({"page": 1, "pages": 4}, None),
+        ({"meta": {"total_pages": 4, "current_page": 1}}, None),
+        ({"result": {"total": 40}}, 40),
+        ({"_links": {"next": {"href": "b"}}}, None),
+        ({"links": [{"rel": "http://www.opengis.net/def/rel/next"}]}, None),
+        ({"nextPageToken": "abc"}, None),
+        ({"pageInfo": {"hasNextPage": True}}, None),
+        ({"nhits": 40}, 40),
     ],
 )
 def test_a_page_of_a_service_says_so_itself(tmp_path, members, total):
@@ -82,7 +92,19 @@ def test_a_page_of_a_service_says_so_itself(tmp_path, members, total):
     assert doubt.numbers == {"rows": 10} | ({"total": total} if total else {})
 
 
-@pytest.mark.parametrize("members", [{}, {"numberMatched": 10}, {"next": None}, {"exceededTransferLimit": False}])
+WHOLE = ({}, {"numberMatched": 10}, {"next": None}, {"exceededTransferLimit": False}, {"page": 1, "pages": 1})
+WHOLE += ({"links": [{"rel": "self"}, {"rel": "prev"}]}, {"pagination": {"total": 10, "next": ""}}, {"total": "many"})
+
+
+def test_a_page_in_an_archive(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as packed:
+        packed.writestr("in/trees.geojson", json.dumps({"features": [ROW] * 10, "numberMatched": 40}))
+    doubt = one_page(tmp_path / "a.zip", 10)
+    assert doubt is not None
+    assert doubt.numbers["total"] == 40
+
+
+@pytest.mark.parametrize("members", WHOLE)
 def test_a_whole_answer_is_not_doubted(tmp_path, members):
     path = tmp_path / "a.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": [ROW] * 10} | members))
@@ -103,5 +125,5 @@ def test_a_page_of_gml_says_so_in_its_attributes(tmp_path):
 
 def test_the_page_lists_every_check():
     page = (Path(__file__).parents[3] / "docs" / "how-to" / "inspect.md").read_text(encoding="utf-8")
-    for check in (*terrain.CHECKS, *values.FRICTION, *values.CANOPY, *places.CHECKS):
+    for check in (terrain.NO_HEIGHTS, *terrain.CHECKS, *values.FRICTION, *values.CANOPY, *places.CHECKS):
         assert f"| `{check.code}` | {check.doubts} |" in page

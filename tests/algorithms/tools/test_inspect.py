@@ -167,3 +167,10 @@ def test_inspect_of_a_terrain_model_without_crs_names_it_in_the_command(here, mo
     command = typed(monkeypatch, capsys, "inspect", "bare dem.tif")
     assert command.endswith("--crs EPSG:2056")
     pasted(command)
+
+
+@pytest.mark.parametrize("columns", [{"H": HEIGHT}, {"VOL": DBH / 40.0, "hauteur": HEIGHT}, {"BHD": DBH}])
+def test_a_table_without_crs_whose_sizes_follow_from_a_law(tmp_path, columns):
+    """The law's region cannot be looked up on a local grid: this was an internal error."""
+    facts = inspect.TOOL(path=table(tmp_path / "a.csv", **columns), as_="trees").facts
+    assert facts["counted"].startswith("40 trees")

@@ -13,6 +13,7 @@ import shapely
 
 from deadwood_algorithms.files.accounts import NO_TREE, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
+from deadwood_algorithms.files.crs import is_local
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees import allometry
@@ -142,7 +143,7 @@ def warn_of_another_region(law: Law, places: np.ndarray, crs: pyproj.CRS | None,
     import pyproj
 
     laws = law.laws if isinstance(law, LawsByTree) else (law,)
-    if crs is None:
+    if crs is None or is_local(crs):
         return
     x, y = np.median(shapely.get_coordinates(places), axis=0)
     to_degrees = pyproj.Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
