@@ -184,3 +184,9 @@ def test_a_table_in_degrees(tmp_path):
     facts = inspect.TOOL(path=str(tmp_path / "a.csv")).facts
     assert (facts["role"], facts["doubts"]) == ("trees", [])
     assert facts["columns"]["lon"] == "easting"
+
+
+def test_roads_among_houses_are_lines(tmp_path):
+    """An export of a map has both; the mixture was taken for release areas, and then refused."""
+    facts = inspect.TOOL(path=layer(tmp_path / "a.geojson", [LINE, BOX], Name=["road", "house"])).facts
+    assert (facts["role"], facts["counted"]) == ("lines", "2 rows")
