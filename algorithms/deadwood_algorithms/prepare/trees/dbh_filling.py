@@ -13,7 +13,6 @@ import shapely
 
 from deadwood_algorithms.files.accounts import NO_TREE, account, count_of
 from deadwood_algorithms.files.columns import field_names, number_column, where_of
-from deadwood_algorithms.files.crs import is_local
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees import allometry
@@ -141,6 +140,8 @@ def zoned(
 def warn_of_another_region(law: Law, places: np.ndarray, crs: pyproj.CRS | None, feedback: Feedback) -> None:
     """Warn if a named law is used far from the trees from which it was derived."""
     import pyproj
+
+    from deadwood_algorithms.files.crs import is_local
 
     laws = law.laws if isinstance(law, LawsByTree) else (law,)
     if crs is None or is_local(crs):
