@@ -80,18 +80,26 @@ def _log_likelihood(d: Array, v: Array, ratio: float) -> Array:
     return np.log((1.0 - TAIL) * normal(SPREADS) + TAIL * normal(ratio * SPREADS) + 1e-300)
 
 
-def fitted(d: Array, v: Array, kinds: NDArray[np.str_], wanted: tuple[str, ...]) -> Mapping[str, Between]:
+def fitted(
+    d: Array, v: Array, kinds: NDArray[np.str_], wanted: tuple[str, ...], like: tuple[Array, Array] | None = None
+) -> Mapping[str, Between]:
     """The distribution of the difference over slopes of each kind [points], by likelihood.
 
     All kinds share the ratio of the tail's spread to the usual one, and every kind also listens to those of the
     others as if SHARED of them were its own. Mean and variances are averages over all that the slopes leave possible,
     by likelihood, so that few slopes give a wider distribution than many. The tail, which few slopes show, is
     widened as Student's 95 % point is against the normal one.
+
+    like : another difference with its noise, which is spread alike around a mean of its own, as if on SHARED slopes
     """
-    prior = -0.5 * (MEANS[:, None] / MEAN_SD) ** 2 + 0.0 * SPREADS
 
     def of_ratio(ratio: float) -> tuple[float, dict[str, Between]]:
         each = _log_likelihood(d, v, ratio)
+        prior = -0.5 * (MEANS[:, None] / MEAN_SD) ** 2 + 0.0 * SPREADS
+        if like:
+            alike = _log_likelihood(*like, ratio).sum(axis=2)
+            alike = np.log(np.exp(alike - alike.max()).mean(axis=0) + 1e-300)  # whatever its mean is
+            prior = prior + alike * min(1.0, SHARED / max(1, len(like[0])))
         total, found = 0.0, dict[str, Between]()
         for kind in wanted:
             mine = kinds == kind

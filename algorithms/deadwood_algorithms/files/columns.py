@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deadwood_algorithms import schemas
-from deadwood_algorithms.files.quantities import is_gap
+from deadwood_algorithms.files.quantities import is_date, is_gap
 from deadwood_algorithms.params.counts import rows_named
 from deadwood_algorithms.params.tool import Feedback, UserError
 
@@ -206,5 +206,10 @@ def _complaint(value: Any, minimum: float | None, exclusive: bool, maximum: floa
     if value is None or value != value or str(value) in ("<NA>", ""):
         return f"the value is empty; fill in {wanted}"
     shown = f"{float(value):g}" if isinstance(value, (int, float, np.number)) else f"'{value}'"
+    if is_date(value):
+        return (
+            f"{shown} is a date, not {wanted}: a spreadsheet makes one of 12.5 or 3-4; format the column there as "
+            "numbers (or text), type the value again, and export again"
+        )
     fix = "check the field" if isinstance(value, float) and math.isinf(value) else "correct it or delete the row"
     return f"{shown} is not {wanted}; {fix}"

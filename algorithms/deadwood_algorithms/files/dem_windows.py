@@ -40,7 +40,7 @@ from deadwood_algorithms.files.heights import (
 )
 from deadwood_algorithms.files.rasters import read_values
 from deadwood_algorithms.intake import terrain
-from deadwood_algorithms.intake.doubts import say_all
+from deadwood_algorithms.intake.doubts import say, say_all
 from deadwood_algorithms.params.tool import Cancelled, Feedback, Quiet, UserError
 
 SAMPLES, SAMPLE_CELLS = 3, 128  # of a large DEM, so many squares in each direction, with this side, are examined
@@ -171,9 +171,12 @@ def open_windows(
         dem = DemWindows(source, str(path), dem_crs, (ny, nx), cell, x0, y0, flipped)
         if what == "DEM" and source.dtypes[0] != "uint8":  # uint8 was already reported
             samples, named = _samples(dem), f"{name_of_band(source, 1)} {Path(dem.path).stem}"
-            warn_of_heights(samples, dem.path, dem.cell, feedback)
-            declared = partial(remedies.declared, dem.path)
-            say_all(terrain.CHECKS, terrain.Terrain(samples, dem.cell, named, declared), dem.path, feedback)
+            seen = terrain.Terrain(samples, dem.cell, named, partial(remedies.declared, dem.path))
+            if doubt := terrain.NO_HEIGHTS.find(seen):
+                say(doubt, dem.path, feedback)
+            else:
+                warn_of_heights(samples, dem.path, dem.cell, feedback)
+                say_all(terrain.CHECKS, seen, dem.path, feedback)
         yield replace(dem, collars=_collars_of(dem, feedback)) if look_through else dem
 
 

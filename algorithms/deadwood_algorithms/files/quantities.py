@@ -41,6 +41,14 @@ INTERVAL = re.compile(rf"[\[\](]\s*({NUMBER})\s*(?:;|{BETWEEN})\s*({NUMBER})\s*[
 COMMA_INTERVAL = re.compile(rf"[\[\](]\s*(\d+(?:\.\d*)?|\d+,\d+(?=,\s))\s*,\s*({NUMBER})\s*[\])\[]\s*{UNIT}")
 GROUPED = re.compile(r"\d[.,]\d{3}(?!\d)")  # whose point or comma may separate groups of three digits
 
+# 2024-10-12, 12.10.2024, 10/12/2024; 12-Oct, Okt 12, 12. Okt
+DATE = re.compile(
+    r"\s*(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}"
+    r"|(\d+[-. ]+)?(jan|feb|f[ée]v|m[aä]r|mrz|a[pv]r|ma[iy]|mag|j[uo]in|giu|jun|jul|juil|lug|aug|ao[uû]t|ago|sep|set"
+    r"|o[ck]t|ott|nov|de[zc]|d[ée]c|dic)\w*\.?([-. ]+\d+)?\b)",
+    re.IGNORECASE,
+)
+
 
 @dataclass(frozen=True)
 class Sizes:
@@ -56,6 +64,11 @@ class Sizes:
 def is_gap(text: str) -> bool:
     plain = text.replace("\u00a0", " ").strip().lower()
     return re.sub(r"\s+", "", plain) in GAP_WORDS or GAP.fullmatch(plain) is not None
+
+
+def is_date(cell: object) -> bool:
+    """Whether a cell is a date, or the text of one, in which a spreadsheet has turned it."""
+    return hasattr(cell, "year") or DATE.match(str(cell)) is not None
 
 
 def read_sizes(column: Any, unit: str, words: Mapping[str, float] | None = None) -> Sizes:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import re
+import tempfile
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,10 +18,13 @@ from xml.etree import ElementTree
 from deadwood_algorithms.intake.doubts import Doubt
 from deadwood_algorithms.params.counts import counted
 
-TOTALS = ("numbermatched", "totalfeatures", "totalcount", "total_count", "matched", "@odata.count", "total")
-LIMITS = ("exceededtransferlimit", "truncated", "hasmore", "has_more", "resultstruncated")
-NEXT = ("next", "nextlink", "@odata.nextlink", "next_page", "nextpage")
-BESIDE = ("properties", "context", "meta", "metadata", "pagination", "page", "links")  # members that hold such members
+# Members, without case, underscores and signs.
+TOTALS = ("numbermatched", "totalfeatures", "totalcount", "totalitems", "totalresults", "totalrecords", "totalelements")
+TOTALS += ("matched", "numfound", "nhits", "odatacount", "numberoffeatures", "total")
+LIMITS = ("exceededtransferlimit", "truncated", "resultstruncated", "hasmore", "hasnext", "hasnextpage")
+NEXT = ("next", "nextlink", "odatanextlink", "nextpage", "nextpagetoken", "nextcursor", "nexturl")
+PAGES = ("totalpages", "pages", "pagecount", "numpages")
+BESIDE = ("properties", "context", "meta", "metadata", "pagination", "paging", "page", "pageinfo", "links", "result")
 LARGEST_BYTES = 2**27  # of a file that is read completely; of a larger one the beginning
 HEAD_BYTES = 2**16
 JSON, XML = (".json", ".geojson", ".pjson", ".jsonfg", ".topojson"), (".gml", ".xml", ".gfs")
@@ -42,13 +47,26 @@ def said_in(path: Path) -> tuple[int | None, bool]:
     """How many features exist, and whether there are more than in the file, as the file says."""
     ending = path.suffix.lower()
     try:
+        if ending == ".zip" and path.is_file():
+            return _said_in_zip(path)
         if ending in JSON and path.is_file():
             return _said_in_json(path)
         if ending in XML and path.is_file():
             return _said_in_xml(path)
-    except (OSError, ValueError, ElementTree.ParseError):
+    except (OSError, ValueError, ElementTree.ParseError, zipfile.BadZipFile, RuntimeError, NotImplementedError):
         pass
     return None, False
+
+
+def _said_in_zip(path: Path) -> tuple[int | None, bool]:
+    """What the only file of an archive says."""
+    with zipfile.ZipFile(path) as packed, tempfile.TemporaryDirectory() as folder:
+        inside = [each for each in packed.infolist() if not each.is_dir()]
+        if len(inside) != 1 or inside[0].file_size > LARGEST_BYTES:
+            return None, False
+        place = Path(folder, "answer").with_suffix(Path(inside[0].filename).suffix)
+        place.write_bytes(packed.read(inside[0]))
+        return said_in(place) if place.suffix.lower() != ".zip" else (None, False)
 
 
 def _said_in_json(path: Path) -> tuple[int | None, bool]:
@@ -62,14 +80,15 @@ def _said_in_json(path: Path) -> tuple[int | None, bool]:
 
 
 def _of_members(members: Mapping[str, Any]) -> tuple[int | None, bool]:
-    lower = {str(name).lower(): value for name, value in members.items()}
-    totals = [_count(lower[name]) for name in TOTALS if name in lower]
-    more = any(lower.get(name) in (True, "true") for name in LIMITS)
-    more |= any(bool(lower.get(name)) for name in NEXT)
+    plain = {re.sub(r"[\W_]", "", str(name)).lower(): value for name, value in members.items()}
+    totals = [_count(plain[name]) for name in TOTALS if name in plain]
+    more = any(plain.get(name) in (True, "true") for name in LIMITS)
+    more |= any(bool(plain.get(name)) for name in NEXT)
+    more |= any((_count(plain.get(name)) or 0) > 1 for name in PAGES)
     for name in BESIDE:
-        inner = lower.get(name)
-        if name == "links" and isinstance(inner, list):
-            more |= any(isinstance(each, dict) and each.get("rel") == "next" for each in inner)
+        inner = plain.get(name)
+        if isinstance(inner, list):
+            more |= any(isinstance(each, dict) and re.search(r"\bnext$", str(each.get("rel"))) for each in inner)
         elif isinstance(inner, dict):
             of_inner = _of_members(inner)
             totals.append(of_inner[0])

@@ -12,7 +12,8 @@ from deadwood_algorithms.intake.doubts import Check, Doubt
 # Coordinates that a spreadsheet shows as 2.70008E+06, or that were typed from a map, are multiples of 10 m or more. By
 # chance all of ROUNDED_FROM would be so once in 10**ROUNDED_FROM tables.
 ROUNDED_FROM = 6
-STEPS_M, STEPS_DEG = (1000.0, 100.0, 10.0), (0.01, 0.001, 0.0001)
+STEPS_M, STEPS_DEG = (1000.0, 500.0, 200.0, 100.0, 50.0, 25.0, 20.0, 10.0), (0.01, 0.001, 0.0001)
+ROUNDED_SHARE = 0.9  # of the points: a few may have been measured since
 DEGREE_M = 111_000.0
 
 # A road on the ground has a Z within some metres of a terrain model's; a tunnel or a bridge has not.
@@ -24,14 +25,18 @@ def rounded(x: NDArray[np.float64], y: NDArray[np.float64], *, degrees: bool = F
     if x.size < ROUNDED_FROM or len(np.unique(x)) < 2 or len(np.unique(y)) < 2:
         return None
     for step in STEPS_DEG if degrees else STEPS_M:
-        at = [bool(np.all(np.abs(each / step - np.rint(each / step)) < 1e-6 * max(1.0, 1.0 / step))) for each in (x, y)]
+        within = 1e-6 * max(1.0, 1.0 / step)
+        shares = [float(np.mean(np.abs(each / step - np.rint(each / step)) < within)) for each in (x, y)]
+        at = [share >= ROUNDED_SHARE for share in shares]
         if any(at):
+            few = min(share for share in shares if share >= ROUNDED_SHARE)
+            many = "all" if few == 1.0 else f"{100.0 * few:.0f} % of the"
             metres = step * DEGREE_M if degrees else step
             which = "eastings and northings" if all(at) else "eastings" if at[0] else "northings"
             return Doubt(
                 "rounded-places",
-                f"all {which} are multiples of {f'{step:g} degrees' if degrees else f'{step:g} m'}, so that points may "
-                f"stand {metres / np.sqrt(2.0):.0f} m from their true places; did a spreadsheet cut their digits "
+                f"{many} {which} are multiples of {f'{step:g} degrees' if degrees else f'{step:g} m'}, so that points "
+                f"may stand {metres / np.sqrt(2.0):.0f} m from their true places; did a spreadsheet cut their digits "
                 "(2.70008E+06)? Format the columns as numbers and export again",
                 {"step_m": metres, "points": x.size},
             )

@@ -20,13 +20,20 @@ from deadwood_algorithms.params.counts import counted
 # of 8 m included, and 27 to 47 on surface models of a forest. COARSEST_M: beyond it a crown is less than a cell.
 CROWN_M, RING_M, COARSEST_M = 3.0, 4.0, 4.0
 TOPS_PER_HA, FEWEST_TOPS = 0.5, 3
+# Broad crowns and roofs have no such top, but walls on both sides, along rows and along columns: the surface rises by
+# more than CROWN_M (or WALL times the distance) within WALL_M, and falls so again within BROAD_M. None of the cells of
+# terrain models lie so between walls; 1 % do with four houses on 4 ha, 15 to 60 % under crowns of 7 to 10 m.
+WALL, WALL_M, BROAD_M, BROAD_SHARE = 2.0, 1.0, 12.0, 0.002
 
 # Heights rise over LAG cells nearly LAG times as much as over one: 0.66 to 1.0 of that on terrain models. Slopes,
-# aspects and grey values wander within their range: 0.15 to 0.29 on the same ground.
-# On smooth ground they differ over twice as many cells (0.57 against 0.74 and more).
-LAG, WANDERING, WANDERING_NAMED, WANDERING_SMOOTH, LEAST_SPREAD = 16, 0.45, 0.9, 0.65, 15.0
-MOST_DEGREES = 360.0
+# aspects and grey values wander within their range: 0.15 to 0.29 on the same ground. On smooth ground they differ
+# farther apart, over SMOOTH_LAG cells but at most SMOOTH_M: 0.12 to 0.62 against 0.72 and more.
+LAG, WANDERING, WANDERING_NAMED = 16, 0.45, 0.9
+SMOOTH_LAG, SMOOTH_M, WANDERING_SMOOTH = 64, 100.0, 0.63
+LEAST_SPREAD, MOST_DEGREES, LEAST_DEGREES = 15.0, 360.0, -180.0
 MOST_SLOPE_DEG, LEAST_SLOPE_CELLS = 90.0, 100
+# Tangents, radians, cosines, curvatures: small numbers, which as heights are ground without relief.
+MOST_SMALL, LEVEL = 2.0 * np.pi, 0.02
 
 # An undeclared margin of one value on low ground is lower than its rim by more than the shore of a sea.
 EMPTY_M = (0.0, -1.0, -9.0, -99.0)
@@ -48,21 +55,50 @@ class Terrain:
 
 
 def crowns(terrain: Terrain) -> Doubt | None:
-    """A surface model: many tops that no ground has."""
+    """A surface model: many tops that no ground has, or broad crowns and roofs between walls."""
     if terrain.cell > COARSEST_M:
         return None
     found = [tops_of(each, terrain.cell) for each in terrain.samples]
     tops, hectares = (sum(each) for each in zip(*found, strict=True))
-    if tops < FEWEST_TOPS or tops < TOPS_PER_HA * hectares:
+    rate, share = tops / max(hectares, 1e-9), _share_between_walls(terrain)
+    if tops >= max(FEWEST_TOPS, TOPS_PER_HA * hectares):
+        seen = (
+            f"{rate:.3g} tops per hectare stand more than {CROWN_M:g} m above everything {RING_M:g} m around them, as "
+            "tree crowns do, and no ground"
+        )
+    elif share >= BROAD_SHARE:
+        seen = f"{100.0 * share:.2g} % of it stands between walls that fall to all sides, as broad crowns and roofs do"
+    else:
         return None
-    rate = tops / hectares
     return Doubt(
         "surface-model",
-        f"{rate:.3g} tops per hectare stand more than {CROWN_M:g} m above everything {RING_M:g} m around them, as tree "
-        "crowns do, and no ground; is it a surface model (DSM, DOM, MNS)? Logs would slide over the crowns: use the "
-        "terrain model (DTM, DGM, MNT)",
-        {"tops": tops, "tops_per_ha": rate},
+        f"{seen}; is it a surface model (DSM, DOM, MNS)? Logs would slide over the crowns: use the terrain model (DTM, "
+        "DGM, MNT)",
+        {"tops": tops, "tops_per_ha": rate, "share_between_walls": share},
     )
+
+
+def _share_between_walls(terrain: Terrain) -> float:
+    """Share of the cells that lie, along their row and along their column, between a rise and a fall like walls."""
+    apart, reach = max(1, round(WALL_M / terrain.cell)), max(2, round(BROAD_M / terrain.cell))
+    wall = max(CROWN_M, WALL * apart * terrain.cell)
+    between = known = 0
+    for heights in terrain.samples:
+        both = _between(heights, apart, reach, wall) & _between(heights.T, apart, reach, wall).T
+        between, known = between + int(both.sum()), known + int(np.isfinite(heights).sum())
+    return between / known if known else 0.0
+
+
+def _between(heights: NDArray[np.floating], apart: int, reach: int, wall: float) -> NDArray[np.bool_]:
+    """Cells of which a wall rises within ``reach`` cells before them along their row, and one falls behind them."""
+    rise = np.zeros(heights.shape)
+    if heights.shape[1] > apart:
+        rise[:, apart:] = heights[:, apart:].astype(np.float64) - heights[:, :-apart]
+    count = [np.cumsum(np.pad(side, ((0, 0), (1, reach + apart))), axis=1) for side in (rise > wall, rise < -wall)]
+    at = np.arange(heights.shape[1])
+    up = count[0][:, at + 1] - count[0][:, np.maximum(at + 1 - reach, 0)]
+    down = count[1][:, at + apart + reach] - count[1][:, at + apart]
+    return (up > 0) & (down > 0)
 
 
 def tops_of(heights: NDArray[np.floating], cell: float) -> tuple[int, float]:
@@ -92,17 +128,22 @@ def tops_of(heights: NDArray[np.floating], cell: float) -> tuple[int, float]:
 
 
 def no_heights(terrain: Terrain) -> Doubt | None:
-    """Slopes, aspects or grey values in place of heights: within their range, and wandering."""
+    """Slopes, aspects, grey values, curvatures in place of heights: within their range, and wandering."""
     known = np.concatenate([each[np.isfinite(each)] for each in terrain.samples] or [np.empty(0)])
-    if known.size < LEAST_SLOPE_CELLS or known.min() < 0.0 or known.max() > MOST_DEGREES:
+    if known.size < LEAST_SLOPE_CELLS or known.min() < LEAST_DEGREES or known.max() > MOST_DEGREES:
         return None
-    low, high = np.quantile(known, [0.05, 0.95])
+    (low, high), small = np.quantile(known, [0.05, 0.95]), np.abs(known).max() <= MOST_SMALL
+    side = max(float(np.hypot(*each.shape)) for each in terrain.samples) * terrain.cell
+    if not (0.0 < high - low < LEVEL * side if small else high - low > LEAST_SPREAD):
+        return None
     wander = wandering(terrain.samples, LAG)
     limit = WANDERING_NAMED if words_of(terrain.named) & OF_SLOPE else WANDERING
-    smooth = known.max() <= MOST_SLOPE_DEG and wandering(terrain.samples, 2 * LAG) < WANDERING_SMOOTH
-    if high - low <= LEAST_SPREAD or not (wander < limit or smooth):
+    shortest = min(min(each.shape) for each in terrain.samples) // 3
+    far = max(LAG, min(SMOOTH_LAG, shortest, round(SMOOTH_M / terrain.cell)))
+    if wander >= limit and wandering(terrain.samples, far) >= WANDERING_SMOOTH:
         return None
-    what = "slopes in degrees" if known.max() <= MOST_SLOPE_DEG else "aspects or grey values"
+    what = "aspects or grey values" if known.max() > MOST_SLOPE_DEG or known.min() < 0.0 else "slopes in degrees"
+    what = "slopes in radians or as tangents, or another measure of the relief" if small else what
     return Doubt(
         "not-heights",
         f"its numbers, {known.min():.3g} to {known.max():.3g}, look like {what}, not like heights: give the terrain "
@@ -161,8 +202,9 @@ def _pairs(
         yield empty[:, :-1], empty[:, 1:], values[:, :-1], values[:, 1:]
 
 
+NO_HEIGHTS = Check("not-heights", "slopes, aspects, grey values or curvatures in place of heights", no_heights)
+# Of what are heights.
 CHECKS = (
-    Check("surface-model", "a surface model: tree crowns stand on it", crowns),
-    Check("not-heights", "slopes, aspects or grey values in place of heights", no_heights),
+    Check("surface-model", "a surface model: tree crowns or roofs stand on it", crowns),
     Check("undeclared-nodata", "an undeclared value for nodata on low ground", undeclared),
 )

@@ -11,8 +11,10 @@ IMPLAUSIBLE = 2.0  # a coefficient of friction that no wood on soil, rock, snow 
 LARGE_SHARE = 0.001  # of the cells
 
 # Between crowns a canopy model shows the ground, or what its maker cuts off (up to 5 m). The lowest hundredth of one
-# that does not stands this high.
+# that does not stands this high, or FLOOR_M high and FLOOR_SHARE of the cells within FLOOR_WIDTH_M of it.
 LOWEST_SHARE, GROUNDLESS_M = 0.01, 10.0
+FLOOR_M, FLOOR_WIDTH_M, FLOOR_SHARE = 1.5, 0.5, 0.1
+TALL_SHARE, TALL_M = 0.999, 65.0  # no forest of Europe is higher
 FEWEST_CELLS = 400
 
 
@@ -50,7 +52,8 @@ def groundless(heights: NDArray[np.float64]) -> Doubt | None:
     if known.size < FEWEST_CELLS:
         return None
     low = float(np.quantile(known, LOWEST_SHARE))
-    if abs(low) < GROUNDLESS_M:
+    floor = abs(low) >= FLOOR_M and float((np.abs(known - low) < FLOOR_WIDTH_M).mean()) >= FLOOR_SHARE
+    if abs(low) < GROUNDLESS_M and not floor:
         return None
     where = f"only 1 % of the cells are lower than {low:.3g} m"
     return Doubt(
@@ -62,8 +65,41 @@ def groundless(heights: NDArray[np.float64]) -> Doubt | None:
     )
 
 
+def too_tall(heights: NDArray[np.float64]) -> Doubt | None:
+    """A canopy higher than any forest, but lower than ground above the sea: feet, decimetres, centimetres."""
+    known = heights[np.isfinite(heights)]
+    if known.size < FEWEST_CELLS or groundless(known):
+        return None
+    high = float(np.quantile(known, TALL_SHARE))
+    if high <= TALL_M:
+        return None
+    return Doubt(
+        "canopy-too-tall",
+        f"its highest crowns stand {high:.0f} m above the ground; is it in feet, decimetres or centimetres?",
+        {"highest_m": high},
+    )
+
+
+def frictionless(friction: NDArray[np.float64]) -> Doubt | None:
+    """Cells without any friction beside others: an undeclared value for nodata, on which nothing ever stops."""
+    known = friction[np.isfinite(friction)]
+    share = float((known == 0.0).mean()) if known.size else 0.0
+    if not LARGE_SHARE < share < 1.0 or codes(friction):
+        return None
+    return Doubt(
+        "friction-zero",
+        f"{100.0 * share:.2g} % of the cells have the coefficient 0, on which nothing stops; is it an undeclared value "
+        "for nodata?",
+        {"share": share},
+    )
+
+
 FRICTION = (
     Check("friction-codes", "codes of classes in place of coefficients", codes),
     Check("friction-too-large", "coefficients above 2 on part of the ground", too_large),
+    Check("friction-zero", "cells without friction beside others", frictionless),
 )
-CANOPY = (Check("canopy-without-ground", "a canopy that never comes down to the ground", groundless),)
+CANOPY = (
+    Check("canopy-without-ground", "a canopy that never comes down to the ground", groundless),
+    Check("canopy-too-tall", "a canopy higher than any forest", too_tall),
+)

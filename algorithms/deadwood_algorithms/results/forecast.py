@@ -34,8 +34,9 @@ WRITE_S = 0.5e-3  # per log, to collect and write its rows
 # seen, so nothing is started if not even that is free.
 LEAST_RUN_DISK, LEAST_LOG_DISK, LEAST_KEPT_DISK = 180_000, 1000, 3000
 # What a run takes at most of the time, including the working folder, per log and per log with trajectory: on a path of
-# 150 m, 1 to 200 logs took 0.5 to 0.97 of it. Longer paths take more; --plan measures them.
-RUN_DISK, LOG_DISK, KEPT_DISK = 400_000, 15_000, 18_000
+# 150 m, 1 to 200 logs took 0.5 to 0.97 of it. What is kept of a path grows with its length: of one of 1.6 km
+# 0.8, where the way to the end of the terrain model is 1.4 km and not the PATH_M of that slope.
+RUN_DISK, LOG_DISK, KEPT_DISK, PATH_M = 400_000, 15_000, 18_000, 240.0
 
 
 @dataclass(frozen=True)
@@ -162,16 +163,20 @@ def refuse_too_large(found: Forecast, output: str) -> None:
         )
 
 
-def usual_disk(logs: int, kept: int) -> int:
-    """Bytes that a run takes without a pilot to measure them, the working folder included."""
-    return RUN_DISK + logs * LOG_DISK + kept * KEPT_DISK
+def usual_disk(logs: int, kept: int, reach_m: float = PATH_M) -> int:
+    """Bytes that a run takes without a pilot to measure them, the working folder included.
+
+    reach_m : how far [m] in plan a log may come
+    """
+    longer = max(0.0, reach_m / PATH_M - 1.0)
+    return RUN_DISK + logs * LOG_DISK + round(kept * (KEPT_DISK + longer * (LOG_DISK + KEPT_DISK)))
 
 
-def judge_disk(output: str, logs: int, kept: int, feedback: Feedback) -> None:
+def judge_disk(output: str, logs: int, kept: int, reach_m: float, feedback: Feedback) -> None:
     """Before the work: raise ``UserError`` if not even the smallest output of these logs fits on the disk, and warn if
     the usual one does not.
     """
-    least, usual = LEAST_RUN_DISK + logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, usual_disk(logs, kept)
+    least, usual = LEAST_RUN_DISK + logs * LEAST_LOG_DISK + kept * LEAST_KEPT_DISK, usual_disk(logs, kept, reach_m)
     room, fix = free_disk(output), "keep fewer --trajectories, or name an output on another disk"
     words = (
         f"{output}: {counted(logs, 'log')}, of which {kept} keep their trajectory, take about {_size(usual)} of disk"

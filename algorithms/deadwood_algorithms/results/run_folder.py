@@ -7,6 +7,7 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from os.path import isdir
 from pathlib import Path
 from typing import Any
 
@@ -171,7 +172,7 @@ def read_run(path: str, *, feedback: Feedback) -> Run:
     inputs.
     """
     folder = Path(path)
-    if not folder.is_dir():
+    if not isdir(folder):  # False also of names that no file can have
         raise UserError(f"{path}: the run's folder does not exist; slide-logs makes such a folder")
     for name in (MANIFEST, GEOPACKAGE, POSES):
         if not (folder / name).is_file():

@@ -70,6 +70,14 @@ def part_of(
     return first_part(dem, *plan_of(releases), lift_m=lift, slope=energy_slope(friction), margin_m=2.0 * length)
 
 
+def farthest(layers: SceneLayers, releases: Releases, friction: str | float) -> float:
+    """How far [m] in plan a log may come: to the energy line, or to the end of the terrain model."""
+    x, y, (west, south, east, north) = releases.x, releases.y, layers.dem.frame.bounds
+    to_end = float(np.hypot(np.maximum(x - west, east - x), np.maximum(y - south, north - y)).max())
+    fall = float(np.nanmax(layers.scene.terrain_height(x, y))) - float(np.nanmin(layers.dem.values))
+    return min(to_end, fall / max(energy_slope(friction), 1e-9))
+
+
 def energy_slope(friction: str | float) -> float:
     number = number_of(friction)
     if number is None:  # a layer, which is read on the window only

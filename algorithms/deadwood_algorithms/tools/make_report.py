@@ -26,6 +26,7 @@ import tempfile
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -134,7 +135,7 @@ def folders_of(runs: str) -> list[str]:
     folders, name = [], ""
     for part in runs.split(","):
         name = f"{name},{part}" if name else part
-        if Path(name.strip()).is_dir():
+        if isdir(name.strip()):  # False also of names that no file can have
             folders.append(name.strip())
             name = ""
     folders += [name.strip()] if name.strip() else []

@@ -110,7 +110,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
     from deadwood_algorithms.simulate.own_slope import own_sample
     from deadwood_algorithms.simulate.simulation import open_simulation
     from deadwood_algorithms.simulate.sliding import workers_for
-    from deadwood_algorithms.simulate.windows import read_released_scene
+    from deadwood_algorithms.simulate.windows import farthest, read_released_scene
     from deadwood_engine import fidelity_with
 
     kept_count, began, capacity = ask.trajectories_kept, time.perf_counter(), tool.taken(ask, Capacity)
@@ -128,7 +128,7 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
             releases = releases.take(np.sort(hash_order(releases.logs.log_id, ask.seed)[:at_most]))
         keep = keep_by_hash(releases.logs.log_id, kept_count, ask.seed)
         if ask.until_ci is None and not ask.resume:  # a resumed run has done a part of it already
-            judge_disk(ask.output, len(releases), int(keep.sum()), feedback)
+            judge_disk(ask.output, len(releases), int(keep.sum()), farthest(layers, releases, ask.friction), feedback)
         if at_most is None and not (ask.resume and part_path(ask.output).is_dir()):  # what began was looked at
             look(simulation, layers, releases, ask.seed, feedback)
         if ask.fidelity == "draft":

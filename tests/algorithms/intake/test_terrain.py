@@ -158,3 +158,72 @@ def test_a_variable_is_written_out_in_metres(tmp_path):
 def test_the_variable_of_the_heights_is_found_by_its_name(tmp_path):
     path = netcdf(tmp_path / "a.nc", slope=SLOPE + 900.0, elevation=GROUND)
     assert np.allclose(read_dem(path, crs="EPSG:2056").values[::-1], GROUND, atol=0.01)
+
+
+def with_crowns(cell: float, radius: float, *, flat: bool, per_ha: float = 60.0) -> np.ndarray:
+    """A surface with broad crowns: a dome or a disk, with an edge that falls to the ground."""
+    draw = np.random.default_rng(3)
+    x, y = np.meshgrid((np.arange(round(NX / cell)) + 0.5) * cell, (np.arange(round(NY / cell))[::-1] + 0.5) * cell)
+    ground = 800.0 + np.maximum(y - 60.0, 0.0) * np.tan(np.radians(35.0))
+    surface = ground.copy()
+    for _ in range(round(per_ha * NX * NY / 1e4)):
+        at_x, at_y, height = draw.uniform(5, 155), draw.uniform(5, 235), draw.uniform(12, 25)
+        top = 800.0 + max(at_y - 60.0, 0.0) * np.tan(np.radians(35.0)) + height
+        apart = np.hypot(x - at_x, y - at_y)
+        crown = np.full_like(apart, top) if flat else top - 0.5 * apart**2 / radius
+        surface = np.maximum(surface, np.where(apart < radius, crown, -1e9))
+    return surface
+
+
+@pytest.mark.parametrize("cell", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize(("radius", "flat"), [(3.5, False), (5.0, False), (4.0, True)])
+def test_broad_crowns_have_no_tops_but_walls(cell, radius, flat):
+    """Nothing stands above all of a ring of 4 m around such a crown; before, they were taken for ground."""
+    surface = with_crowns(cell, radius, flat=flat)
+    assert terrain.crowns(terrain.Terrain([surface], cell)) is not None
+    bare = with_crowns(cell, radius, flat=flat, per_ha=0.0)
+    assert terrain.crowns(terrain.Terrain([bare + np.where(bare > 850.0, 8.0, 0.0)], cell)) is None
+
+
+def test_roofs_are_walls_on_all_sides_and_one_wall_a_dam_and_a_gorge_are_not():
+    level = np.full((200, 200), 500.0) + 0.1 * np.arange(200.0)
+    roofs = level.copy()
+    roofs[40:50, 60:72] += 6.0
+    roofs[120:131, 90:99] += 5.0
+    assert terrain.crowns(terrain.Terrain([roofs], 1.0)) is not None
+    wall, dam, gorge = level.copy(), level.copy(), level.copy()
+    wall[90:] += 8.0
+    dam[90:96, 20:180] += 5.0
+    gorge[90:96] -= 15.0
+    for ground in (wall, dam, gorge):
+        assert terrain.crowns(terrain.Terrain([ground], 1.0)) is None
+
+
+TANGENT = np.hypot(*np.gradient(GROUND))
+MEASURES = {
+    "percent": 100.0 * TANGENT,
+    "tangent": TANGENT,
+    "radians": np.arctan(TANGENT),
+    "aspect": ASPECT,
+    "aspect from the south": ASPECT - 180.0,
+    "aspect in radians": np.radians(ASPECT),
+    "northness": np.cos(np.radians(ASPECT)),
+    "curvature": np.gradient(np.gradient(GROUND)[0])[0],
+    "hillshade": 180.0 * np.cos(np.arctan(TANGENT)) * (1.0 + 0.5 * np.cos(np.radians(315.0 - ASPECT)) * TANGENT),
+}
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_a_measure_of_the_relief_without_a_name_is_doubted(measure):
+    """On smooth ground, where slopes change as slowly as heights; only degrees were doubted before."""
+    assert terrain.no_heights(terrain.Terrain([MEASURES[measure]], 1.0)) is not None
+
+
+def test_low_ground_is_not_taken_for_a_measure():
+    for times, lowest in ((0.3, 0.0), (0.1, -3.0), (0.02, 0.5), (1.0, 5.0)):
+        assert terrain.no_heights(terrain.Terrain([times * (GROUND - 800.0) + lowest], 1.0)) is None
+
+
+def test_numbers_that_are_no_heights_are_said_to_be_nothing_else(tmp_path):
+    """Not also a surface model, steep, or with steps."""
+    assert set(doubts(write(tmp_path / "a.tif", np.rint(MEASURES["percent"])))) == {"not-heights"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,35 @@ import pytest
 from deadwood_algorithms.intake import places, terrain, values
 from deadwood_algorithms.intake.pages import one_page
 from deadwood_algorithms.intake.places import off_the_ground, rounded
-from deadwood_algorithms.intake.values import codes, groundless, too_large
+from deadwood_algorithms.intake.values import codes, frictionless, groundless, too_large, too_tall
+
+
+def canopy() -> np.ndarray:
+    """Crowns up to 25 m on half of the ground, and shrubs."""
+    return np.concatenate([np.zeros(2000), np.linspace(0.5, 25.0, 2000)])
+
+
+@pytest.mark.parametrize("shift", [-48.0, -3.0, 2.0, 4.0, 8.0, 55.0])
+def test_a_canopy_above_another_zero_is_doubted(shift):
+    """Also by some metres: its ground is all at one height that is not 0."""
+    assert groundless(canopy()) is None
+    assert groundless(canopy() + np.random.default_rng(0).normal(0.0, 0.1, 4000) + shift) is not None
+    assert groundless(np.linspace(6.0, 25.0, 4000)) is None  # a closed one
+
+
+@pytest.mark.parametrize("times", [1 / 0.3048, 10.0, 100.0])
+def test_a_canopy_in_another_unit_is_doubted(times):
+    assert too_tall(canopy()) is None
+    assert too_tall(canopy() * times) is not None
+    assert too_tall(canopy() + 700.0) is None  # a surface, which is said to be one
+
+
+def test_undeclared_zeros_of_friction_are_doubted():
+    some = frictionless(np.repeat([0.3, 0.0], [95, 5]))
+    assert some is not None
+    assert some.numbers["share"] == pytest.approx(0.05)
+    for fine in (np.full(9, 0.3), np.zeros(9), np.array([0.0, 1.0, 2.0]), np.array([np.nan, 0.4])):
+        assert frictionless(fine) is None
 
 
 def test_friction_of_codes_or_of_several_units_is_doubted():
@@ -72,6 +101,15 @@ ROW = {
         ({"exceededTransferLimit": True}, None),
         ({"context": {"matched": 40, "returned": 10}}, 40),
         ({"next": "https://example.org/?page=2"}, None),
+        ({"pagination": {"total_items": 40, "per_page": 10}}, 40),
+        ({"page": 1, "pages": 4}, None),
+        ({"meta": {"total_pages": 4, "current_page": 1}}, None),
+        ({"result": {"total": 40}}, 40),
+        ({"_links": {"next": {"href": "b"}}}, None),
+        ({"links": [{"rel": "http://www.opengis.net/def/rel/next"}]}, None),
+        ({"nextPageToken": "abc"}, None),
+        ({"pageInfo": {"hasNextPage": True}}, None),
+        ({"nhits": 40}, 40),
     ],
 )
 def test_a_page_of_a_service_says_so_itself(tmp_path, members, total):
@@ -82,7 +120,19 @@ def test_a_page_of_a_service_says_so_itself(tmp_path, members, total):
     assert doubt.numbers == {"rows": 10} | ({"total": total} if total else {})
 
 
-@pytest.mark.parametrize("members", [{}, {"numberMatched": 10}, {"next": None}, {"exceededTransferLimit": False}])
+WHOLE = ({}, {"numberMatched": 10}, {"next": None}, {"exceededTransferLimit": False}, {"page": 1, "pages": 1})
+WHOLE += ({"links": [{"rel": "self"}, {"rel": "prev"}]}, {"pagination": {"total": 10, "next": ""}}, {"total": "many"})
+
+
+def test_a_page_in_an_archive(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as packed:
+        packed.writestr("in/trees.geojson", json.dumps({"features": [ROW] * 10, "numberMatched": 40}))
+    doubt = one_page(tmp_path / "a.zip", 10)
+    assert doubt is not None
+    assert doubt.numbers["total"] == 40
+
+
+@pytest.mark.parametrize("members", WHOLE)
 def test_a_whole_answer_is_not_doubted(tmp_path, members):
     path = tmp_path / "a.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": [ROW] * 10} | members))
@@ -103,5 +153,21 @@ def test_a_page_of_gml_says_so_in_its_attributes(tmp_path):
 
 def test_the_page_lists_every_check():
     page = (Path(__file__).parents[3] / "docs" / "how-to" / "inspect.md").read_text(encoding="utf-8")
-    for check in (*terrain.CHECKS, *values.FRICTION, *values.CANOPY, *places.CHECKS):
+    for check in (terrain.NO_HEIGHTS, *terrain.CHECKS, *values.FRICTION, *values.CANOPY, *places.CHECKS):
         assert f"| `{check.code}` | {check.doubts} |" in page
+
+
+@pytest.mark.parametrize("step", [10.0, 20.0, 25.0, 50.0, 500.0])
+def test_rounded_coordinates_name_their_step(step):
+    """Also if a few points were not rounded."""
+    draw = np.random.default_rng(2)
+    x, y = 2_700_000.0 + draw.uniform(0.0, 9000.0, 40), 1_200_000.0 + draw.uniform(0.0, 9000.0, 40)
+    assert rounded(x, y) is None
+    coarse = np.rint(x / step) * step
+    coarse[5] = x[5]
+    doubt = rounded(coarse, y)
+    assert doubt is not None
+    assert doubt.numbers["step_m"] == step
+    assert doubt.text.startswith("98 % of the eastings")
+    whole = np.rint(x), np.rint(y)
+    assert rounded(*whole) is None

@@ -9,6 +9,7 @@ from pathlib import Path
 import geopandas as gpd
 import numpy as np
 import pandas as pd
+import pyproj
 import pytest
 import rasterio
 import shapely
@@ -167,3 +168,25 @@ def test_inspect_of_a_terrain_model_without_crs_names_it_in_the_command(here, mo
     command = typed(monkeypatch, capsys, "inspect", "bare dem.tif")
     assert command.endswith("--crs EPSG:2056")
     pasted(command)
+
+
+@pytest.mark.parametrize("columns", [{"H": HEIGHT}, {"VOL": DBH / 40.0, "hauteur": HEIGHT}, {"BHD": DBH}])
+def test_a_table_without_crs_whose_sizes_follow_from_a_law(tmp_path, columns):
+    """The law's region cannot be looked up on a local grid: this was an internal error."""
+    facts = inspect.TOOL(path=table(tmp_path / "a.csv", **columns), as_="trees").facts
+    assert facts["counted"].startswith("40 trees")
+
+
+def test_a_table_in_degrees(tmp_path):
+    """Without a terrain model; it was refused because the terrain model's coordinates are local."""
+    lon, lat = pyproj.Transformer.from_crs(2056, 4326, always_xy=True).transform(X, Y)
+    pd.DataFrame({"lon": lon, "lat": lat, "BHD": DBH, "Hoehe": HEIGHT}).to_csv(tmp_path / "a.csv", index=False)
+    facts = inspect.TOOL(path=str(tmp_path / "a.csv")).facts
+    assert (facts["role"], facts["doubts"]) == ("trees", [])
+    assert facts["columns"]["lon"] == "easting"
+
+
+def test_roads_among_houses_are_lines(tmp_path):
+    """An export of a map has both; the mixture was taken for release areas, and then refused."""
+    facts = inspect.TOOL(path=layer(tmp_path / "a.geojson", [LINE, BOX], Name=["road", "house"])).facts
+    assert (facts["role"], facts["counted"]) == ("lines", "2 rows")

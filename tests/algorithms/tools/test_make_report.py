@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from slope_case import Case
 
+from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.tools import make_report, slide_logs, view
 from deadwood_toolbox import cli
 
@@ -92,3 +93,9 @@ def test_the_wheel_holds_scripts_and_styles(tmp_path):
 def test_a_view_is_not_offered_in_qgis():
     assert view.TOOL.qgis_id == ""
     assert make_report.TOOL.qgis_id == "deadwood:makereport"
+
+
+@pytest.mark.parametrize("runs", ["x" * 300, "x" * 4000, "a,b," + "y" * 300])
+def test_a_name_that_no_folder_can_have_is_refused(tmp_path, runs):
+    with pytest.raises(UserError):
+        make_report.TOOL(runs=runs, output=str(tmp_path / "a.html"))

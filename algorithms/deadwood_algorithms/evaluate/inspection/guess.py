@@ -59,7 +59,7 @@ def of_rows(rows: pandas.DataFrame, path: str) -> tuple[str, str]:
     """The role of a layer or table, and why."""
     there = {str(name).lower() for name in rows.columns}
     kinds = set(shapely.get_dimensions(np.asarray(rows.geometry))) if "geometry" in rows else set()
-    if kinds - {0} and max(kinds) == 1:
+    if 1 in kinds:  # also roads among houses
         heights = [name for name in rows.columns if named(name).plain in ("height", *ALSO["height"])]
         return ("barriers", f"lines with the field '{heights[0]}'") if heights else ("lines", "lines")
     if {"friction", "mu"} & there:

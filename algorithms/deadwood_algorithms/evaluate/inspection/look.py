@@ -140,12 +140,13 @@ def read_layer(path: str, seen: Seen, geometry: tuple[str, ...], what: str) -> A
 def _trees(path: str, seen: Seen) -> None:
     rows = read_table(path, what="single trees")
     own = getattr(rows, "crs", None)
-    metric = own is None or own.is_geographic
-    ground: Any = SimpleNamespace(crs=parse_crs(METRIC if own is not None else LOCAL)) if metric else None
+    axes = None if "geometry" in rows else axes_of(rows.columns)
+    degrees = own.is_geographic if own is not None else axes is not None and axes.degrees
+    metric = own is None or degrees
+    ground: Any = SimpleNamespace(crs=parse_crs(METRIC if degrees else LOCAL)) if metric else None
     source = read_source(path, "auto", None, ground, crs=None, feedback=seen)
     frame, layout = source.frame, source.layout
-    axes = axes_of(rows.columns)
-    if axes is not None and "geometry" not in rows:
+    if axes is not None:
         seen.columns |= {str(axes.x): "easting", str(axes.y): "northing"}
     for role in ROLES:
         if name := tree_columns.find(frame, None, "", getattr(layout, role)):

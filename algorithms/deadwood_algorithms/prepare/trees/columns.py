@@ -6,7 +6,6 @@ that tool decides what to do about them.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ import numpy as np
 import shapely
 
 from deadwood_algorithms.files.columns import id_column, number_column, where_of
-from deadwood_algorithms.files.quantities import read_sizes
+from deadwood_algorithms.files.quantities import is_date, is_gap, read_sizes
 from deadwood_algorithms.files.units import named
 from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.counts import counted
@@ -32,6 +31,7 @@ SIZE_UNITS = {"girth-cm": "cm", "radius-cm": "cm", "radius-m": "m"}  # units in 
 FACTORS = {"girth": 1 / np.pi, "radius": 2.0}  # of what is measured round a stem, or from its middle
 # A radius without unit: up to the first in m, from the second on in cm; between them it may be that of a crown in m.
 RADIUS_M, RADIUS_CM = 1.0, 4.0
+FEW_SHARE = 0.1  # of the values of another column, so that this one is doubted
 IN_Z = "the Z of the points"
 HEIGHT_UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "ft": 0.3048}  # in m
 AREA_UNITS = ("m2", "m²", "qm", "sqm")  # names of the unit of a crown's area, which is in m2
@@ -39,13 +39,6 @@ CROWN_MEASURES = ("diameter", "radius", "area")
 # A Z of points or a column z whose median is above this is the height of the ground above the sea, not of a tree.
 TALLEST_M = 80.0
 UNREAD_SHOWN = 4
-# 2024-10-12, 12.10.2024, 10/12/2024; 12-Oct, Okt 12, 12. Okt
-DATE = re.compile(
-    r"\s*(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}"
-    r"|(\d+[-. ]+)?(jan|feb|f[ée]v|m[aä]r|mrz|a[pv]r|ma[iy]|mag|j[uo]in|giu|jun|jul|juil|lug|aug|ao[uû]t|ago|sep|set"
-    r"|o[ck]t|ott|nov|de[zc]|d[ée]c|dic)\w*\.?([-. ]+\d+)?\b)",
-    re.IGNORECASE,
-)
 
 
 def find(source: pandas.DataFrame, asked: str | None, option: str, names: Iterable[str]) -> str | None:
@@ -67,8 +60,12 @@ def candidates(source: pandas.DataFrame, asked: str | None, option: str, names: 
 
 
 def is_empty(source: pandas.DataFrame, name: str) -> bool:
-    """Whether a column has no value at all."""
-    return bool(source[name].isna().all())
+    """Whether a column has no value at all: only gaps, words for gaps (#NV), and 0."""
+    return not any(map(_is_size, source[name]))
+
+
+def _is_size(cell: object) -> bool:
+    return not (cell is None or cell != cell or cell == 0 or (isinstance(cell, str) and is_gap(cell)))
 
 
 def warn_of_empty(source: pandas.DataFrame, asked: str | None, names: Iterable[str], feedback: Feedback) -> None:
@@ -161,11 +158,6 @@ def refuse_unread(source: pandas.DataFrame, name: str, unread: np.ndarray) -> No
     )
 
 
-def is_date(cell: object) -> bool:
-    """Whether a cell is a date, or the text of one, in which a spreadsheet has turned it."""
-    return hasattr(cell, "year") or DATE.match(str(cell)) is not None
-
-
 def unit_of(name: str, units: dict[str, float], given: str | None, usual: str, where: str, feedback: Feedback) -> str:
     """The given unit, otherwise the one in the field's name, otherwise the usual one, with a note."""
     parsed = named(name)
@@ -198,6 +190,8 @@ def dbh_column(
     if asked is None and (name is None or is_empty(source, name)):
         round_ = (find(source, None, "", names) for names in (layout.girth, layout.radius))
         name = next((each for each in round_ if each), name)
+    elif asked is None and name is not None:
+        _warn_of_fuller(source, name, (*layout.girth, *layout.radius), feedback)
     if name is None:
         return np.full(len(source), np.nan)
     plain, kind = plain_name(name), ""
@@ -208,6 +202,21 @@ def dbh_column(
         return _from_round(source, name, kind, unit, missing_value, feedback, words)
     measured = unit_of(name, DBH_UNITS, unit, "cm", where, feedback)
     return sizes(source, name, SIZE_UNITS.get(measured, measured), missing_value, feedback, words) * DBH_UNITS[measured]
+
+
+def _warn_of_fuller(source: pandas.DataFrame, name: str, others: Iterable[str], feedback: Feedback) -> None:
+    """Warn if the column that is read has few values beside one of another measure that has many."""
+    for other in candidates(source, None, "", others):
+        few, many = (sum(map(_is_size, source[each])) for each in (name, other))
+        if few < FEW_SHARE * many:
+            feedback.warn(
+                f"{where_of(source)}: the field '{name}' has {counted(few, 'value')}, '{other}' has {many}; "
+                f"--dbh-field {quoted(other)} reads that instead",
+                code="fuller-field",
+                values=few,
+                other=many,
+            )
+            return
 
 
 def _from_round(

@@ -141,8 +141,10 @@ def warn_of_another_region(law: Law, places: np.ndarray, crs: pyproj.CRS | None,
     """Warn if a named law is used far from the trees from which it was derived."""
     import pyproj
 
+    from deadwood_algorithms.files.crs import is_local
+
     laws = law.laws if isinstance(law, LawsByTree) else (law,)
-    if crs is None:
+    if crs is None or is_local(crs):
         return
     x, y = np.median(shapely.get_coordinates(places), axis=0)
     to_degrees = pyproj.Transformer.from_crs(crs, "EPSG:4326", always_xy=True)

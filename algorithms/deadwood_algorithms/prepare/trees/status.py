@@ -56,6 +56,12 @@ FLAGS |= dict.fromkeys(("alive", "is_alive", "live", "living", "lebend", "lebt",
 YES = ("1", "yes", "y", "true", "t", "ja", "j", "wahr", "oui", "o", "vrai", "sì", "si", "s", "vero", "x")
 NO = ("0", "no", "n", "false", "f", "nein", "falsch", "non", "faux", "falso", "")
 REMARKS = re.compile(r"remar[kq]|bemerk|anmerk|kommentar|comment|not(e|iz|a)|observ|osserv|hinweis", re.IGNORECASE)
+# Names of fields that are filled for trees that were felled or have died: a date, a year, a number of a felling.
+FELLED = re.compile(
+    r"gef[äa]e?llt|f[äa]e?ll(ung|dat|jahr|ungs)|felled|felling|cut_?(date|year)|(date|year)_?(cut|removed)|removed"
+    r"|removal|abatt(age|ue?s?\b)|date_?mort|taglio|abbattiment|abgang|entnahme",
+    re.IGNORECASE,
+)
 NEGATED = re.compile(r"\b(not|no|non|pas|nicht|kein\w*)\b")
 
 
@@ -122,6 +128,22 @@ def warn_of_remarks(source: pandas.DataFrame, status: np.ndarray, used: str | No
                 code="status-not-read",
                 dead=dead,
                 gone=gone,
+            )
+            return status
+    for name in source.columns:
+        filled = np.array([code_of(value) not in NO for value in source[name]]) if FELLED.search(str(name)) else None
+        if (
+            name != used
+            and filled is not None
+            and not filled.all()
+            and (count := int((filled & (status == LIVE)).sum()))
+        ):
+            feedback.warn(
+                f"{where_of(source)}: the field '{name}' is filled for {counted(count, 'tree')} counted as living; "
+                "if it says that they were felled, delete their rows, or name a field of the status with "
+                "--status-field",
+                code="status-not-read",
+                gone=count,
             )
             break
     return status

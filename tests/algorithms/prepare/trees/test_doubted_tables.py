@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pytest
@@ -114,3 +115,49 @@ def test_latitude_and_longitude_exchanged_are_called_so(imported):
     rows = frame.set_crs(4326)
     with pytest.raises(UserError, match="latitude and longitude"):
         read_vector("a.gpkg", target_crs=pyproj.CRS(2056), what="trees", rows=rows)
+
+
+def heard_of(tmp_path, slope, **columns) -> tuple[set[str], pd.DataFrame]:
+    """Codes of the warnings about a table, and the trees."""
+    (tmp_path / "a.csv").write_text(pd.DataFrame({"X": X, "Y": Y} | columns).to_csv(index=False), encoding="utf-8")
+    heard = Hearing(Quiet())
+    output = str(tmp_path / "o.gpkg")
+    import_trees.TOOL(trees=str(tmp_path / "a.csv"), dem=slope(), output=output, overwrite=True, feedback=heard)
+    return {each.code for each in warnings_among(heard.messages)}, gpd.read_file(tmp_path / "o.gpkg")
+
+
+@pytest.mark.parametrize("nothing", ["", "#NV", 0, "k.A."])
+@pytest.mark.parametrize(("name", "values"), [("Umfang", DBH * np.pi), ("D", DBH), ("Radius", DBH / 200.0)])
+def test_a_column_without_any_value_gives_way_to_a_usable_one(tmp_path, slope, nothing, name, values):
+    """Also one of words for gaps, or of zeros: its DBH was computed from the height, without a word."""
+    codes, frame = heard_of(tmp_path, slope, BHD=[nothing] * 40, **{name: values}, Hoehe=HEIGHT)
+    assert "empty-field" in codes
+    assert np.allclose(frame["dbh_cm"], DBH, atol=1e-6)
+
+
+def test_a_column_with_few_values_beside_a_full_one_is_doubted(tmp_path, slope):
+    few = [31.0, 32.0, *[""] * 38]
+    codes, _ = heard_of(tmp_path, slope, BHD=few, Umfang=DBH * np.pi, Hoehe=HEIGHT)
+    assert "fuller-field" in codes
+    codes, _ = heard_of(tmp_path, slope, BHD=DBH, Umfang=[*[90.0] * 38, "", ""], Hoehe=HEIGHT)
+    assert "fuller-field" not in codes
+
+
+@pytest.mark.parametrize(
+    "name", ["Fälldatum", "Faellungsjahr", "cut_year", "date_abattage", "data_taglio", "felled", "Abgang"]
+)
+def test_dates_of_felling_are_doubted(tmp_path, slope, name):
+    """9 of 40 trees that were felled count as living."""
+    codes, _ = heard_of(tmp_path, slope, BHD=DBH, Hoehe=HEIGHT, **{name: ["2020"] * 9 + [""] * 31})
+    assert "status-not-read" in codes
+    codes, _ = heard_of(tmp_path, slope, BHD=DBH, Hoehe=HEIGHT, **{name: [""] * 40})
+    assert "status-not-read" not in codes
+
+
+@pytest.mark.parametrize("date", ["2024-05-12", "12. Mai", "12.05.2024", "5-Dec"])
+@pytest.mark.parametrize("name", ["X", "Y"])
+def test_a_date_among_coordinates_is_called_a_date(tmp_path, slope, date, name):
+    columns: dict = {"X": [f"{each:.2f}" for each in X], "Y": [f"{each:.2f}" for each in Y]}
+    columns[name][3] = date
+    with pytest.raises(UserError, match=rf"field '{name}', row 4: '{date}' is a date, not a finite number: .*format"):
+        heard_of(tmp_path, slope, **columns, BHD=DBH, Hoehe=HEIGHT)
