@@ -16,7 +16,7 @@ from deadwood_algorithms.simulate.promise import Between, together_of
 from deadwood_algorithms.stats.statistics import to_decimals
 
 from . import between, engines, study, verdicts
-from .between import LARGE, Array
+from .between import LARGE
 from .population import HALVED, SLID, held_out, reached
 from .slopes import in_gully
 from .tables import table
@@ -71,30 +71,15 @@ def record_for_tools(records: list[Row]) -> dict[str, dict[str, Between]]:
     """
     known = [r for r in records if not held_out(r["seed"])]
     finest = with_both(known, "fine", "reference")
-    last = (
-        _of_few(
-            differences(finest, "fine", "reference"),
-            differences(with_both(known, "standard", "fine"), "standard", "fine"),
-        )
-        if finest
-        else None
-    )
+    coarser = differences(with_both(known, "standard", "fine"), "standard", "fine")  # not spread less than finer ones
+    few, alike = differences(finest, "fine", "reference"), np.full(len(finest), "")
+    last = between.fitted(*few, alike, ("",), coarser)[""] if finest else None
     found = {}
     for name in COARSER:
         rows = with_both(known, name, "fine")
         mine = between.fitted(*differences(rows, name, "fine"), kinds_of(rows), KINDS)
         found[name] = {kind: between.added(each, last or Between()) for kind, each in mine.items()}
     return found | ({"fine": dict.fromkeys(KINDS, last)} if last else {})
-
-
-def _of_few(few: tuple[Array, Array], coarser: tuple[Array, Array]) -> Between:
-    """The distribution of a difference known on few slopes, which by themselves leave any spread possible: that between
-    two coarser fidelities, whose steps differ more, is another kind of slopes to learn the spread from.
-    """
-    (d, v), (more, noise) = few, coarser
-    kinds = np.repeat(["fine", "coarser"], [len(d), len(more)])
-    both = np.concatenate([d, more - more.mean()]), np.concatenate([v, noise])
-    return between.fitted(*both, kinds, ("fine",))["fine"]
 
 
 def kept(records: list[Row], record: dict[str, dict[str, Between]], name: str) -> tuple[int, int]:
