@@ -61,7 +61,12 @@ MUTANTS = [
             "reach_record(n_reach + n_lost, n_total + n_lost)",
             "stats/test_statistics.py results/test_lost.py",
         ),
-        ("order_statistics.py", "ordered[high - 1]", "ordered[min(high, n - 1)]", "stats/test_order_statistics.py"),
+        (
+            "order_statistics.py",
+            "float(ordered[high - 1])}",
+            "float(ordered[min(high, n - 1)])}",
+            "stats/test_order_statistics.py",
+        ),
         ("order_statistics.py", "high = n + 1 - int", "high = n - int", "stats/test_order_statistics.py"),
         (
             "order_statistics.py",
@@ -86,6 +91,15 @@ MUTANTS = [
             "> np.asarray(min_runout, float)",
             ">= 0.5 * np.asarray(min_runout, float)",
             "tools/test_lateral_spread.py results/test_summary.py",
+        ),
+    ),
+    *_of(
+        f"{ALGORITHMS}/stats",
+        (
+            "endings.py",
+            "np.where(at_rest(logs), np.asarray(runout, float), np.inf)",
+            "np.asarray(runout, float)",
+            "stats/test_endings.py tools/test_calibrate_friction.py",
         ),
     ),
     *_of(
@@ -260,12 +274,6 @@ MUTANTS = [
             "beside = outcomes.met[:, number] & ~held & ~over",
             "beside = outcomes.met[:, number] & ~held",
             "evaluate/protection/test_siting.py tools/test_site_barriers.py",
-        ),
-        (
-            "calibration/answer.py",
-            "np.where(slid.resting, slid.runout, math.inf)",
-            "slid.runout",
-            "evaluate/calibration tools/test_calibrate_friction.py",
         ),
         ("fidelity/measures.py", 'side="right") / a.size', 'side="left") / a.size', "evaluate/fidelity"),
     ),

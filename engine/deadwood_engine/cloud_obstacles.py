@@ -189,9 +189,14 @@ def core_contacts(query, count, step, key, core, free, most):
                 z = first if part == 0 else last
             p = point(start, z, u)
             count = touch_cloud(
-                query, count, step, (key[0], key[1], key[2] + part), point(p, wide + slope * z, n), n,
+                query,
+                count,
+                step,
+                (key[0], key[1], key[2] + part),
+                point(p, wide + slope * z, n),
+                n,
                 -depth - wide - slope * z,
-            )  # fmt: skip
+            )
         return count, travel
     distance, p, z, edge = _nearest(query, core)
     gap = distance - wide - slope * z
@@ -233,9 +238,14 @@ def core_contacts(query, count, step, key, core, free, most):
             deepest = min(deepest, away - wide - slope * at)
             if away - wide - slope * at < 0.0:
                 count = touch_cloud(
-                    query, count, step, (key[0], key[1], key[2] + part), point(q, away, side), side,
+                    query,
+                    count,
+                    step,
+                    (key[0], key[1], key[2] + part),
+                    point(q, away, side),
+                    side,
                     away - wide - slope * at,
-                )  # fmt: skip
+                )
         if gap > deepest - ASKEW:  # otherwise they cross between the two, at a few degrees
             return count, travel
         key = (key[0], key[1], -1 - key[2])

@@ -177,12 +177,14 @@ def solve(contacts, count, state, rolling, until, lines, used=0):
             if not solved:
                 qn = max(0.0, pn - gn / gnn)
                 qt, qu, c.shift = disc_impulse(
-                    c.gtt, c.gtu, c.guu,
+                    c.gtt,
+                    c.gtu,
+                    c.guu,
                     gt + gnt * (qn - pn) - c.gtt * pt - c.gtu * pu,
                     gu + gnu * (qn - pn) - c.gtu * pt - c.guu * pu,
                     mu * qn,
                     c.shift,
-                )  # fmt: skip
+                )
             c.pn, c.pt, c.pu = qn, qt, qu
             most += c.roll * qn
             qn, qt, qu = qn - pn, qt - pt, qu - pu

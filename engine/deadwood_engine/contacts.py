@@ -22,48 +22,99 @@ from .vectors import cross, dot, norm
 # A contact: world axes, per unit of mass
 CONTACT = np.dtype(
     [
-        ("rx", "f8"), ("ry", "f8"), ("rz", "f8"),  # m, contact point relative to the centre of mass
-        ("nx", "f8"), ("ny", "f8"), ("nz", "f8"),  # normal, pointing away from the touched surface
-        ("tx", "f8"), ("ty", "f8"), ("tz", "f8"), ("ux", "f8"), ("uy", "f8"), ("uz", "f8"),  # two tangents
-        ("rnx", "f8"), ("rny", "f8"), ("rnz", "f8"),  # m, lever arms: r x n, r x t, r x u
-        ("rtx", "f8"), ("rty", "f8"), ("rtz", "f8"), ("rux", "f8"), ("ruy", "f8"), ("ruz", "f8"),
-        ("bnx", "f8"), ("bny", "f8"), ("bnz", "f8"),  # 1/m, inverse inertia times these
-        ("btx", "f8"), ("bty", "f8"), ("btz", "f8"), ("bux", "f8"), ("buy", "f8"), ("buz", "f8"),
-        ("pn", "f8"), ("pt", "f8"), ("pu", "f8"),  # m/s, impulse P
-        ("gnn", "f8"), ("gtt", "f8"), ("guu", "f8"), ("gnt", "f8"), ("gnu", "f8"), ("gtu", "f8"),  # Delassus block G
+        ("rx", "f8"),
+        ("ry", "f8"),
+        ("rz", "f8"),  # m, contact point relative to the centre of mass
+        ("nx", "f8"),
+        ("ny", "f8"),
+        ("nz", "f8"),  # normal, pointing away from the touched surface
+        ("tx", "f8"),
+        ("ty", "f8"),
+        ("tz", "f8"),
+        ("ux", "f8"),
+        ("uy", "f8"),
+        ("uz", "f8"),  # two tangents
+        ("rnx", "f8"),
+        ("rny", "f8"),
+        ("rnz", "f8"),  # m, lever arms: r x n, r x t, r x u
+        ("rtx", "f8"),
+        ("rty", "f8"),
+        ("rtz", "f8"),
+        ("rux", "f8"),
+        ("ruy", "f8"),
+        ("ruz", "f8"),
+        ("bnx", "f8"),
+        ("bny", "f8"),
+        ("bnz", "f8"),  # 1/m, inverse inertia times these
+        ("btx", "f8"),
+        ("bty", "f8"),
+        ("btz", "f8"),
+        ("bux", "f8"),
+        ("buy", "f8"),
+        ("buz", "f8"),
+        ("pn", "f8"),
+        ("pt", "f8"),
+        ("pu", "f8"),  # m/s, impulse P
+        ("gnn", "f8"),
+        ("gtt", "f8"),
+        ("guu", "f8"),
+        ("gnt", "f8"),
+        ("gnu", "f8"),
+        ("gtu", "f8"),  # Delassus block G
         ("target", "f8"),  # m/s, least normal velocity after the step
         ("gap", "f8"),  # m, g_N now, negative = penetration
         ("room", "f8"),  # m, gap to the predicted plane, which the step may close
         ("mu", "f8"),  # coefficient of friction
-        ("before_n", "f8"), ("before_t", "f8"), ("before_u", "f8"),  # m/s, gamma before the impulses of the step
+        ("before_n", "f8"),
+        ("before_t", "f8"),
+        ("before_u", "f8"),  # m/s, gamma before the impulses of the step
         ("shift", "f8"),  # s of the friction disc (``disc_impulse``) in the previous sweep
         # normal and point of the predicted plane, and of the plane along which the log moves
-        ("ahead_nx", "f8"), ("ahead_ny", "f8"), ("ahead_nz", "f8"),
-        ("ahead_rx", "f8"), ("ahead_ry", "f8"), ("ahead_rz", "f8"),
-        ("from_nx", "f8"), ("from_ny", "f8"), ("from_nz", "f8"),
-        ("from_rx", "f8"), ("from_ry", "f8"), ("from_rz", "f8"),
+        ("ahead_nx", "f8"),
+        ("ahead_ny", "f8"),
+        ("ahead_nz", "f8"),
+        ("ahead_rx", "f8"),
+        ("ahead_ry", "f8"),
+        ("ahead_rz", "f8"),
+        ("from_nx", "f8"),
+        ("from_ny", "f8"),
+        ("from_nz", "f8"),
+        ("from_rx", "f8"),
+        ("from_ry", "f8"),
+        ("from_rz", "f8"),
         ("turn", "f8"),  # m/s, approach to the predicted plane due to the difference of the two (``turning``), or 0
         ("old_row", "i8"),  # row of the same contact among those stored in the previous step (``find_old``), -1: new
         ("roll", "f8"),  # m, greatest moment that resists rolling, per normal impulse (``rolling``)
         ("line", "i8"),  # number of contacts on one straight line, from this one on; -1 inside, 0 none (``pressure``)
         ("pressed", "f8"),  # m/s, change of pn due to the line
-        ("last_n", "f8"), ("last_t", "f8"), ("last_u", "f8"),  # m/s, change of P in the last sweep
+        ("last_n", "f8"),
+        ("last_t", "f8"),
+        ("last_u", "f8"),  # m/s, change of P in the last sweep
         ("rebound", "f8"),  # m/s, what restitution adds to the target
-        ("tried_n", "f8"), ("tried_t", "f8"), ("tried_u", "f8"),  # m/s, P of a solve with restitution (``impacts``)
+        ("tried_n", "f8"),
+        ("tried_t", "f8"),
+        ("tried_u", "f8"),  # m/s, P of a solve with restitution (``impacts``)
         ("limit", "f8"),  # m/s, limit of friction where a solve does not converge (``impacts``)
-        ("along", "f8"), ("stretch", "f8"),  # m, position along the log's axis, length represented on the line
+        ("along", "f8"),
+        ("stretch", "f8"),  # m, position along the log's axis, length represented on the line
     ]
-)  # fmt: skip
+)
 
 # What is stored of a loaded contact for the next step
 OLD_CONTACT = np.dtype(
     [
-        ("px", "f8"), ("py", "f8"), ("pz", "f8"),  # m/s, its impulse in world axes
-        ("nx", "f8"), ("ny", "f8"), ("nz", "f8"),  # the plane along which the log then moves: normal and point [m]
-        ("rx", "f8"), ("ry", "f8"), ("rz", "f8"),
+        ("px", "f8"),
+        ("py", "f8"),
+        ("pz", "f8"),  # m/s, its impulse in world axes
+        ("nx", "f8"),
+        ("ny", "f8"),
+        ("nz", "f8"),  # the plane along which the log then moves: normal and point [m]
+        ("rx", "f8"),
+        ("ry", "f8"),
+        ("rz", "f8"),
         ("speed", "f8"),  # m/s, velocity along that normal
     ]
-)  # fmt: skip
+)
 
 # Kind of contact, first column of the keys: terrain, or a kind of obstacle (``cores``); the second column is the slot
 # (terrain) or the row among all cores, the third a part

@@ -35,18 +35,31 @@ CORE = np.dtype(
     [
         # in plan from the node of the cell in the scene, from that of the log in the near table [m]; height above the
         # reference
-        ("x", "f8"), ("y", "f8"), ("z", "f8"),
-        ("ux", "f8"), ("uy", "f8"), ("uz", "f8"), ("long", "f8"),  # direction [-] and length [m]
-        ("wide", "f8"), ("slope", "f8"),  # radius at the start [m], its change along the core [-]
+        ("x", "f8"),
+        ("y", "f8"),
+        ("z", "f8"),
+        ("ux", "f8"),
+        ("uy", "f8"),
+        ("uz", "f8"),
+        ("long", "f8"),  # direction [-] and length [m]
+        ("wide", "f8"),
+        ("slope", "f8"),  # radius at the start [m], its change along the core [-]
         ("disc", "f8"),  # radius [m] of the flat part of a stump's top; the rounding of the rim is wide - disc
-        ("before_x", "f8"), ("before_y", "f8"), ("before_z", "f8"), ("after", "f8"),
-        ("first_post", "f8"), ("last_post", "f8"),  # of a barrier's edge: a post at its start, at its end
-        ("kind", "i8"), ("owner", "i8"),  # row in the user's table; fallen logs, boulders after the trees
+        ("before_x", "f8"),
+        ("before_y", "f8"),
+        ("before_z", "f8"),
+        ("after", "f8"),
+        ("first_post", "f8"),
+        ("last_post", "f8"),  # of a barrier's edge: a post at its start, at its end
+        ("kind", "i8"),
+        ("owner", "i8"),  # row in the user's table; fallen logs, boulders after the trees
         ("capacity", "f8"),  # J that it absorbs in a hit before it breaks (``breaking``); infinite: it does not break
         # near table only: ``obstacles.time_beside``; least clearance of the log from it [m]
-        ("along", "f8"), ("room", "f8"), ("clear", "f8"),
+        ("along", "f8"),
+        ("room", "f8"),
+        ("clear", "f8"),
     ]
-)  # fmt: skip
+)
 
 
 class SweptSphere(NamedTuple):
@@ -164,10 +177,13 @@ def near(cores, frame, cell, listed, table, axis, reach):
     base, tip = axis
     ox, oy = frame[0] * cell, frame[1] * cell
     found = list_near(
-        cores.index, listed,
-        ox + min(base[0], tip[0]) - reach, oy + min(base[1], tip[1]) - reach,
-        ox + max(base[0], tip[0]) + reach, oy + max(base[1], tip[1]) + reach,
-    )  # fmt: skip
+        cores.index,
+        listed,
+        ox + min(base[0], tip[0]) - reach,
+        oy + min(base[1], tip[1]) - reach,
+        ox + max(base[0], tip[0]) + reach,
+        oy + max(base[1], tip[1]) + reach,
+    )
     count = 0
     for m in range(found):
         item = listed[m]

@@ -69,12 +69,14 @@ def settle(contacts, count, state, rolling, until, share):
             qn = max(0.0, pn - (along_normal(c, v, w) - c.target) / c.gnn)
             c.limit = min(c.limit, c.mu * qn)
             qt, qu, c.shift = disc_impulse(
-                c.gtt, c.gtu, c.guu,
+                c.gtt,
+                c.gtu,
+                c.guu,
                 along_t(c, v, w) + c.gnt * (qn - pn) - c.gtt * pt - c.gtu * pu,
                 along_u(c, v, w) + c.gnu * (qn - pn) - c.gtu * pt - c.guu * pu,
                 c.limit,
                 c.shift,
-            )  # fmt: skip
+            )
             rolls += c.roll * qn
             c.pn, c.pt, c.pu = qn, qt, qu
             qn, qt, qu = qn - pn, qt - pt, qu - pu

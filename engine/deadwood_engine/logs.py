@@ -178,9 +178,12 @@ def _lift(terrain, frame, state, body, drop, cosine, sine):
             for m in range(cosine.shape[0]):
                 c, e = a * cosine[m], a * sine[m]
                 height, _, _ = surface(
-                    terrain, frame[n, 0], frame[n, 1], state[n, 0] + s * dx + c * lx + e * mx,
+                    terrain,
+                    frame[n, 0],
+                    frame[n, 1],
+                    state[n, 0] + s * dx + c * lx + e * mx,
                     state[n, 1] + s * dy + c * ly + e * my,
-                )  # fmt: skip
+                )
                 gap = s * dz + e * mz - height
                 if gap < least:
                     least = gap

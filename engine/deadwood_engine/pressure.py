@@ -169,10 +169,14 @@ def press(contacts, count, v, w):
             length = b.along - a.along
             before_last = (moment - a.along * total) / length
             one, other = _ends(
-                contacts, start, last,
-                along_normal(a, v, w) - a.target, along_normal(b, v, w) - b.target,
-                total - before_last, before_last,
-            )  # fmt: skip
+                contacts,
+                start,
+                last,
+                along_normal(a, v, w) - a.target,
+                along_normal(b, v, w) - b.target,
+                total - before_last,
+                before_last,
+            )
             change = max(change, a.gnn * abs(one - total + before_last), b.gnn * abs(other - before_last))
             low, high, rise, base = start, start, 0.0, 0.0
             if one + other > 0.0:

@@ -21,12 +21,13 @@ from .rotation import DX, DY, DZ, WX, WY, WZ
 # The one moment, per mass
 ROLLING = np.dtype(
     [
-        ("moment", "f8"), ("moment_before", "f8"),  # m2/s, its impulse, and that of the previous step
+        ("moment", "f8"),
+        ("moment_before", "f8"),  # m2/s, its impulse, and that of the previous step
         ("spin_before", "f8"),  # 1/s, before the solve
         ("inertia", "f8"),  # m2, of the log about its axis
         ("skin", "f8"),  # m, lever arm that converts the spin to a velocity
     ]
-)  # fmt: skip
+)
 
 
 @kernel

@@ -111,9 +111,16 @@ class Scene:
             segments_of(Lines(barriers.vertices, barriers.starts), x0, y0),
         )
         return Scene(
-            arrays, len(trees.x), len(barriers.height), len(lines.starts) - 1, trees_outside, barriers_outside,
-            len(lying_logs.diameter), lying_outside, blocks_outside,
-        )  # fmt: skip
+            arrays,
+            len(trees.x),
+            len(barriers.height),
+            len(lines.starts) - 1,
+            trees_outside,
+            barriers_outside,
+            len(lying_logs.diameter),
+            lying_outside,
+            blocks_outside,
+        )
 
     def with_friction(self, friction: float) -> Scene:
         """The scene with one coefficient everywhere; everything else is shared."""

@@ -100,9 +100,17 @@ def prepare(
     kinks = np.zeros(relative.shape, np.uint32)
     kinks_of(relative, float(cell), around, kinks)
     return Terrain(
-        relative, kinks, around * float(cell), mu, float(cell), 1.0 / float(cell),
-        float(x0), float(y0), *first, reference,
-    )  # fmt: skip
+        relative,
+        kinks,
+        around * float(cell),
+        mu,
+        float(cell),
+        1.0 / float(cell),
+        float(x0),
+        float(y0),
+        *first,
+        reference,
+    )
 
 
 @kernel

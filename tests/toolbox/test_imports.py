@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import os
 import re
 import subprocess
 import sys
@@ -242,17 +241,3 @@ def test_the_help_of_a_tool_imports_no_other(checkout):
     assert "Usage: deadwood-tool make-log" in ran.stdout
     loaded = {each.rpartition(".")[2] for each in ran.stderr.split() if each.startswith("deadwood_algorithms.tools.")}
     assert loaded & {path.stem for path in TOOL_FILES} == {"make_log"}
-
-
-def test_help_answers_at_once(checkout):
-    def least_work(*arguments: str) -> float:
-        """Processor time of the quickest of five starts [s]: other programs on the machine do not count."""
-        spent = []
-        for _ in range(5):
-            before = os.times()
-            subprocess.run([sys.executable, *arguments], env=checkout, capture_output=True, check=True)
-            after = os.times()
-            spent.append(sum(after[2:4]) - sum(before[2:4]))
-        return min(spent)
-
-    assert least_work("-m", "deadwood_toolbox", "slide-logs", "--help") - least_work("-c", "pass") < 0.3

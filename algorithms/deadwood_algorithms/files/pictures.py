@@ -102,9 +102,7 @@ def show_quantity(
     ramp, scale = colours_of(look)
     seen = values if look.clear is None else np.where(values == look.clear, np.nan, values)
     more = {"alpha": OPACITY, "zorder": 2, **more}
-    return axes.imshow(
-        seen, cmap=ramp, norm=scale, extent=extent, origin="lower", interpolation="nearest", **more
-    )  # fmt: skip
+    return axes.imshow(seen, cmap=ramp, norm=scale, extent=extent, origin="lower", interpolation="nearest", **more)
 
 
 def show_scale(

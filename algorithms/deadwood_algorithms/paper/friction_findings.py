@@ -29,35 +29,52 @@ def friction_findings(of: Evidence) -> list[Finding]:
         ends = _interval(first, f"reach_{road}")
         found.append(
             Finding(
-                f"{at}.high_friction_does_not_reach", f"With mu {first['friction']:g} the road is not reached (share; "
-                "holds below 0.5 %)", "5.1, 7", "not reached above 0.3", first[f"reach_{road}"], *ends,
-                above(-ends[1], -ends[0], -NOT_REACHED), f"reach of {road} by mu, {first['n']} logs each: {shares}",
+                f"{at}.high_friction_does_not_reach",
+                f"With mu {first['friction']:g} the road is not reached (share; holds below 0.5 %)",
+                "5.1, 7",
+                "not reached above 0.3",
+                first[f"reach_{road}"],
+                *ends,
+                above(-ends[1], -ends[0], -NOT_REACHED),
+                f"reach of {road} by mu, {first['n']} logs each: {shares}",
             )
-        )  # fmt: skip
+        )
     if inside and beyond:
         share = [float(row[f"reach_{road}"] - row[f"reach_{beyond}"]) for row in inside]
         ends = [wilson_interval(round(part * row["n"]), row["n"]) for part, row in zip(share, inside, strict=True)]
         found.append(
             Finding(
-                f"{at}.range_reproduces", "With mu 0.2 to 0.3 logs come to rest on the road (smallest share over the "
-                "range; holds above 0)", "5.1, 7", "0.2 to 0.3", min(share), min(e[0] for e in ends),
-                max(e[1] for e in ends), all_of([above(*each, 0.0) for each in ends]),
-                "; ".join(f"{row['friction']:g}: {100 * part:.1f} % reach {road} and not {beyond}"
-                          for row, part in zip(inside, share, strict=True)),
+                f"{at}.range_reproduces",
+                "With mu 0.2 to 0.3 logs come to rest on the road (smallest share over the range; holds above 0)",
+                "5.1, 7",
+                "0.2 to 0.3",
+                min(share),
+                min(e[0] for e in ends),
+                max(e[1] for e in ends),
+                all_of([above(*each, 0.0) for each in ends]),
+                "; ".join(
+                    f"{row['friction']:g}: {100 * part:.1f} % reach {road} and not {beyond}"
+                    for row, part in zip(inside, share, strict=True)
+                ),
             )
-        )  # fmt: skip
+        )
     if beyond and rows[0]["friction"] < 0.2 - 1e-9:
         passing = [row[f"reach_{beyond}"] / row[f"reach_{road}"] if row[f"reach_{road}"] else math.nan for row in rows]
         n = round(rows[0][f"reach_{road}"] * rows[0]["n"])
         ends_low = wilson_interval(round(rows[0][f"reach_{beyond}"] * rows[0]["n"]), n)
         found.append(
             Finding(
-                f"{at}.low_friction_passes", f"With mu {rows[0]['friction']:g} the logs do not stop on the road (share "
-                "of the logs reaching it that go beyond; holds above one half)", "5.1", "below 0.2 they slide on",
-                passing[0], *ends_low, above(*ends_low, 0.5),
+                f"{at}.low_friction_passes",
+                f"With mu {rows[0]['friction']:g} the logs do not stop on the road (share "
+                "of the logs reaching it that go beyond; holds above one half)",
+                "5.1",
+                "below 0.2 they slide on",
+                passing[0],
+                *ends_low,
+                above(*ends_low, 0.5),
                 "; ".join(f"{row['friction']:g}: {100 * part:.0f} %" for row, part in zip(rows, passing, strict=True)),
             )
-        )  # fmt: skip
+        )
     base = next((row for row in rows if abs(row["friction"] - of.facts["friction"]) < 1e-9), None)
     coarse = sorted(cell for cell in of.sweeps if cell > finest)
     if coarse and base:
@@ -71,14 +88,19 @@ def friction_findings(of: Evidence) -> list[Finding]:
         mu, low, high_mu = intervals[-1]
         found.append(
             Finding(
-                f"{at}.coarser_cells_need_more", f"The friction that gives the same reach increases with the cell size "
-                f"(mu at {coarse[-1]:g} m; holds above {of.facts['friction']:g} at every size)", "6.1",
-                "should be increased with lower resolution", mu, low, high_mu,
+                f"{at}.coarser_cells_need_more",
+                f"The friction that gives the same reach increases with the cell size "
+                f"(mu at {coarse[-1]:g} m; holds above {of.facts['friction']:g} at every size)",
+                "6.1",
+                "should be increased with lower resolution",
+                mu,
+                low,
+                high_mu,
                 all_of([above(each[1], each[2], of.facts["friction"]) for each in intervals]),
                 f"{counted(base['n'], 'log')} each, for a reach of {100 * target:.1f} % at {finest:g} m and "
                 f"{of.facts['friction']:g}: " + "; ".join(mus),
             )
-        )  # fmt: skip
+        )
     return found
 
 

@@ -49,19 +49,30 @@ NUMBERS = (
     Number("talus_deg", 22.0, "°", CHOSEN, "of the flatter foot above the road, as on the sample slope"),
     Number("talus_top_v_m", 117.0, "m", CHOSEN, "above it the slope has its 35 degrees, as on the sample slope"),
     Number("floor_slope", 0.02, "", CHOSEN, "the ground beyond the road rises away from it a little"),
-    Number("release_v_m", (183.0, 240.0, 315.0, 385.0), "m", CHOSEN,
-           "event 1 at the distance from the road given in the paper; the others spread over the slope"),
+    Number(
+        "release_v_m",
+        (183.0, 240.0, 315.0, 385.0),
+        "m",
+        CHOSEN,
+        "event 1 at the distance from the road given in the paper; the others spread over the slope",
+    ),
     Number("release_gully", (1, 2, 2, 3), "", CHOSEN, "the gully by which each release is placed"),
-    Number("release_off_gully_m", (-16.25, -48.75, 48.75, 16.25), "m", CHOSEN,
-           "east of its bed: middles of four equal parts of the spacing, so that no distance is favoured"),
+    Number(
+        "release_off_gully_m",
+        (-16.25, -48.75, 48.75, 16.25),
+        "m",
+        CHOSEN,
+        "east of its bed: middles of four equal parts of the spacing, so that no distance is favoured",
+    ),
     Number("gully_u_m", (170.0, 300.0, 430.0), "m", GROUND, "mean place of three winding gullies; 100 to 150 m apart"),
     Number("gully_wind_m", 9.0, "m", CHOSEN, "by how much they wind, over 2 pi x 52 m, as on the sample slope"),
     Number("gully_depth_m", 4.0, "m", GROUND, "2 to 8; channels of 1.2 m vanish in the relief"),
     Number("gully_width_m", 9.0, "m", GROUND, "falls off to 1/e over it: 15 m wide at half its depth, real: 5 to 28"),
     Number("gully_calm", 0.5, "", CHOSEN, "reduction of the roughness in a bed; 'low surface roughness' (6.3)"),
     Number("gully_free_m", 2.0, "m", GROUND, "no mapped tree closer to a bed; 1.5 to 3. That beds are free: 6.2"),
-    Number("gully_edge_m", 5.0, "m", GROUND,
-           "fewer trees out to this distance from a bed; 'less densely forested' (6.2)"),
+    Number(
+        "gully_edge_m", 5.0, "m", GROUND, "fewer trees out to this distance from a bed; 'less densely forested' (6.2)"
+    ),
     Number("gully_edge_density", 0.72, "", GROUND, "relative to the density elsewhere; 0.65 to 0.8"),
     Number("cliff_v_m", (), "m", "2.1", "feet of cliff bands: the paper's cliffs are above the forest, so none"),
     Number("cliff_height_m", (), "m", "2.1", "full height of the bands; interrupted by the gullies"),
@@ -73,7 +84,7 @@ NUMBERS = (
     Number("barrier_height_m", 4.0, "m", CHOSEN, "usual for nets of 2000 kJ (2.1)"),
     Number("barrier_v_m", 128.0, "m", CHOSEN, "where the slope begins; 400 m in all (2.1)"),
     *RELIEF,
-)  # fmt: skip
+)
 VERSION_1: dict[str, Any] = twin.VERSION_1 | {
     "release_gully": (1, 2, 3, 2),
     "release_off_gully_m": (-12.0, -16.0, 14.0, 60.0),

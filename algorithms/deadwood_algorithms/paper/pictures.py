@@ -81,8 +81,12 @@ def draw_jump(path: Path, poses: Mapping[str, np.ndarray], dem: str, words: str,
         if k < way.size:
             ends = [np.hypot(poses[f"x{e}"][k] - x[k], poses[f"y{e}"][k] - y[k]) for e in "bt"]
             side = [np.sign((poses[f"y{e}"][k] - y[k]) * -1.0) for e in "bt"]
-            axes.plot([way[k] + side[j] * ends[j] for j in (0, 1)], [poses["zb"][k], poses["zt"][k]],
-                      color=RUNS[1] if k == top else "#5a3d1e", linewidth=2.4)  # fmt: skip
+            axes.plot(
+                [way[k] + side[j] * ends[j] for j in (0, 1)],
+                [poses["zb"][k], poses["zt"][k]],
+                color=RUNS[1] if k == top else "#5a3d1e",
+                linewidth=2.4,
+            )
     axes.set(xlabel="distance along the path in plan [m]", ylabel="height [m]", title=words)
     axes.set_aspect("equal", adjustable="datalim")
     axes.legend(frameon=False)
@@ -95,8 +99,13 @@ def draw_sweeps(path: Path, sweeps: Mapping[float, Sequence[Mapping[str, Any]]],
     figure, axes = plt.subplots(figsize=(7, 4.2))
     axes.axvspan(0.2, 0.3, color=RUNS[0], alpha=0.12, label="the paper's range, 0.5 m cells")
     for (cell, rows), mark, colour in zip(sorted(sweeps.items()), "os^Dv", RUNS, strict=False):
-        axes.plot([row["friction"] for row in rows], [100 * row[f"reach_{road}"] for row in rows], f"{mark}-",
-                  color=colour, label=f"{cell:g} m cells")  # fmt: skip
+        axes.plot(
+            [row["friction"] for row in rows],
+            [100 * row[f"reach_{road}"] for row in rows],
+            f"{mark}-",
+            color=colour,
+            label=f"{cell:g} m cells",
+        )
     axes.set(xlabel="friction coefficient", ylabel="logs that reach the road [%]", ylim=(0, None))
     axes.legend(frameon=False)
     figure.savefig(path, dpi=110, bbox_inches="tight")

@@ -47,30 +47,55 @@ NUMBERS = (
     Number("road_v_m", (60.0, 67.0), "m", CHOSEN, "its two edges; the guard rail stands on the lower one"),
     Number("rail_v_m", 48.0, "m", CHOSEN, "the railway beyond the road"),
     Number("wall_m", 3.0, "m", CHOSEN, "retaining wall at the road's upper edge; the paper names one (2.2)"),
-    Number("terrace_to_wall_m", 55.0, "m", CHOSEN,
-           "in plan: a flight of 24 m/s (5.2) from a terrace of 15 degrees comes down there"),
+    Number(
+        "terrace_to_wall_m",
+        55.0,
+        "m",
+        CHOSEN,
+        "in plan: a flight of 24 m/s (5.2) from a terrace of 15 degrees comes down there",
+    ),
     Number("terrace_deg", 15.0, "°", CHOSEN, "a small terrace is flatter than its slope, seldom level"),
     Number("terrace_deep_m", 6.0, "m", CHOSEN, "in plan; below its edge 45 degrees down to the slope"),
     Number("terrace_u_m", (50.0, 120.0), "m", CHOSEN, "over the width of the first barrier, fading out over 10 m"),
     Number("terrace_calm", 0.9, "", CHOSEN, "reduction of the roughness on it and 8 m around, fading out over 12 m"),
-    Number("terrace_ease_m", 40.0, "m", CHOSEN,
-           "the long waves return over this length: closer ones would tilt the terrace and the barrier below it"),
-    Number("barrier_u_m", (50.0, 110.0, 170.0, 230.0, 290.0), "m", CHOSEN,
-           "ends of four barriers in a row; the first is the paper's southernmost"),
+    Number(
+        "terrace_ease_m",
+        40.0,
+        "m",
+        CHOSEN,
+        "the long waves return over this length: closer ones would tilt the terrace and the barrier below it",
+    ),
+    Number(
+        "barrier_u_m",
+        (50.0, 110.0, 170.0, 230.0, 290.0),
+        "m",
+        CHOSEN,
+        "ends of four barriers in a row; the first is the paper's southernmost",
+    ),
     Number("release_u_m", 140.0, "m", CHOSEN, "off the first barrier, which in the paper a third of the logs met"),
     Number("floor_slope", 0.02, "", CHOSEN, "the ground beyond the road rises away from it a little"),
     Number("forest_v_m", (80.0, 395.0), "m", CHOSEN, "from above the road to the top"),
     Number("dbh_least_cm", 1.0, "cm", CHOSEN, "a draw below is drawn again, as generate-forest does"),
     Number("tree_distance_m", 2.0, "m", CHOSEN, "minimum distance of mapped stems; living trees compete"),
-    Number("rock_friction", 0.2, "", CHOSEN,
-           "of the rocks of 6.3, before they slip. The paper uses ground parameters of RAMMS but does not give them; "
-           "this and the next are those of the example in Leine et al. (2014, 5.1), whose friction law this is"),
-    Number("rock_slip", (1.3, 0.7, 20.0), "-, 1/m, 1/s", CHOSEN,
-           "friction after much slip, how fast it grows with slip, how fast slip decays in the air; version 1 "
-           "has one friction, with which most rocks stay where they are released"),
+    Number(
+        "rock_friction",
+        0.2,
+        "",
+        CHOSEN,
+        "of the rocks of 6.3, before they slip. The paper uses ground parameters of RAMMS but does not give them; "
+        "this and the next are those of the example in Leine et al. (2014, 5.1), whose friction law this is",
+    ),
+    Number(
+        "rock_slip",
+        (1.3, 0.7, 20.0),
+        "-, 1/m, 1/s",
+        CHOSEN,
+        "friction after much slip, how fast it grows with slip, how fast slip decays in the air; version 1 "
+        "has one friction, with which most rocks stay where they are released",
+    ),
     Number("rock_density_kg_m3", 2700.0, "kg/m³", CHOSEN, "of the rocks of 6.3"),
     *RELIEF,
-)  # fmt: skip
+)
 VERSION_1: dict[str, Any] = twin.VERSION_1 | {"rock_friction": 0.5, "rock_slip": None}
 K = twin.numbers_by_name(NUMBERS)
 FRAME = Frame(2_752_000.0, 1_181_000.0, K["width_m"], K["extent_m"])
@@ -149,13 +174,22 @@ def rothenbrunnen(version: int = 2, **changes: Any) -> Twin:
         ),
     }
     facts = {
-        "title": "Rothenbrunnen-like twin", **{name: k[name] for name in FACTS}, "road": "road",
-        "jumped_barrier": "south", "takeoff_line": "terrace",
-    }  # fmt: skip
+        "title": "Rothenbrunnen-like twin",
+        **{name: k[name] for name in FACTS},
+        "road": "road",
+        "jumped_barrier": "south",
+        "takeoff_line": "terrace",
+    }
     return Twin(NAME, _terrain(k), layers, facts)
 
 
 FACTS = (
-    "friction", "dbh_cm", "length_m", "density_kg_m3", "release_radius_m", "rock_friction", "rock_slip",
+    "friction",
+    "dbh_cm",
+    "length_m",
+    "density_kg_m3",
+    "release_radius_m",
+    "rock_friction",
+    "rock_slip",
     "rock_density_kg_m3",
-)  # fmt: skip
+)

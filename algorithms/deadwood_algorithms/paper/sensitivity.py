@@ -52,9 +52,14 @@ def findings_with_cloud(
 
 
 def decided_findings(
-    site: Site, place: Path, found: list[Finding], logs: int, wanted: Wanted, tools: Mapping[str, Tool],
+    site: Site,
+    place: Path,
+    found: list[Finding],
+    logs: int,
+    wanted: Wanted,
+    tools: Mapping[str, Tool],
     feedback: Feedback,
-) -> list[Finding]:  # fmt: skip
+) -> list[Finding]:
     """The findings; undecided ones are assessed again with this number of logs, by the results that they need."""
     open_ = {each.id for each in found if each.verdict == VERDICTS[None]}
     needed = {name for each in open_ for name in DECIDED_BY.get(each.partition(".")[2], ())}

@@ -34,9 +34,14 @@ def figures_of(runs: SiteRuns, of: Evidence) -> list[tuple[str, Path]]:
             out.append((f"{name}: {share} reach the road", runs.slide(name), runs.terrains[name], over))
         return out
 
-    sets = {"Fig. 3": ("als", "protected", "random", "none")} if runs.klosters else {
-        "Fig. 4a-b": ("barriers", "als"), "Fig. A1": ("none", "random"),
-    }  # fmt: skip
+    sets = (
+        {"Fig. 3": ("als", "protected", "random", "none")}
+        if runs.klosters
+        else {
+            "Fig. 4a-b": ("barriers", "als"),
+            "Fig. A1": ("none", "random"),
+        }
+    )
     for title, names in sets.items():
         path = runs.results / f"{title.replace('. ', '_').replace(' ', '').lower()}.png"
         draw_hits(path, f"As the paper's {title}, {runs.site.name}", panels(names))

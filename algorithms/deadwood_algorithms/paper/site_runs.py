@@ -102,11 +102,15 @@ class SiteRuns:
     def random_trees(self, draw: int) -> str:
         return str(
             self.step(
-                self.prepared / f"trees_random_{draw + 1}.gpkg", "generate-forest", "random forest",
-                dem=self.site.dem, like=self.mapped_trees(), stand=self.site.layers["forest"],
+                self.prepared / f"trees_random_{draw + 1}.gpkg",
+                "generate-forest",
+                "random forest",
+                dem=self.site.dem,
+                like=self.mapped_trees(),
+                stand=self.site.layers["forest"],
                 seed=self.wanted.seed + draw,
             )
-        )  # fmt: skip
+        )
 
     def releases(self, kind: str = "logs") -> str:
         facts, areas = self.site.facts, self.site.layers["releases"]
@@ -116,11 +120,19 @@ class SiteRuns:
         log = {"density_kg_m3": facts["density_kg_m3"]}
         return str(
             self.step(
-                self.prepared / f"releases_{kind}.gpkg", "sample-releases", "releases", areas=areas,
-                dem=self.site.dem, count=count, radius_m=facts["release_radius_m"], dbh_cm=facts["dbh_cm"],
-                length_m=facts["length_m"], seed=self.wanted.seed, **(log if kind == "logs" else rock),
+                self.prepared / f"releases_{kind}.gpkg",
+                "sample-releases",
+                "releases",
+                areas=areas,
+                dem=self.site.dem,
+                count=count,
+                radius_m=facts["release_radius_m"],
+                dbh_cm=facts["dbh_cm"],
+                length_m=facts["length_m"],
+                seed=self.wanted.seed,
+                **(log if kind == "logs" else rock),
             )
-        )  # fmt: skip
+        )
 
     def protected_dem(self) -> str:
         if self.site.layers["dams"] is None:
@@ -154,12 +166,24 @@ class SiteRuns:
                 law = dict(zip(("friction_max", "friction_kappa", "friction_beta"), facts["rock_slip"], strict=True))
         keeps = "all" if scenario == "barriers" or logs == "fewer" else "none"
         return self.step(
-            self.runs / name, "slide-logs", name, dem=self.terrains[scenario], releases=self.releases(logs),
-            trees=self.trees[forest], barriers=self.site.layers["barriers"] if protects else None,
-            lines=self.site.layers["lines"], friction=float(mu), fidelity=self.wanted.fidelity, seed=self.wanted.seed,
-            threads=self.wanted.threads, trajectories=keeps, own_slope="none", **self.wanted.options, **law,
+            self.runs / name,
+            "slide-logs",
+            name,
+            dem=self.terrains[scenario],
+            releases=self.releases(logs),
+            trees=self.trees[forest],
+            barriers=self.site.layers["barriers"] if protects else None,
+            lines=self.site.layers["lines"],
+            friction=float(mu),
+            fidelity=self.wanted.fidelity,
+            seed=self.wanted.seed,
+            threads=self.wanted.threads,
+            trajectories=keeps,
+            own_slope="none",
+            **self.wanted.options,
+            **law,
             shape=self.shape(scenario if scenario in ROCKS else "log") if convention or scenario in ROCKS else "cone",
-        )  # fmt: skip
+        )
 
     def scenarios(self) -> list[str]:
         """The scenarios whose logs are compared one by one; the first is the baseline."""
@@ -179,9 +203,14 @@ class SiteRuns:
             reach = summary_of(Path(runs[0]))["reach"]
             return {(names[0], "reach", str(row["line_id"])): row | {"value": row["p"]} for row in reach}
         place = self.step(
-            self.results / ("comparison" + (f"_{convention}" if convention else "")), "compare-scenarios",
-            "comparing", runs=",".join(runs), names=",".join(names), baseline="als", seed=self.wanted.seed,
-        )  # fmt: skip
+            self.results / ("comparison" + (f"_{convention}" if convention else "")),
+            "compare-scenarios",
+            "comparing",
+            runs=",".join(runs),
+            names=",".join(names),
+            baseline="als",
+            seed=self.wanted.seed,
+        )
         rows = json.loads((place / "comparison.json").read_text(encoding="utf-8"))["rows"]
         plain = [{key: float("nan") if value is None else value for key, value in row.items()} for row in rows]
         return {(str(row["scenario"]), str(row["quantity"]), str(row["item"])): row for row in plain}
@@ -205,12 +234,21 @@ class SiteRuns:
                 write_coarser(self.site.dem, times, dem)
         count = self.fifth()
         place = self.step(
-            self.results / f"friction_{cell:g}m", "calibrate-friction", f"friction on {cell:g} m", dem=str(dem),
-            releases=self.releases(), trees=self.trees["als"], lines=self.site.layers["lines"],
-            reached=self.line("road"), not_reached=self.line("beyond"), seed=self.wanted.seed, logs=count,
-            friction=",".join(f"{mu:g}" for mu in self.frictions()), fidelity=self.wanted.fidelity,
+            self.results / f"friction_{cell:g}m",
+            "calibrate-friction",
+            f"friction on {cell:g} m",
+            dem=str(dem),
+            releases=self.releases(),
+            trees=self.trees["als"],
+            lines=self.site.layers["lines"],
+            reached=self.line("road"),
+            not_reached=self.line("beyond"),
+            seed=self.wanted.seed,
+            logs=count,
+            friction=",".join(f"{mu:g}" for mu in self.frictions()),
+            fidelity=self.wanted.fidelity,
             threads=self.wanted.threads,
-        )  # fmt: skip
+        )
         calibration = json.loads((place / "calibration.json").read_text(encoding="utf-8"))
         return [row | {"n": calibration["logs"]} for row in calibration["rows"]]
 
@@ -233,26 +271,39 @@ class SiteRuns:
     def spread(self, scenario: str) -> dict[str, Any]:
         """`lateral-spread` of one run, with the same minimum run-out for logs and rocks."""
         path = self.step(
-            self.results / f"spread_{scenario}.gpkg", "lateral-spread", "spread", deposits=str(self.slide(scenario)),
-            min_runout_m=float(self.site.facts["length_m"]), seed=self.wanted.seed,
-        )  # fmt: skip
+            self.results / f"spread_{scenario}.gpkg",
+            "lateral-spread",
+            "spread",
+            deposits=str(self.slide(scenario)),
+            min_runout_m=float(self.site.facts["length_m"]),
+            seed=self.wanted.seed,
+        )
         return rows_of(path, "spread")[0]
 
     def flight(self) -> dict[str, Any] | None:
         if self.site.layers["flight"] is None:
             return None
         path = self.step(
-            self.results / "flight.gpkg", "fit-flight", "flight", dem=self.site.dem,
-            flights=self.site.layers["flight"], barriers=self.site.layers["barriers"],
-            plots=str(self.results / "flight"), dbh_cm=self.site.facts["dbh_cm"], length_m=self.site.facts["length_m"],
-        )  # fmt: skip
+            self.results / "flight.gpkg",
+            "fit-flight",
+            "flight",
+            dem=self.site.dem,
+            flights=self.site.layers["flight"],
+            barriers=self.site.layers["barriers"],
+            plots=str(self.results / "flight"),
+            dbh_cm=self.site.facts["dbh_cm"],
+            length_m=self.site.facts["length_m"],
+        )
         return rows_of(path, "flights")[0]
 
     def arrivals(self, run_folder: Path) -> Any:
         path = self.step(
-            self.results / f"arrivals_{run_folder.name}.gpkg", "reach-lines", "arrivals", run=str(run_folder),
+            self.results / f"arrivals_{run_folder.name}.gpkg",
+            "reach-lines",
+            "arrivals",
+            run=str(run_folder),
             lines=str(self.site.layers["lines"]),
-        )  # fmt: skip
+        )
         return read_table(f"{path}|layername=arrivals", what="arrivals")
 
     def takeoffs(self, mu: float) -> tuple[np.ndarray, int]:

@@ -50,19 +50,39 @@ class Number:
 # Relief and heights of trees of both twins.
 RELIEF = (
     Number("wavelength_m", (2.5, 6.0, 14.0, 35.0, 90.0), "m", GROUND, "of random relief"),
-    Number("deviation_m", (0.07, 0.15, 0.25, 0.6, 3.5), "m", GROUND,
-           "standard deviation of the heights of each wavelength; together inside the bands of Laret"),
-    Number("stretch", 1.3, "", GROUND,
-           "of the long waves along the fall line; 1 to 2: at 10 to 20 m the relief across over that "
-           "along is 0.9 to 1.8, at 1 m 1.0 to 1.2"),
+    Number(
+        "deviation_m",
+        (0.07, 0.15, 0.25, 0.6, 3.5),
+        "m",
+        GROUND,
+        "standard deviation of the heights of each wavelength; together inside the bands of Laret",
+    ),
+    Number(
+        "stretch",
+        1.3,
+        "",
+        GROUND,
+        "of the long waves along the fall line; 1 to 2: at 10 to 20 m the relief across over that "
+        "along is 0.9 to 1.8, at 1 m 1.0 to 1.2",
+    ),
     Number("short_m", 20.0, "m", GROUND, "waves up to this length are the roughness: in patches, not stretched"),
     Number("patch_m", 60.0, "m", GROUND, "wavelength of the patches"),
-    Number("patch_log_sd", 0.6, "", GROUND,
-           "standard deviation of the roughness's logarithm: at 1 m 90 over 10 % is then 2.3, really 2.4 to 3.6"),
+    Number(
+        "patch_log_sd",
+        0.6,
+        "",
+        GROUND,
+        "standard deviation of the roughness's logarithm: at 1 m 90 over 10 % is then 2.3, really 2.4 to 3.6",
+    ),
     Number("patch_limits", (0.4, 2.0), "", GROUND, "least and most of the roughness over its median"),
-    Number("height_curve", (2.25, 0.158), "", GROUND,
-           "of trees: H = 1.3 + (DBH / (a + b DBH))^2 with DBH in cm, Näslund's curve, through four classes"),
-)  # fmt: skip
+    Number(
+        "height_curve",
+        (2.25, 0.158),
+        "",
+        GROUND,
+        "of trees: H = 1.3 + (DBH / (a + b DBH))^2 with DBH in cm, Näslund's curve, through four classes",
+    ),
+)
 VERSION_1: dict[str, Any] = {
     "wavelength_m": (2.0, 5.0, 14.0, 35.0, 90.0),
     "deviation_m": (0.08, 0.22, 0.60, 1.00, 1.20),

@@ -53,18 +53,21 @@ VARIATIONS: Mapping[str, tuple[Changed, ...]] = {
         Changed("strip_1.5", "no tree closer than 1.5 m to a bed, instead of 2 m", changes={"gully_free_m": 1.5}),
         Changed("strip_3", "no tree closer than 3 m to a bed", changes={"gully_free_m": 3.0}),
         Changed(
-            "track", "debris or avalanche track: no tree closer than 9 m to a bed",
+            "track",
+            "debris or avalanche track: no tree closer than 9 m to a bed",
             changes={"gully_free_m": 9.0, "gully_edge_m": 9.0},
         ),
         Changed("gully_2", "gullies 2 m deep, instead of 4 m", changes={"gully_depth_m": 2.0}),
         Changed("gully_8", "gullies 8 m deep", changes={"gully_depth_m": 8.0}),
         Changed("in_beds", "all releases in beds", changes={"release_off_gully_m": (0.0,) * 4}),
         Changed(
-            "off_beds", "all releases midway between beds",
+            "off_beds",
+            "all releases midway between beds",
             changes={"release_off_gully_m": (-_HALF_SPACING, -_HALF_SPACING, _HALF_SPACING, _HALF_SPACING)},
         ),
         Changed(
-            "cliffs", "cliff bands of 6 and 10 m across the forest",
+            "cliffs",
+            "cliff bands of 6 and 10 m across the forest",
             changes={"cliff_v_m": (215.0, 290.0), "cliff_height_m": (6.0, 10.0)},
         ),
         *_EVERYWHERE,
@@ -74,14 +77,17 @@ VARIATIONS: Mapping[str, tuple[Changed, ...]] = {
         Changed("west", "release 30 m to the west", changes={"release_u_m": 110.0}),
         Changed("east", "release 30 m to the east", changes={"release_u_m": 170.0}),
         Changed(
-            "rocks_constant", "friction of the rocks 0.5 regardless of slip, not 0.2 increasing to 1.3",
-            changes={"rock_friction": 0.5, "rock_slip": None}, rocks=True,
+            "rocks_constant",
+            "friction of the rocks 0.5 regardless of slip, not 0.2 increasing to 1.3",
+            changes={"rock_friction": 0.5, "rock_slip": None},
+            rocks=True,
         ),
         Changed(
             "rocks_medium",
             "friction of the rocks 0.35 increasing to 2 (kappa 2/m, beta 150/s), not 0.2 to 1.3 (0.7, 20)",
-            changes={"rock_friction": 0.35, "rock_slip": (2.0, 2.0, 150.0)}, rocks=True,
+            changes={"rock_friction": 0.35, "rock_slip": (2.0, 2.0, 150.0)},
+            rocks=True,
         ),
         *_EVERYWHERE,
     ),
-}  # fmt: skip
+}

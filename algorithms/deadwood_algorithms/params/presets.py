@@ -319,10 +319,16 @@ class BarrierClasses:
         """``class 3 of etag-027 (1000 kJ), up to class 4 (1500 kJ)``; from the columns of `record`."""
         holds = dict(self.rows) | {self.above: math.inf}
         one, other = record["barrier_class"], record["barrier_class_high"]
-        shown = {name: f"{holds[name]:g} kJ" if holds[name] < math.inf else f"over {self.rows[-1][1]:g} kJ"
-                 for name in holds}  # fmt: skip
-        end = "no upper end can be given" if not other else "its upper end too" if other == one else (
-            f"its upper end class {other} ({shown[other]})")  # fmt: skip
+        shown = {
+            name: f"{holds[name]:g} kJ" if holds[name] < math.inf else f"over {self.rows[-1][1]:g} kJ" for name in holds
+        }
+        end = (
+            "no upper end can be given"
+            if not other
+            else "its upper end too"
+            if other == one
+            else (f"its upper end class {other} ({shown[other]})")
+        )
         return f"class {one} of {self.name} ({shown[one]}), {end}"
 
     @property
@@ -340,14 +346,22 @@ BARRIERS = {
         BarrierClasses(
             "etag-027",
             "classes of rockfall protection kits by maximum energy level (MEL)",
-            (("0", 100.0), ("1", 250.0), ("2", 500.0), ("3", 1000.0), ("4", 1500.0), ("5", 2000.0), ("6", 3000.0),
-             ("7", 4500.0)),
+            (
+                ("0", 100.0),
+                ("1", 250.0),
+                ("2", 500.0),
+                ("3", 1000.0),
+                ("4", 1500.0),
+                ("5", 2000.0),
+                ("6", 3000.0),
+                ("7", 4500.0),
+            ),
             "8",
             "ETAG 027 (EOTA 2008), now EAD 340059-00-0106",
             TESTED,
         ),
     )
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)

@@ -135,9 +135,15 @@ def show_names(figure: Figure, axes: Any, names: list[tuple[str, tuple[float, fl
     for name, place in names:
         for up, across in product((4, -12, 18, -26), (6, -6)):
             shown = axes.annotate(
-                name, place, xytext=(across, up), textcoords="offset points", ha="left" if across > 0 else "right",
-                color="#111111", zorder=9, bbox=look,
-            )  # fmt: skip
+                name,
+                place,
+                xytext=(across, up),
+                textcoords="offset points",
+                ha="left" if across > 0 else "right",
+                color="#111111",
+                zorder=9,
+                bbox=look,
+            )
             room = shown.get_window_extent().padded(2.0)
             if not any(room.overlaps(other) for other in taken):
                 taken.append(room)
@@ -175,9 +181,16 @@ def class_figure(
     top = max(each["class"] for each in mine)
     colours = [tuple(part / 255.0 for part in table[k][:3]) for k in range(1, top + 1)]
     axes.imshow(
-        values, cmap=ListedColormap(colours), vmin=0.5, vmax=top + 0.5, alpha=0.85, extent=(west, east, south, north),
-        origin="lower", interpolation="nearest", zorder=2,
-    )  # fmt: skip
+        values,
+        cmap=ListedColormap(colours),
+        vmin=0.5,
+        vmax=top + 0.5,
+        alpha=0.85,
+        extent=(west, east, south, north),
+        origin="lower",
+        interpolation="nearest",
+        zorder=2,
+    )
     axes.set(xlim=(source.extent[0], source.extent[2]), ylim=(source.extent[1], source.extent[3]))
     handles += [Patch(facecolor=colours[each["class"] - 1], alpha=0.85, label=words.of_class(each)) for each in mine]
     return _finished(figure, axes, handles)

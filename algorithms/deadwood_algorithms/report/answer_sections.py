@@ -115,15 +115,20 @@ def siting(source: ReportedRun, drawings: Mapping[str, Drawing], words: Words) -
     cells = []
     for row in [*chosen, *best]:
         size = f"{shown_number(round(row['length_m'], 2), words)}{NBSP}×{NBSP}{shown_number(row['height_m'], words)}"
-        cells.append([
-            place_of(row, words),
-            words.say("chosen", step=row["step"]) if row["step"] else words.say("alone"),
-            size, shown_share(row, words),
-            points(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"], words),
-            int(row["n_stopped"]), int(row["n_overjumped"]),
-            needed_of(row, "energy", "kj", words), needed_of(row, "height", "m", words),
-            *([class_of(row)] if classed else []),
-        ])  # fmt: skip
+        cells.append(
+            [
+                place_of(row, words),
+                words.say("chosen", step=row["step"]) if row["step"] else words.say("alone"),
+                size,
+                shown_share(row, words),
+                points(row["gain_p"], row["gain_ci_low"], row["gain_ci_high"], words),
+                int(row["n_stopped"]),
+                int(row["n_overjumped"]),
+                needed_of(row, "energy", "kj", words),
+                needed_of(row, "height", "m", words),
+                *([class_of(row)] if classed else []),
+            ]
+        )
     parts += [table(head, cells), element("p", words.say("siting_note"), class_="quiet")]
     named = source.answers.folders["site-barriers"][2]
     if classed and (found := BARRIERS.get(str(named.get("barrier_classes")))):

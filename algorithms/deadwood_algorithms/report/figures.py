@@ -345,8 +345,14 @@ def profile_figure(profile: Profile, colour: str, words: Words) -> Figure:
     fast = right.plot(profile.way, profile.speed, color=colour, linewidth=1.1, linestyle="--", label=words.say("speed"))
     right.set(xlabel=words.say("way"), ylabel=words.say("speed_axis"), ylim=(0.0, None), xlim=(0.0, None))
     up = right.twinx()
-    gap = up.fill_between(profile.way, np.fmax(profile.clearance, 0.0), facecolor=(WOOD, 0.55), edgecolor=INK,
-                          linewidth=0.5, label=words.say("clearance"))  # fmt: skip
+    gap = up.fill_between(
+        profile.way,
+        np.fmax(profile.clearance, 0.0),
+        facecolor=(WOOD, 0.55),
+        edgecolor=INK,
+        linewidth=0.5,
+        label=words.say("clearance"),
+    )
     up.set(ylabel=words.say("clearance_axis"), ylim=(0.0, 1.6 * max(float(np.nanmax(profile.clearance)), 0.5)))
     up.grid(visible=False)
     up.spines["right"].set_visible(True)

@@ -120,9 +120,15 @@ def _material(document: dict[str, Any], name: str, *, both: bool = False) -> int
 
 
 def _add(
-    document: dict[str, Any], binary: Binary, name: str, places: Array, normals: Array, corners: NDArray, material: int,
+    document: dict[str, Any],
+    binary: Binary,
+    name: str,
+    places: Array,
+    normals: Array,
+    corners: NDArray,
+    material: int,
     at: Array | None = None,
-) -> int:  # fmt: skip
+) -> int:
     """Add a mesh and a node for it; returns the node's number."""
     facts = {"POSITION": binary.array(y_up(places), VERTICES), "NORMAL": binary.array(y_up(normals), VERTICES)}
     if at is not None:

@@ -73,8 +73,9 @@ def report_of(
         plan = [figure_of(side, words.say("runs_caption"), card=True)]
     apart = difference_maps(sources, compared, words) if compared else None
     shown += [apart] if apart else []
-    first = signed_pages(sources, compared, plan, figure_of(apart, apart.title if apart else "", card=True), words,
-                         author, project)  # fmt: skip
+    first = signed_pages(
+        sources, compared, plan, figure_of(apart, apart.title if apart else "", card=True), words, author, project
+    )
     contents.insert(0, element("li", element("a", words.say("three_d"), href="#three_d")))
     annex = [three_d(sources, spaces, words)]
     if compared is not None:

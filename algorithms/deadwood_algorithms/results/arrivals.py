@@ -131,9 +131,11 @@ def between(values: NDArray, before: NDArray[np.int64], after: NDArray[np.int64]
 
 
 def heights_over(
-    table: Mapping[str, Any] | pandas.DataFrame, shape: Any, radii: tuple[Array, Array],
+    table: Mapping[str, Any] | pandas.DataFrame,
+    shape: Any,
+    radii: tuple[Array, Array],
     ground: Callable[[Array, Array], Array],
-) -> Array:  # fmt: skip
+) -> Array:
     """Height above the terrain of the top of each log where it touches a line [m], which a barrier there would need.
 
     The log is evaluated at `STATIONS` places along its axis: those whose plan outline touches the line, or the

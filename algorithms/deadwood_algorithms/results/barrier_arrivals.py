@@ -43,9 +43,14 @@ def piece_of(poses: Any) -> dict[str, NDArray]:
 
 
 def states_at(
-    piece: dict[str, NDArray], lines: Lines, items: Items, bodies: Array, ground: Callable[[Array, Array], Array],
-    origin: tuple[float, float], hits: Mapping[str, NDArray] | None = None,
-) -> dict[str, NDArray]:  # fmt: skip
+    piece: dict[str, NDArray],
+    lines: Lines,
+    items: Items,
+    bodies: Array,
+    ground: Callable[[Array, Array], Array],
+    origin: tuple[float, float],
+    hits: Mapping[str, NDArray] | None = None,
+) -> dict[str, NDArray]:
     """One row for each log and item that it comes to, by log: its time, place, speed, energies and height there.
 
     bodies : mass properties by log row; hits : log, item, time [s], speed [m/s], energy [kJ], height [m] of each hit
@@ -99,9 +104,14 @@ def arrival_arrays(result: Any, layers: SceneLayers, logs: Logs) -> dict[str, ND
     hits |= {name: getattr(result.hits, name)[by] for name in ("time", "speed", "height")}
     hits["energy"] = result.hits.energy[by] / 1000.0
     found = states_at(
-        piece_of(result.poses), Lines(plates.vertices, plates.starts), layers.barriers, bodies,
-        layers.scene.terrain_height, (frame.x0, frame.y0), hits,
-    )  # fmt: skip
+        piece_of(result.poses),
+        Lines(plates.vertices, plates.starts),
+        layers.barriers,
+        bodies,
+        layers.scene.terrain_height,
+        (frame.x0, frame.y0),
+        hits,
+    )
     found["log_id"] = logs.log_id[found.pop("log")]
     return {ARRIVAL + name: values for name, values in found.items()}
 

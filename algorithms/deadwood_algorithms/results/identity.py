@@ -34,9 +34,18 @@ from deadwood_algorithms.params.tool import VERSION, Feedback, Tool, UserError
 
 # Parameters that may change without changing any value of a result.
 FREE = (
-    "threads", "scheduler", "workers", "output", "overwrite", "resume", "restart", "plan", "plan_logs", "plan_workers",
+    "threads",
+    "scheduler",
+    "workers",
+    "output",
+    "overwrite",
+    "resume",
+    "restart",
+    "plan",
+    "plan_logs",
+    "plan_workers",
     "report",
-)  # fmt: skip
+)
 STYLES = (".qml", ".qgs", ".qgz")
 # What GIS and desktops leave beside the files of a result, and make again.
 LEFT_BY_PROGRAMS = (".aux.xml", "-wal", "-shm", "-journal", "~")

@@ -191,9 +191,14 @@ def _window(layers: SceneLayers) -> list[Clause]:
         return [_clause("whole")]
     part, (rows, columns) = layers.dem.part, layers.dem.whole.shape
     window = _clause(
-        "window", columns=part.columns, rows=part.rows, all_columns=columns, all_rows=rows, column=part.column,
+        "window",
+        columns=part.columns,
+        rows=part.rows,
+        all_columns=columns,
+        all_rows=rows,
+        column=part.column,
         row=part.row,
-    )  # fmt: skip
+    )
     return [window, _clause("window_is_enough")]
 
 

@@ -104,10 +104,17 @@ def result_or_plan(
         # the same logs repeatedly: repeating them adds no information
         spread = meter.spread * math.sqrt(meter.logs / few)
         took = Pilot(
-            logs=meter.logs, kept=0, cpu_s=meter.cpu_s, slide_s=meter.wall_s, other_s=max(0.0, whole_s - meter.wall_s),
-            memory=most_held(), files={each.name: each.stat().st_size for each in files}, passed_cells=0, vertices=0,
+            logs=meter.logs,
+            kept=0,
+            cpu_s=meter.cpu_s,
+            slide_s=meter.wall_s,
+            other_s=max(0.0, whole_s - meter.wall_s),
+            memory=most_held(),
+            files={each.name: each.stat().st_size for each in files},
+            passed_cells=0,
+            vertices=0,
             spread=spread,
-        )  # fmt: skip
+        )
         return took, round(meter.logs * logs / few)
 
     return planned(slide_few, options.output, options.where(""), options.plan_workers)

@@ -62,8 +62,18 @@ GROUPS = (
     ("Scene", ("lines", "releases", "barriers", "lying_logs", "blocks", "trees")),
     ("Rasters", ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max", "energy_max", "jump_max")),
 )
-SHOWN = ("reach", "deposits", "lines", "barriers", "lying_logs", "blocks", "trees", "hit_count", "log_outlines",
-         "log_solids")  # fmt: skip
+SHOWN = (
+    "reach",
+    "deposits",
+    "lines",
+    "barriers",
+    "lying_logs",
+    "blocks",
+    "trees",
+    "hit_count",
+    "log_outlines",
+    "log_solids",
+)
 # For the 3-D view: objects standing on the terrain, and layers draped over it, which are a map theme. The animation is
 # in neither: QGIS 3.22's 3-D view ignores the time, and would show all of it at once.
 SOLID = ("trees", "barriers", "blocks", "log_solids")

@@ -12,8 +12,13 @@ from deadwood_algorithms.scene.laws import Breaking
 
 # The contact laws, except the sliding friction of the ground, by the names that the engine's ``slide`` takes.
 CONTACT_LAWS = (
-    "restitution", "rolling_friction", "tree_friction", "tree_restitution", "barrier_friction", "barrier_restitution",
-)  # fmt: skip
+    "restitution",
+    "rolling_friction",
+    "tree_friction",
+    "tree_restitution",
+    "barrier_friction",
+    "barrier_restitution",
+)
 
 
 @dataclass(frozen=True, kw_only=True)

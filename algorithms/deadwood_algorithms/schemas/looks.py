@@ -56,10 +56,16 @@ def rgb(colour: str) -> tuple[float, ...]:
 SOLIDS = {
     name: rgb(colour)
     for name, colour in (
-        ("trees", TREE), ("stumps", STUMP), ("lying_logs", WOOD), ("blocks", STONE), ("deposits", WOOD),
-        ("barriers", BARRIER), ("lines", ROAD), ("moving", MOVING),
+        ("trees", TREE),
+        ("stumps", STUMP),
+        ("lying_logs", WOOD),
+        ("blocks", STONE),
+        ("deposits", WOOD),
+        ("barriers", BARRIER),
+        ("lines", ROAD),
+        ("moving", MOVING),
     )
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,14 +94,10 @@ class Look:
 
 
 LOOKS = {
-    "shares": Look(
-        stops=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0), colours=HITS[:7], shown="%", clear=0.0
-    ),
+    "shares": Look(stops=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0), colours=HITS[:7], shown="%", clear=0.0),
     "danger": Look(stops=(0.0, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0), colours=HITS, shown="%"),
     "speed": Look(stops=(0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0), colours=SPEED, shown="m/s"),
-    "energy": Look(
-        stops=(0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0), colours=ENERGY, shown="kJ"
-    ),
+    "energy": Look(stops=(0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0), colours=ENERGY, shown="kJ"),
     "jump": Look(stops=(0.0, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0, 20.0), colours=SPEED, shown="m"),
     "difference of shares": Look(
         stops=(-0.3, -0.1, -0.03, -0.01, 0.0, 0.01, 0.03, 0.1, 0.3), colours=LESS_MORE, shown="points", clear=0.0
@@ -103,7 +105,7 @@ LOOKS = {
     "return period": Look(
         stops=(3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0), colours=HITS[::-1], shown="years"
     ),
-}  # fmt: skip
+}
 # Quantities whose scale depends on the data: counts of a run's logs, in even steps of the logarithm; relief.
 BY_DATA = ("counts", "terrain")
 DBH_CM = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0)  # bounds of the classes of trees, in GREENS

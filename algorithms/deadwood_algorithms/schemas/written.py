@@ -29,8 +29,12 @@ def _in_folder(tool: str, *found: Named, folder: str = "") -> Iterator[Output]:
 
 def geometry_named(layer: str) -> str:
     """The one geometry that layers of this name have, for a layer without rows; ``Unknown`` if it may be another."""
-    kinds = {kind for each in WRITTEN if isinstance(each.what, Layer) and each.what.name == layer
-             for kind in each.what.geometry}  # fmt: skip
+    kinds = {
+        kind
+        for each in WRITTEN
+        if isinstance(each.what, Layer) and each.what.name == layer
+        for kind in each.what.geometry
+    }
     return kinds.pop() if len(kinds) == 1 else "Unknown"
 
 

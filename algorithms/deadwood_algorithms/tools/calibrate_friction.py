@@ -50,9 +50,12 @@ MANIFEST = "manifest.json"
 @dataclass(frozen=True, kw_only=True)
 class Ask(SlidingOptions, ReleasedScene):
     friction: tuple[float, ...] = tool.numbers(  # pyright: ignore[reportIncompatibleVariableOverride]
-        "Friction coefficients to try", *(round(0.1 + 0.05 * k, 2) for k in range(9)), minimum=0.0, least_count=2,
+        "Friction coefficients to try",
+        *(round(0.1 + 0.05 * k, 2) for k in range(9)),
+        minimum=0.0,
+        least_count=2,
         help="Separated by commas, or from:to:step, such as 0.1:0.5:0.05.",
-    )  # fmt: skip
+    )
     observed: str | None = tool.vector(
         "Observed deposits: points, or areas in which logs came to rest",
         "point",

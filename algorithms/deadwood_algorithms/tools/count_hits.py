@@ -61,9 +61,16 @@ class Ask:
         help="Comma-separated: rest, tree, barrier, left_dem, time_limit, failed.",
     )
     quantiles: tuple[float, ...] = tool.numbers(
-        "Quantiles of the rasters below", 50.0, 90.0, 95.0, 99.0, unit="%", minimum=0.0, maximum=100.0,
+        "Quantiles of the rasters below",
+        50.0,
+        90.0,
+        95.0,
+        99.0,
+        unit="%",
+        minimum=0.0,
+        maximum=100.0,
         help="A band each.",
-    )  # fmt: skip
+    )
     speed: str | None = tool.output_raster("Quantiles of the logs' largest speed in each cell", default=None)
     energy: str | None = tool.output_raster("Quantiles of their largest kinetic energy", default=None)
     jump: str | None = tool.output_raster("Quantiles of their largest clearance above the terrain", default=None)

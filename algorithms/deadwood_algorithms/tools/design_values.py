@@ -58,9 +58,17 @@ class Ask:
         help="Or profile lines across the slope. They need stored trajectories. Without it, the lines of the run.",
     )
     percentiles: tuple[float, ...] = tool.numbers(
-        "Percentiles", 50.0, 90.0, 95.0, 99.0, unit="%", minimum=0.0, maximum=100.0, exclusive=True,
+        "Percentiles",
+        50.0,
+        90.0,
+        95.0,
+        99.0,
+        unit="%",
+        minimum=0.0,
+        maximum=100.0,
+        exclusive=True,
         exclusive_maximum=True,
-    )  # fmt: skip
+    )
     confidence: float = tool.number(
         "Probability with which an interval holds its percentile, at least",
         unit="%",

@@ -91,9 +91,11 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         ]
 
         crossings = [crossing for each in followed for crossing in each.crossings]
-        layers = {"flights": geopandas.GeoDataFrame(
-            [each.record() for each in followed], geometry=[each.path() for each in followed], crs=dem.plan_crs
-        )}  # fmt: skip
+        layers = {
+            "flights": geopandas.GeoDataFrame(
+                [each.record() for each in followed], geometry=[each.path() for each in followed], crs=dem.plan_crs
+            )
+        }
         if crossings:
             layers["clearances"] = geopandas.GeoDataFrame(
                 [each.record() for each in crossings], geometry=[each.place for each in crossings], crs=dem.plan_crs

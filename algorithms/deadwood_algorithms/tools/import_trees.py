@@ -106,9 +106,14 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         said += filled.said
 
         kept, why = trees_kept(
-            source, filled, status, ground, min_height_m=ask.min_height_m, merge_within_m=ask.merge_within_m,
+            source,
+            filled,
+            status,
+            ground,
+            min_height_m=ask.min_height_m,
+            merge_within_m=ask.merge_within_m,
             tile_field=ask.tile_field,
-        )  # fmt: skip
+        )
         said += why
         warn_of_doubts(source, filled, kept, why, feedback)
         dead = kept & (status == tree_status.DEAD)

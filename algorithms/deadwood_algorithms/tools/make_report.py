@@ -110,8 +110,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         spaces = [space_of(each, len(sources)) for each in sources]
         if gltf and spaces[0] is None:
             raise UserError(f"{folders[0]}: its terrain model no longer exists, without which --gltf has no scene")
-        report = report_of(sources, spaces, compared, Words(ask.language), ask.title, ask.author, ask.project,
-                           annex_open=ask.annex)  # fmt: skip
+        report = report_of(
+            sources, spaces, compared, Words(ask.language), ask.title, ask.author, ask.project, annex_open=ask.annex
+        )
         path.write_text(report.page, encoding="utf-8")
         feedback.progress(2, 3, "drawing the report")
         for each in report.drawings if figures else ():

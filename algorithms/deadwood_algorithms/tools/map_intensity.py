@@ -75,9 +75,15 @@ class Ask:
         help="0: the largest energy of all logs, which grows with their number, so that no area is stated.",
     )
     probability_classes: tuple[float, ...] = tool.class_bounds(
-        "Bounds of the classes of passage", 0.1, 1.0, 10.0, unit="%", maximum=100.0, exclusive_maximum=True,
+        "Bounds of the classes of passage",
+        0.1,
+        1.0,
+        10.0,
+        unit="%",
+        maximum=100.0,
+        exclusive_maximum=True,
         help="Of the logs.",
-    )  # fmt: skip
+    )
     events_per_year: float | None = tool.number(
         "Events per year in each release area", default=None, minimum=0.0, exclusive=True
     )

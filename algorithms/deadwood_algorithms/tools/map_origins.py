@@ -59,9 +59,13 @@ class Ask:
         "Minimum shares of the polygons of sources", 1.0, 10.0, 50.0, unit="%", maximum=100.0, help="Of the logs."
     )
     affected_shares: tuple[float, ...] = tool.class_bounds(
-        "Minimum shares of the polygons of affected ground", 1.0, 10.0, unit="%", maximum=100.0,
+        "Minimum shares of the polygons of affected ground",
+        1.0,
+        10.0,
+        unit="%",
+        maximum=100.0,
         help="Of a release area's logs.",
-    )  # fmt: skip
+    )
     output: str = tool.output_folder(
         "Folder of the maps",
         parts=(RASTER, *(f"{LAYERS}|layername={name}" for name in ("sources", "affected")), PICTURE, FACTS),

@@ -68,22 +68,38 @@ SITES = ("klosters", "rothenbrunnen")
 QUICK_LOGS = 300
 DECIDE = ("site", "fidelity", "logs", "quick", "site_data", "twin_version", "seed")  # what decides the results
 CALLED = (
-    add_structures, calibrate_friction, compare_scenarios, fit_flight, generate_forest, import_trees, lateral_spread,
-    make_log, reach_lines, sample_releases, slide_logs,
-)  # fmt: skip
+    add_structures,
+    calibrate_friction,
+    compare_scenarios,
+    fit_flight,
+    generate_forest,
+    import_trees,
+    lateral_spread,
+    make_log,
+    reach_lines,
+    sample_releases,
+    slide_logs,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ask:
     site: str = tool.choice("Which site", *SITES, "both", default="both")
     logs: int = tool.integer(
-        "Logs of each scenario, over all releases", default=20_000, minimum=8, maximum=10_000_000,
+        "Logs of each scenario, over all releases",
+        default=20_000,
+        minimum=8,
+        maximum=10_000_000,
         help="The sweeps of friction and cells use a fifth of them, each run of the sensitivity panel a tenth.",
-    )  # fmt: skip
+    )
     deciding_logs: int = tool.integer(
-        "Logs of each scenario for findings that fewer leave undecided", default=20_000, minimum=0,
-        maximum=10_000_000, advanced=True, help="The paper's number. 0 leaves them open.",
-    )  # fmt: skip
+        "Logs of each scenario for findings that fewer leave undecided",
+        default=20_000,
+        minimum=0,
+        maximum=10_000_000,
+        advanced=True,
+        help="The paper's number. 0 leaves them open.",
+    )
     fidelity: str = tool.choice("Speed against accuracy", "draft", "standard", "fine", "reference", default="standard")
     quick: bool = tool.flag("At most 300 logs and a coarser set, in a minute or two; not assessed")
     site_data: str | None = tool.folder("Data of the real sites, instead of the twins", default=None)

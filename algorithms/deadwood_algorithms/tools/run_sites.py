@@ -196,5 +196,9 @@ def add_page(ask: Ask, folder: Path, found: list[SiteFound], feedback: Feedback)
 
 
 TOOL = Tool(
-    "run-sites", "Simulate", "Run many sites, or scattered releases, with one overview", Ask, run,
-)  # fmt: skip
+    "run-sites",
+    "Simulate",
+    "Run many sites, or scattered releases, with one overview",
+    Ask,
+    run,
+)

@@ -139,9 +139,16 @@ def sited(ask: Ask, feedback: Feedback) -> Outcome:
         with workers_for(where, feedback):
             if not ask.candidates:
                 found, layers = contours_of(
-                    ask.run, rerun, layers, kept, feedback,
-                    above_m=ask.above_m, length_m=ask.length_m, height_m=ask.height_m, places=ask.places,
-                )  # fmt: skip
+                    ask.run,
+                    rerun,
+                    layers,
+                    kept,
+                    feedback,
+                    above_m=ask.above_m,
+                    length_m=ask.length_m,
+                    height_m=ask.height_m,
+                    places=ask.places,
+                )
             if len(found) > MANY:
                 feedback.warn(f"{counted(len(found), 'candidate')} to slide, each alone; fewer take less time")
             siting = Siting(rerun, layers, found, kept, feedback)
@@ -186,9 +193,13 @@ def identity(ask: Ask, rerun: Rerun, layers: SceneLayers, given: Sequence[Candid
         "--logs or --seed": [ask.logs, ask.seed],
         "--candidates": [[each.id, each.shape.wkb_hex, each.height] for each in given],
         "--above-m, --length-m, --height-m, --places or --count": [
-            list(ask.above_m), list(ask.length_m), list(ask.height_m), ask.places, ask.count,
+            list(ask.above_m),
+            list(ask.length_m),
+            list(ask.height_m),
+            ask.places,
+            ask.count,
         ],
-    }  # fmt: skip
+    }
     return identity_of(rerun.simulation, layers, rerun.releases, **decided_by)
 
 

@@ -82,9 +82,17 @@ def pilot_run(ask: Ask, feedback: Feedback, place: Path) -> tuple[Pilot, int]:
 
     load_kernels(None, feedback)  # compilation is not part of the forecast
     few = replace(
-        ask, output=str(place), trajectories="none" if ask.trajectories_kept == 0 else "all", until_ci=None, plan=False,
-        friction_range=None, report=False, qgis_project=False, resume=False, own_slope="none",
-    )  # fmt: skip
+        ask,
+        output=str(place),
+        trajectories="none" if ask.trajectories_kept == 0 else "all",
+        until_ci=None,
+        plan=False,
+        friction_range=None,
+        report=False,
+        qgis_project=False,
+        resume=False,
+        own_slope="none",
+    )
     began = time.perf_counter()
     _, logs = slid_run(few, None, feedback, at_most=ask.plan_logs)
     again = again_in_logs(ask.fidelity, logs, ask.own_slope_logs) if ask.lines is not None else 0.0
@@ -148,10 +156,17 @@ def slid_run(ask: Ask, promise: Promise | None, feedback: Feedback, at_most: int
             own_slope = own_sample(done, used, ask, ask.seed)
             band = slid_band(done, ends, used, ask.seed, feedback)
         settings = RunSettings(
-            scene=tool.taken(ask, ReleasedScene), fidelity=used, keeps_poses=kept_count != 0, capacity=capacity,
-            danger_least=ask.danger_least, danger_counts=ask.danger_counts, auto=chosen.record if chosen else None,
-            pilot_cpu_s=pilot_cpu_s, own_slope=own_slope, band=band,
-        )  # fmt: skip
+            scene=tool.taken(ask, ReleasedScene),
+            fidelity=used,
+            keeps_poses=kept_count != 0,
+            capacity=capacity,
+            danger_least=ask.danger_least,
+            danger_counts=ask.danger_counts,
+            auto=chosen.record if chosen else None,
+            pilot_cpu_s=pilot_cpu_s,
+            own_slope=own_slope,
+            band=band,
+        )
         outcome = write_results(folder, Path(ask.output), outputs, settings, done, feedback, geoparquet=ask.geoparquet)
         outcome = replace(outcome, outputs={**outcome.outputs, **added(ask, folder, done, feedback)})
     done.remove()

@@ -198,8 +198,10 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
                     write_vector(folder / f"{kind}_{name}.gpkg", {layer: frame})
         write_vector(folder / STEMS, {"stems": layers.stems_frame(stems, thrown, lying.azimuth_deg, states)})
         made = {each.stem: final / each.name for each in sorted(folder.iterdir())}
-    facts = {name: {state: int((values == state).sum()) for state in (layers.STANDING, layers.LYING, layers.REMOVED)}
-             for name, values in states.items()}  # fmt: skip
+    facts = {
+        name: {state: int((values == state).sum()) for state in (layers.STANDING, layers.LYING, layers.REMOVED)}
+        for name, values in states.items()
+    }
     assumed = assumed_words(ask.fall_deg, ask.scatter_deg, ask.stump_m, ask.lost, thinner)
     strength = strength_words(
         ask.tree_capacity_kj, ask.tree_capacity_power, left, years if ask.weaker is None else None
@@ -212,9 +214,11 @@ def lines_of(facts: Mapping[str, Any], made: Mapping[str, Path], dem: str, assum
     """What each scenario has, and the commands that slide the same logs through all of them."""
     shown = []
     for name, counts in facts.items():
-        shown.append(f"{name}: {counted(counts['standing'], 'tree stands', 'trees stand')}, "
-                     f"{counted(counts['lying'], 'stem lies', 'stems lie')}, "
-                     f"{counts['removed']} removed")  # fmt: skip
+        shown.append(
+            f"{name}: {counted(counts['standing'], 'tree stands', 'trees stand')}, "
+            f"{counted(counts['lying'], 'stem lies', 'stems lie')}, "
+            f"{counts['removed']} removed"
+        )
     shown += assumed
     shown.append("now slide the same logs through each, with your releases, lines and friction:")
     scenarios = [*facts, *(["later_rigid"] if "lying_later_rigid" in made else [])]

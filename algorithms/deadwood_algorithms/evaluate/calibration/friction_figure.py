@@ -78,11 +78,28 @@ def likelihoods(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]]) ->
     bars = np.clip([value - low, high - value], 0.0, None)
     style = {"marker": "o", "markersize": 5, "linewidth": 1.2, "capsize": 2.5}
     axes.errorbar(friction, value, bars, color=LIKELY, label="relative likelihood", **style)
-    axes.plot(friction, [row["p_range"] for row in rows], color=TESTED, marker="s", markersize=4, linewidth=1.0,
-              linestyle="--", label="share of its own events\nthat are not more likely (p)")  # fmt: skip
+    axes.plot(
+        friction,
+        [row["p_range"] for row in rows],
+        color=TESTED,
+        marker="s",
+        markersize=4,
+        linewidth=1.0,
+        linestyle="--",
+        label="share of its own events\nthat are not more likely (p)",
+    )
     axes.axhline(LEVEL, color="#777777", linewidth=0.8, linestyle=":")
-    axes.annotate(f"{LEVEL:g}", (1.0, LEVEL), xycoords=("axes fraction", "data"), xytext=(-2, 2),
-                  textcoords="offset points", ha="right", va="bottom", fontsize=8, color="#777777")  # fmt: skip
+    axes.annotate(
+        f"{LEVEL:g}",
+        (1.0, LEVEL),
+        xycoords=("axes fraction", "data"),
+        xytext=(-2, 2),
+        textcoords="offset points",
+        ha="right",
+        va="bottom",
+        fontsize=8,
+        color="#777777",
+    )
     axes.set_ylim(-0.03, 1.08)
     axes.set_title("how well it reproduces the event; green: range", fontsize=10, loc="left")
     axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none")
@@ -94,8 +111,16 @@ def _shares_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]], 
     axes.errorbar(friction, value, bars, color=ENDS["rest"][1], marker="o", markersize=5, linewidth=1.2, capsize=2.5)
     if seen is not None:
         axes.axhline(seen, color=SEEN, linewidth=1.2)
-        axes.annotate("observed", (0.0, seen), xycoords=("axes fraction", "data"), xytext=(4, 3),
-                      textcoords="offset points", va="bottom", fontsize=8.5, color=SEEN)  # fmt: skip
+        axes.annotate(
+            "observed",
+            (0.0, seen),
+            xycoords=("axes fraction", "data"),
+            xytext=(4, 3),
+            textcoords="offset points",
+            va="bottom",
+            fontsize=8.5,
+            color=SEEN,
+        )
     axes.set_ylim(0.0, max(1.12 * high.max(), 1.08 * (seen or 0.0), 1e-3))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
     axes.set_title("simulated logs that behave as observed", fontsize=10, loc="left")
@@ -109,9 +134,13 @@ def _runouts_panel(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]],
     axes.plot(friction, middle, color=LIKELY, marker="o", markersize=4, linewidth=1.2, label="median")
     for k, distance in enumerate(seen):  # short marks at the side, because full lines would hide the curves
         axes.axhline(
-            distance, 0.0, SEEN_SHARE if seen.size > FEW_SEEN else 1.0, color=SEEN, linewidth=1.2,
+            distance,
+            0.0,
+            SEEN_SHARE if seen.size > FEW_SEEN else 1.0,
+            color=SEEN,
+            linewidth=1.2,
             label="observed" if k == 0 else None,
-        )  # fmt: skip
+        )
     # Leave room for the legend above the content; a coefficient without deposits has no run-outs.
     axes.set_ylim(0.0, 1.2 * float(np.nanmax([*high, *seen, 1.0])))
     axes.set_title("run-out, horizontal [m]", fontsize=10, loc="left")
@@ -122,10 +151,12 @@ def seen_runouts(observed: Observed | None, logs: Releases) -> np.ndarray:
     """Distance of each observed point from the middle of the releases that it may come from [m]."""
     if observed is None:
         return np.zeros(0)
-    return np.array([
-        np.hypot(shape.x - logs.x[rows].mean(), shape.y - logs.y[rows].mean())
-        for shape, rows in zip(observed.geometry, observed.logs, strict=True)
-    ])  # fmt: skip
+    return np.array(
+        [
+            np.hypot(shape.x - logs.x[rows].mean(), shape.y - logs.y[rows].mean())
+            for shape, rows in zip(observed.geometry, observed.logs, strict=True)
+        ]
+    )
 
 
 def ground(
@@ -153,19 +184,44 @@ def ground(
         for part in shapely.get_parts(shape.boundary if shapely.get_dimensions(shape) == 2 else shape):
             axes.plot(*part.xy, color=SEEN if k not in watched.own else ROAD, linewidth=1.5, zorder=3)
     axes.scatter(logs.x, logs.y, s=4, color=RELEASE, linewidths=0, zorder=2, label="released")
-    axes.scatter(best.x[rests], best.y[rests], s=7, color=ENDS["rest"][1], edgecolors="black", linewidths=0.2, zorder=4,
-                 label=f"deposits at {best.friction:g}")  # fmt: skip
+    axes.scatter(
+        best.x[rests],
+        best.y[rests],
+        s=7,
+        color=ENDS["rest"][1],
+        edgecolors="black",
+        linewidths=0.2,
+        zorder=4,
+        label=f"deposits at {best.friction:g}",
+    )
     if not rests.all():
-        axes.scatter(best.x[~rests], best.y[~rests], s=9, marker="x", color="#444444", linewidths=0.5, zorder=4,
-                     label="left, or no rest")  # fmt: skip
+        axes.scatter(
+            best.x[~rests],
+            best.y[~rests],
+            s=9,
+            marker="x",
+            color="#444444",
+            linewidths=0.5,
+            zorder=4,
+            label="left, or no rest",
+        )
     if observed:
         points = observed.geometry[observed.are_points]
         for shape in observed.geometry[~observed.are_points]:
             for part in shapely.get_parts(shape.boundary):
                 axes.plot(*part.xy, color=SEEN, linewidth=1.5, zorder=5)
         if points.size:
-            axes.scatter(shapely.get_x(points), shapely.get_y(points), s=70, marker="X", color=SEEN,
-                         edgecolors="white", linewidths=0.8, zorder=6, label="observed")  # fmt: skip
+            axes.scatter(
+                shapely.get_x(points),
+                shapely.get_y(points),
+                s=70,
+                marker="X",
+                color=SEEN,
+                edgecolors="white",
+                linewidths=0.8,
+                zorder=6,
+                label="observed",
+            )
     axes.set(xlim=frame[:2], ylim=frame[2:], xticks=[], yticks=[], aspect="equal")
     scale_and_north(axes)
     axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncol=3, frameon=False, markerscale=1.6)

@@ -15,9 +15,19 @@ from deadwood_algorithms.stats.endings import ended
 from deadwood_engine import FIDELITIES
 
 WANTED = (
-    "reach", "x", "y", "runout", "speed_max", "jump_max", "penetration_max", "energy_error", "unconverged", "steps",
-    "stop_reason", "cpu_s",
-)  # fmt: skip
+    "reach",
+    "x",
+    "y",
+    "runout",
+    "speed_max",
+    "jump_max",
+    "penetration_max",
+    "energy_error",
+    "unconverged",
+    "steps",
+    "stop_reason",
+    "cpu_s",
+)
 
 
 def variants_of(names: Sequence[str], simulation: Simulation) -> list[Variant]:

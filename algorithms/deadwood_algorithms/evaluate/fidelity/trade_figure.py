@@ -54,16 +54,25 @@ def draw(
             axes.axvline(cost[name], color="#D0D0D0", linewidth=0.8, zorder=0)
             if place < 3:
                 axes.annotate(
-                    name, (cost[name], 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
-                    textcoords="offset points", ha="center", va="bottom", fontsize=8.5, color="#555555",
-                )  # fmt: skip
+                    name,
+                    (cost[name], 1.0),
+                    xycoords=("data", "axes fraction"),
+                    xytext=(0, 3),
+                    textcoords="offset points",
+                    ha="center",
+                    va="bottom",
+                    fontsize=8.5,
+                    color="#555555",
+                )
         if place >= 3:
             axes.set_xlabel("CPU time per log [ms]")
     figure.suptitle(
         f"{counted(logs['compared'], 'log')} at each fidelity, against {names[-1]}; bars: 95 % intervals; "
         f"grey: sampling noise of {logs['planned']} logs",
-        x=0.01, ha="left", fontsize=12,
-    )  # fmt: skip
+        x=0.01,
+        ha="left",
+        fontsize=12,
+    )
     figure.text(0.01, 0.012, textwrap.fill(with_minus(advice.sentence), 190), ha="left", va="bottom", fontsize=9.5)
     figure.tight_layout(rect=(0.0, 0.055, 1.0, 0.975), h_pad=1.5, w_pad=1.2)
     figure.savefig(path, dpi=110)

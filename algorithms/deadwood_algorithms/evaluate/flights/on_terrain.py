@@ -165,10 +165,13 @@ def follow(
     flight = Flight(distance, float(ends[1] - ends[0]), float(angle))
 
     step = dem.cell / 4.0
-    s = np.concatenate([
-        np.arange(-BESIDE_M, 0.0, step), np.linspace(0.0, distance, 1 + int(np.ceil(distance / step))),
-        distance + np.arange(step, BESIDE_M + step, step),
-    ])  # fmt: skip
+    s = np.concatenate(
+        [
+            np.arange(-BESIDE_M, 0.0, step),
+            np.linspace(0.0, distance, 1 + int(np.ceil(distance / step))),
+            distance + np.arange(step, BESIDE_M + step, step),
+        ]
+    )
     ground = ground_at(s)
     lift = 0.5 * mapped.diameter * float(np.hypot(1.0, angle))  # so that the underside leaves from the ground
     start_height = float(ends[0]) + lift
@@ -208,8 +211,15 @@ def _crossings(
             free = half <= s <= flight.distance - half
             found.append(
                 Crossing(
-                    mapped.flight_id, barrier.barrier_id, shapely.Point(x, y, top), s, ground, barrier.height,
-                    clearance, float(flight.speed(s)), free,
+                    mapped.flight_id,
+                    barrier.barrier_id,
+                    shapely.Point(x, y, top),
+                    s,
+                    ground,
+                    barrier.height,
+                    clearance,
+                    float(flight.speed(s)),
+                    free,
                 )
-            )  # fmt: skip
+            )
     return sorted(found, key=lambda each: each.distance)

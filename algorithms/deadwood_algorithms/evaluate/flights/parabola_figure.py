@@ -58,11 +58,17 @@ def draw(followed: Followed, path: Path) -> None:
         axes.plot([each.distance] * 2, [each.ground, each.ground + each.height], color=colour, linewidth=4, zorder=4)
         axes.annotate(
             f"barrier {each.barrier_id}: {each.height:g} m\nclearance {each.clearance:.2f} m",
-            (each.distance, each.ground), xytext=(-8, -14), textcoords="offset points",
-            fontsize=9, ha="right", va="top",
-            color=colour, zorder=6, bbox={"facecolor": "white", "alpha": 0.85, "linewidth": 0, "pad": 1.5},
+            (each.distance, each.ground),
+            xytext=(-8, -14),
+            textcoords="offset points",
+            fontsize=9,
+            ha="right",
+            va="top",
+            color=colour,
+            zorder=6,
+            bbox={"facecolor": "white", "alpha": 0.85, "linewidth": 0, "pad": 1.5},
             arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.8},
-        )  # fmt: skip
+        )
     _finish(axes, followed, low)
     figure.savefig(path, dpi=110, bbox_inches="tight")
     plt.close(figure)

@@ -120,9 +120,14 @@ def read_layer(path: str, seen: Seen, geometry: tuple[str, ...], what: str) -> A
     own = getattr(rows, "crs", None)
     target = parse_crs(METRIC) if own is not None and own.is_geographic else None
     frame = read_vector(
-        path, geometry=geometry, target_crs=target, crs=LOCAL if target is None else None, what=what, rows=rows,
+        path,
+        geometry=geometry,
+        target_crs=target,
+        crs=LOCAL if target is None else None,
+        what=what,
+        rows=rows,
         feedback=seen,
-    )  # fmt: skip
+    )
     seen.counted = counted(len(frame), "row")
     known = {column.name for column in columns_of(what)} if what in LAYERS else set()
     renamed = {str(each): str(each) for each in rows.columns if each in known}

@@ -93,9 +93,14 @@ class ChangedScenes:
     def slide(self, task: Task) -> tuple[Change, list[str]]:
         scene = without(self.layers, self.missing(task))
         result, sides = slide_once(
-            scene, self.placed(task.rows), self.rerun.simulation, lambda done: self.stop.is_set(),
-            inside=self.aside(task.rows), **self.stages_of(scene, task), **self.shorter(),
-        )  # fmt: skip
+            scene,
+            self.placed(task.rows),
+            self.rerun.simulation,
+            lambda done: self.stop.is_set(),
+            inside=self.aside(task.rows),
+            **self.stages_of(scene, task),
+            **self.shorter(),
+        )
         return self.change_of(task, result), sides
 
     def change_of(self, task: Task, result: Result) -> Change:
@@ -106,10 +111,13 @@ class ChangedScenes:
         left_now = left_dem(result.stop_reason)
         energy, held = taken_by(result), held_by(self.layers, result)
         return Change(
-            (before & ~now).sum(axis=0), (now & ~before).sum(axis=0), (left[:, None] & ~before).sum(axis=0),
-            (left_now[:, None] & ~now).sum(axis=0), sum(held.get(each, 0) for each in own.tolist()),
+            (before & ~now).sum(axis=0),
+            (now & ~before).sum(axis=0),
+            (left[:, None] & ~before).sum(axis=0),
+            (left_now[:, None] & ~now).sum(axis=0),
+            sum(held.get(each, 0) for each in own.tolist()),
             sum(energy.get(each, 0) for each in own.tolist()),
-        )  # fmt: skip
+        )
 
     def shorter(self) -> dict[str, Any]:
         """The shortest part of a trajectory that determines which lines the log reaches; candidates also need what they

@@ -78,11 +78,21 @@ def effects_of(
             energy[task.number] += change.energy
     total, now = len(rerun.releases), baseline.reach.sum(axis=0)
     return [
-        Effect(one, str(line_id), total, int(now[line]), int(lost[k, line]), int(gained[k, line]),
-              int(unseen[k, line]), int(unseen_now[k, line]), int(held[k]), float(energy[k]) / 1e6)
+        Effect(
+            one,
+            str(line_id),
+            total,
+            int(now[line]),
+            int(lost[k, line]),
+            int(gained[k, line]),
+            int(unseen[k, line]),
+            int(unseen_now[k, line]),
+            int(held[k]),
+            float(energy[k]) / 1e6,
+        )
         for k, one in enumerate(obstacles)
         for line, line_id in enumerate(layers.lines.ids)
-    ]  # fmt: skip
+    ]
 
 
 def ranks(gains: Sequence[float], effects: Sequence[Effect]) -> NDArray[np.int64]:

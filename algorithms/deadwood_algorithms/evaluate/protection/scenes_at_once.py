@@ -72,9 +72,13 @@ class _OnWorkers(_Groups):
             batch = self.batch(number)
             report = reporter(self.feedback, self.total, self.what, before=batch.first)
             result, sides = slide_batch(
-                scenes.layers, batch, scenes.rerun.simulation, report,
-                later=(self.batch(k) for k in range(number + 1, len(self.groups))), **scenes.shorter(),
-            )  # fmt: skip
+                scenes.layers,
+                batch,
+                scenes.rerun.simulation,
+                report,
+                later=(self.batch(k) for k in range(number + 1, len(self.groups))),
+                **scenes.shorter(),
+            )
             if not sides:
                 break
             scenes.widen(sides, self.feedback)

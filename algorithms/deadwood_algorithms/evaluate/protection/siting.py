@@ -324,9 +324,16 @@ class Siting:
         energy[energy == -np.inf], height[height == -np.inf] = np.nan, np.nan
         own = self.own
         return LogOutcomes(
-            left_dem(result.stop_reason), lines < np.inf, near < np.inf, flux_of(touched, lines), held[:, own:],
-            met[:, own:], crossed[:, own:], energy, height,
-        )  # fmt: skip
+            left_dem(result.stop_reason),
+            lines < np.inf,
+            near < np.inf,
+            flux_of(touched, lines),
+            held[:, own:],
+            met[:, own:],
+            crossed[:, own:],
+            energy,
+            height,
+        )
 
     def rows_near(self, outcomes: LogOutcomes, chosen: Sequence[int], number: int) -> NDArray[np.int64]:
         """The logs that a candidate could affect: all, if the first barrier changes every step."""

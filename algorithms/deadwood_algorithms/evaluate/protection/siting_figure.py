@@ -42,10 +42,17 @@ def _chart(axes: Any, alone: Any) -> None:
         aside = ScaledTranslation(ASIDE_IN * (k - 0.5 * (len(heights) - 1)), 0.0, figure.dpi_scale_trans)
         reach = 100.0 * rows[["p", "ci_low", "ci_high"]].to_numpy()
         axes.errorbar(
-            rows["length_m"], reach[:, 0], yerr=np.abs(reach[:, 1:] - reach[:, :1]).T, fmt=MARKS[k % len(MARKS)],
-            linewidth=0.8, capsize=2, markersize=5, label=f"{height:g} m high", transform=axes.transData + aside,
+            rows["length_m"],
+            reach[:, 0],
+            yerr=np.abs(reach[:, 1:] - reach[:, :1]).T,
+            fmt=MARKS[k % len(MARKS)],
+            linewidth=0.8,
+            capsize=2,
+            markersize=5,
+            label=f"{height:g} m high",
+            transform=axes.transData + aside,
             color=RUNS[k % len(RUNS)],
-        )  # fmt: skip
+        )
     lengths = np.unique(alone["length_m"].round(1))
     if lengths.size <= TICKS_MOST:
         axes.set_xticks(lengths)

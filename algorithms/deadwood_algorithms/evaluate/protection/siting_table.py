@@ -134,11 +134,19 @@ def layer_of(siting: Siting, layers: SceneLayers, now: LogOutcomes, steps: Seque
 
 QUANTITIES = (("energy", "kj"), ("height", "m"))
 COUNTS = (
-    "gain_logs", "gain_p", "gain_ci_low", "gain_ci_high", "n_stopped", "n_overjumped", "n_passed_beside", "n_come",
+    "gain_logs",
+    "gain_p",
+    "gain_ci_low",
+    "gain_ci_high",
+    "n_stopped",
+    "n_overjumped",
+    "n_passed_beside",
+    "n_come",
     *(f"{name}_needed_{end}_{unit}" for name, unit in QUANTITIES for end in ("p95", "ci_low", "ci_high")),
-    "n_more", "n_hit",
+    "n_more",
+    "n_hit",
     *(f"{name}_hit_{end}_{unit}" for name, unit in QUANTITIES for end in ("p95", "ci_low", "ci_high")),
-)  # fmt: skip
+)
 
 
 NO_CLASS = {"barrier_class": "", "barrier_class_high": ""}

@@ -34,11 +34,29 @@ SAME = {
 }
 # Parameters that change no log's movement, or are compared as releases.
 NO_MATTER = (
-    "output", "overwrite", "threads", "resume", "restart", "trajectories", "until_ci", "error", "budget", "assume",
+    "output",
+    "overwrite",
+    "threads",
+    "resume",
+    "restart",
+    "trajectories",
+    "until_ci",
+    "error",
+    "budget",
+    "assume",
     "seed",
-    "min_runout_m", "releases", "report", "qgis_project", "geoparquet", "outline_every_s", "danger_least",
-    "danger_counts", "scheduler", "workers", "friction_preset",  # its values are in friction
-)  # fmt: skip
+    "min_runout_m",
+    "releases",
+    "report",
+    "qgis_project",
+    "geoparquet",
+    "outline_every_s",
+    "danger_least",
+    "danger_counts",
+    "scheduler",
+    "workers",
+    "friction_preset",  # its values are in friction
+)
 SAME_LINE_M = 0.01
 OBSTACLES = ("trees", "barriers", "lying_logs", "blocks")
 
@@ -262,11 +280,14 @@ def reach_of_runs(runs: Sequence[Run], feedback: Feedback) -> tuple[list[Any], l
         return [], [], [np.zeros((len(run.deposits), 0), bool) for run in runs]
     frames = [
         read_vector(
-            f"{run.path / GEOPACKAGE}|layername=reach", geometry=("line", "polygon"), target_crs=run.grid.crs,
-            what="reach", feedback=feedback,
+            f"{run.path / GEOPACKAGE}|layername=reach",
+            geometry=("line", "polygon"),
+            target_crs=run.grid.crs,
+            what="reach",
+            feedback=feedback,
         ).set_index("line_id")
         for run in runs
-    ]  # fmt: skip
+    ]
     shared = [each for each in frames[0].index if all(each in frame.index for frame in frames)]
     if not shared:
         raise UserError(f"{runs[-1].path}: no line of {runs[0].path} was watched in this run; give lines with --lines")

@@ -46,10 +46,14 @@ def table_row(row: ScenarioRow) -> dict[str, Any]:
     record["difference"] = rounded(row.difference, *change)
     record |= {f"difference_{word}": rounded(end, *change) for word, end in zip(("from", "to"), change, strict=True)}
     record["logs_lost"] = int(row.n_lost) if math.isfinite(row.n_lost) else None
-    record |= {f"if_lost_{word}": rounded(getattr(row, f"value_{end}_if_lost"), *own)
-               for word, end in (("from", "low"), ("to", "high"))}  # fmt: skip
-    record |= {f"difference_if_lost_{word}": rounded(getattr(row, f"difference_{end}_if_lost"), *change)
-               for word, end in (("from", "low"), ("to", "high"))}  # fmt: skip
+    record |= {
+        f"if_lost_{word}": rounded(getattr(row, f"value_{end}_if_lost"), *own)
+        for word, end in (("from", "low"), ("to", "high"))
+    }
+    record |= {
+        f"difference_if_lost_{word}": rounded(getattr(row, f"difference_{end}_if_lost"), *change)
+        for word, end in (("from", "low"), ("to", "high"))
+    }
     record["needs_more"] = row.n_more
     return record
 

@@ -107,8 +107,11 @@ def scene_at(place: Place, layers: SceneLayers, *, noise_length: float, seed: in
 
 def logs_at(place: Place, logs: Logs, *, seed: int) -> Logs:
     """The logs of a run: the same places and ids, other sizes, and another posture if that is varied."""
-    sizes = {field: getattr(logs, field) * place.values[name] for name, (field, _, _) in SIZES.items()
-             if name in place.values}  # fmt: skip
+    sizes = {
+        field: getattr(logs, field) * place.values[name]
+        for name, (field, _, _) in SIZES.items()
+        if name in place.values
+    }
     sized = replace(logs, **sizes)
     return in_posture(str(place.values["orientation"]), sized, seed) if "orientation" in place.values else sized
 

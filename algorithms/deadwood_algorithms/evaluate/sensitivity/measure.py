@@ -17,9 +17,14 @@ from deadwood_algorithms.params.tool import Cancelled, Feedback
 
 
 def measure(
-    factors: list[Factor], slid: SlidRuns, samples: int, lines: Sequence[Any], log_id: NDArray[np.int64], seed: int,
+    factors: list[Factor],
+    slid: SlidRuns,
+    samples: int,
+    lines: Sequence[Any],
+    log_id: NDArray[np.int64],
+    seed: int,
     feedback: Feedback,
-) -> tuple[list[Measured], list[Answer]]:  # fmt: skip
+) -> tuple[list[Measured], list[Answer]]:
     """Bars, indices and sentences of every outcome; ``samples``: rows of the design, 0 if only the ends were run."""
     weights = weights_of(log_id, seed)
     ends, n = 1 + 2 * len(factors), samples

@@ -28,9 +28,14 @@ PANEL_IN, BAR_IN, HEAD_IN, FOOT_IN = 1.25, 0.36, 0.75, 0.55
 
 
 def draw(
-    path: Path, measured: Sequence[Measured], answers: Sequence[Answer], order: Sequence[int], logs: int, runs: int,
+    path: Path,
+    measured: Sequence[Measured],
+    answers: Sequence[Answer],
+    order: Sequence[int],
+    logs: int,
+    runs: int,
     note: str,
-) -> None:  # fmt: skip
+) -> None:
     """Every outcome's factors in the same ``order``, from the top."""
     shown = list(zip(measured, answers, strict=True))[:OUTCOMES_SHOWN]
     factors = len(shown[0][0].bars)
@@ -39,9 +44,13 @@ def draw(
     panel = PANEL_IN + BAR_IN * factors
     height = HEAD_IN + panel * len(shown) + FOOT_IN
     figure, grid = plt.subplots(
-        len(shown), 2 if design else 1, figsize=(13.0, height), squeeze=False, layout="constrained",
+        len(shown),
+        2 if design else 1,
+        figsize=(13.0, height),
+        squeeze=False,
+        layout="constrained",
         width_ratios=(3, 2) if design else None,
-    )  # fmt: skip
+    )
     for (one, answer), panels in zip(shown, grid, strict=True):
         bars(panels[0], one, order, answer)
         if design:

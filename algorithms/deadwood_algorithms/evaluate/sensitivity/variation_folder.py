@@ -21,9 +21,16 @@ from deadwood_algorithms.results.run_folder import write_json
 
 
 def write_variation(
-    folder: Path, about: Mapping[str, Any], factors: list[Factor], places: list[Place], slid: SlidRuns,
-    measured: list[Measured], answers: list[Answer], lines: list[Any], seed: int,
-) -> dict[str, Any]:  # fmt: skip
+    folder: Path,
+    about: Mapping[str, Any],
+    factors: list[Factor],
+    places: list[Place],
+    slid: SlidRuns,
+    measured: list[Measured],
+    answers: list[Answer],
+    lines: list[Any],
+    seed: int,
+) -> dict[str, Any]:
     """Write the folder; returns the content of summary.json.
 
     about : the fidelity, the design and its rows, and the number of logs in the layer

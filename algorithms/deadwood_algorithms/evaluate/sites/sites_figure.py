@@ -62,9 +62,15 @@ def draw(path: Path, layer: geopandas.GeoDataFrame, done: Sequence[SiteFound], m
     for chosen, colour, mark in kinds:
         axes.scatter(*centres[chosen].T, color=colour, marker=mark, s=LEAST_DOTS**2 / 2, zorder=3)
     dots = axes.scatter(
-        *centres[known].T, c=share[known], cmap=RAMP, norm=SHARES, s=LEAST_DOTS**2,
-        edgecolor="black", linewidth=0.6, zorder=3,
-    )  # fmt: skip
+        *centres[known].T,
+        c=share[known],
+        cmap=RAMP,
+        norm=SHARES,
+        s=LEAST_DOTS**2,
+        edgecolor="black",
+        linewidth=0.6,
+        zorder=3,
+    )
     if len(worst) <= NAMED:
         reach = NEAR * float(np.ptp(layer.total_bounds.reshape(2, 2), axis=0).max())
         for k, (name, (x, y)) in enumerate(zip(worst["site"], centres, strict=True)):

@@ -110,8 +110,15 @@ def _legend(figure: Any, ends: set[str]) -> None:
             edge = colour if marker == "x" else "black"
             marks.append(
                 Line2D(
-                    [], [], linestyle="", marker=marker, markersize=5, color=colour, markeredgecolor=edge,
-                    markeredgewidth=0.4, label=f"deposit: {label}",
+                    [],
+                    [],
+                    linestyle="",
+                    marker=marker,
+                    markersize=5,
+                    color=colour,
+                    markeredgecolor=edge,
+                    markeredgewidth=0.4,
+                    label=f"deposit: {label}",
                 )
-            )  # fmt: skip
+            )
     figure.legend(handles=marks, loc="lower left", bbox_to_anchor=(0.006, 0.0), ncols=6, frameon=False, fontsize=9.5)

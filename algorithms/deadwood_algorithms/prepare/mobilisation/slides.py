@@ -154,9 +154,15 @@ class Slid:
 
 
 def slide_all(
-    simulation: Simulation, cells: Cells, places: list[Places], frictions: Frictions, distances: Distances,
-    posed: Posed, steps_of: Callable[[SceneLayers, Releases], Steps], feedback: Feedback,
-) -> Slid:  # fmt: skip
+    simulation: Simulation,
+    cells: Cells,
+    places: list[Places],
+    frictions: Frictions,
+    distances: Distances,
+    posed: Posed,
+    steps_of: Callable[[SceneLayers, Releases], Steps],
+    feedback: Feedback,
+) -> Slid:
     """Slide the logs of all blocks in turn; ``steps_of``: from the first block that has logs."""
     number, times = cells.shape[0] * cells.shape[1], len(frictions.values)
     names = (STARTS, FAR, REACH) if simulation.lines is not None else (STARTS, FAR)
