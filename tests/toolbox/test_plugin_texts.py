@@ -60,7 +60,9 @@ def test_the_catalogue_is_up_to_date(language, today):
     with translations.PLUGIN_TEXTS.file_of(language).open("rb") as file:
         found = read_po(file, locale=language, abort_invalid=True)
     assert {str(each.id) for each in found if each.id} == today
-    assert [str(each.id) for each in found if each.id and each.fuzzy] == []  # translations of what the English said before
+    assert [
+        str(each.id) for each in found if each.id and each.fuzzy
+    ] == []  # translations of what the English said before
     assert {str(each.id): each.string for each in found if each.id and each.string} == told(language)
 
 

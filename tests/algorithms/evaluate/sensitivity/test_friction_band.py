@@ -11,7 +11,9 @@ from deadwood_algorithms.evaluate.sensitivity.friction_band import FEWEST, frict
 from deadwood_algorithms.params.presets import FRICTIONS, plausible_range
 from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report.words import Words
+from deadwood_algorithms.results.friction_band import Member, SlidBand, band_records
 from deadwood_algorithms.simulate.log_order import hash_order
+from deadwood_algorithms.stats.statistics import reach_record
 from deadwood_algorithms.tools import make_report
 
 FRICTION, LOW, HIGH = 0.6, 0.5, 0.75
@@ -142,3 +144,12 @@ def test_the_default_range_is_that_of_the_preset_or_of_the_table():
 def test_without_lines_the_range_is_refused(case):
     with pytest.raises(UserError, match="--friction-range needs --lines"):
         case.run(**values_of(case, "no_lines", lines=None, friction_range="auto"))
+
+
+def test_logs_are_compared_with_themselves_whatever_the_order_of_the_layer():
+    """Logs 2 and 4 reach the road at both frictions, 9 and 7 do not and did not slide again: no difference."""
+    reach = [{"line_id": "road", **reach_record(2, 4)}]
+    again = Member(0.2, "upright", np.array([[True], [True]]))
+    band = SlidBand(np.array([2, 4]), 0.25, "upright", None, (again,), 0.0)
+    own, other = band_records(band, reach, np.array([9, 4, 7, 2]), np.array([[False], [True], [False], [True]]))
+    assert other["p"] == own["p"] == 0.5
