@@ -124,5 +124,6 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         found = results.Results(self.tool, inputs.outputs, said.outputs)
         opens = self.parameterAsBoolean(parameters, OPEN, context) if self.parameterDefinition(OPEN) else False
         found.load(context, opens)
-        parts = {help_text.part_name(part).upper(): place for part, place in found.parts()}
+        names = help_text.output_names(self.tool)
+        parts = {names[part]: place for part, place in found.parts()}
         return {**parts, **{name.upper(): path for name, path in inputs.outputs.items()}}

@@ -36,7 +36,7 @@ from qgis.core import (
     QgsProcessingParameterVectorDestination,
 )
 
-from .help_text import labelled, part_name
+from .help_text import labelled, output_names
 from .language import _, signs, title_of
 from .proposals import LAYERS
 
@@ -84,15 +84,14 @@ def is_hidden(declared: dict[str, Any], tool: dict[str, Any]) -> bool:
 
 def part_outputs(tool: dict[str, Any]) -> Iterator[QgsProcessingOutputDefinition]:
     """Further outputs for models: the layers and rasters in a folder, the layers of a file."""
-    for declared in tool["parameters"]:
-        for part in declared["parts"]:
-            name, label = part_name(part).upper(), title_of(part)
-            if "|layername=" in part:
-                yield QgsProcessingOutputVectorLayer(name, label)
-            elif part.endswith(".tif"):
-                yield QgsProcessingOutputRasterLayer(name, label)
-            else:
-                yield QgsProcessingOutputFile(name, label)
+    for part, name in output_names(tool).items():
+        label = title_of(part)
+        if "|layername=" in part:
+            yield QgsProcessingOutputVectorLayer(name, label)
+        elif part.endswith(".tif"):
+            yield QgsProcessingOutputRasterLayer(name, label)
+        else:
+            yield QgsProcessingOutputFile(name, label)
 
 
 def help_of(declared: dict[str, Any]) -> str:

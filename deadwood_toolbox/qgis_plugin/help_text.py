@@ -25,6 +25,18 @@ def part_name(part: str) -> str:
     return part.partition("|layername=")[2] or part.rpartition("/")[2].partition(".")[0]
 
 
+def output_names(tool: dict[str, Any]) -> dict[str, str]:
+    """The name of each part of a tool's outputs among its results: of several alike (a map as raster, picture and
+    facts) the first keeps the name, and the others add what kind of file they are.
+    """
+    found: dict[str, str] = {}
+    for part in (part for declared in tool["parameters"] for part in declared["parts"]):
+        name = part_name(part).upper()
+        taken = name in found.values()
+        found[part] = f"{name}_{part.rpartition('.')[2].upper()}" if taken else name
+    return found
+
+
 def title(part: str) -> str:
     return part_name(part).replace("_", " ").capitalize()
 

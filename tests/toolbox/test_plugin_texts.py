@@ -15,7 +15,7 @@ from deadwood_algorithms.report.words import read_catalogue
 from deadwood_algorithms.results.qgis_project import TITLES
 from deadwood_algorithms.schemas.brought import LINES
 from deadwood_toolbox import parameters, translations
-from deadwood_toolbox.qgis_plugin.help_text import FLAG, labelled, paragraphs
+from deadwood_toolbox.qgis_plugin.help_text import FLAG, labelled, output_names, paragraphs
 from deadwood_toolbox.shelf import TOOLS
 
 OTHERS = LANGUAGES[1:]
@@ -148,3 +148,18 @@ def test_roads_railways_houses_have_one_name():
     shown = re.compile(r"label=\"[^\"]*lines to be \w+")
     sources = sorted((translations.ROOT / "algorithms" / "deadwood_algorithms").rglob("*.py"))
     assert [each.name for each in sources if shown.search(each.read_text(encoding="utf-8"))] == []
+
+
+def test_every_part_of_a_result_has_a_name_of_its_own_in_models():
+    """map-origins has a raster, a picture and facts called origins: a step that takes ORIGINS gets the raster."""
+    for tool in TOOLS:
+        told = parameters.describe(tool)
+        names = output_names(told)
+        asked = {each["name"].upper() for each in told["parameters"] if each["direction"] == "output"}
+        assert len({*names.values()} - asked) == len(names), tool.name
+    of = {tool.name: output_names(parameters.describe(tool)) for tool in TOOLS}
+    assert {part: name for part, name in of["map-origins"].items() if name.startswith("ORIGINS")} == {
+        "origins.tif": "ORIGINS",
+        "origins.png": "ORIGINS_PNG",
+        "origins.json": "ORIGINS_JSON",
+    }
