@@ -215,7 +215,7 @@ class Inputs:
         if limit > 0:
             request.setLimit(limit)
             why.append(_("the first {n} features").format(n=limit))
-        return self._save(layer, request, why)
+        return self._save(layer, request, why, part=more or bool(layer.subsetString()))
 
     def _loaded(self, value: str, *, load: bool) -> QgsMapLayer | None:
         """The layer of the map that a text names (id, name or source); a path is loaded only if necessary."""
@@ -259,11 +259,12 @@ class Inputs:
         message = _("{layer}: saved for the tool, because of {reasons}")
         self.feedback.pushInfo(message.format(layer=layer.name(), reasons=", ".join(why)))
 
-    def _save(self, layer: QgsVectorLayer, request: QgsFeatureRequest, why: list[str]) -> str:
+    def _save(self, layer: QgsVectorLayer, request: QgsFeatureRequest, why: list[str], *, part: bool) -> str:
         name = _plain_name(layer)
         path = QgsProcessingUtils.generateTempFilename(f"{name}.gpkg")
         copy = layer.materialize(request)
-        _number_rows(layer, request, copy)
+        if part:
+            _number_rows(layer, request, copy)
         options = QgsVectorFileWriter.SaveVectorOptions()
         options.driverName, options.layerName = "GPKG", name
         fields = copy.fields()

@@ -34,8 +34,8 @@ WRITE_S = 0.5e-3  # per log, to collect and write its rows
 # seen, so nothing is started if not even that is free.
 LEAST_RUN_DISK, LEAST_LOG_DISK, LEAST_KEPT_DISK = 180_000, 1000, 3000
 # What a run takes at most of the time, including the working folder, per log and per log with trajectory: on a path of
-# 150 m, 1 to 200 logs took 0.5 to 0.97 of it. What is kept of a path grows with its length: of one of 1.6 km
-# 0.8, where the way to the end of the terrain model is 1.4 km and not the PATH_M of that slope.
+# 150 m, 1 to 200 logs took 0.5 to 0.97 of it. What is kept of a path grows with its length: where the way to the end of
+# the terrain model is 1.4 km, and not the PATH_M of that slope, 40 logs took 0.8 of it.
 RUN_DISK, LOG_DISK, KEPT_DISK, PATH_M = 400_000, 15_000, 18_000, 240.0
 
 

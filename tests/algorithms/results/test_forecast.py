@@ -201,8 +201,8 @@ def test_a_run_that_cannot_fit_the_disk_is_refused_before_the_first_log(case, mo
 def test_a_disk_that_a_small_run_would_fill_is_warned_of(tmp_path, said, monkeypatch, logs, kept, length):
     """On a slope of 35 degrees, 150 m down: never too small, and at most 2.2 times what the folders hold at their peak.
 
-    A log alone hardly moves the rasters, which the constant allows for; 1.0 to 2.0 measured. On a path of 1.6 km the
-    forecast was 0.42 of what was needed.
+    A log alone hardly moves the rasters, which the constant allows for; 1.0 to 2.0 measured. On paths of 1.8 km the
+    forecast was 0.42 of the finished folder.
     """
     case = Case(tmp_path)
     heights = np.repeat(1000.0 + 0.7 * np.maximum(np.arange(float(length))[::-1, None] - 60.0, 0.0), 60, axis=1)
