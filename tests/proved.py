@@ -1,25 +1,28 @@
-"""Run the tests of the engine alone, and record the engine if all pass: ``python -m tests.proved``.
+"""Run the tests that a run of all leaves out, and record what passed: ``python -m tests.proved [MARKER]``.
 
-Thousands of poses and logs take a sixth of the time of all tests, and their answers change only with the engine and its
-compiler. A run of all tests leaves them out while the engine is the recorded one (``conftest``); it runs them with any
-other.
+Without a marker (``engine_alone``, ``statistics``) those of both; ``tests/proofs.py`` says what they are.
 """
 
 from __future__ import annotations
 
+import argparse
 import datetime
 import subprocess
 import sys
 
-from deadwood_engine import engine_digest
-from tests.conftest import HERE, OF_THE_ENGINE, PROVED
+from tests.proofs import HERE, MARKERS, RECORD, digest_of
 
 
 def main() -> int:
-    folders = [str(HERE / each) for each in OF_THE_ENGINE]
-    status = subprocess.run([sys.executable, "-m", "pytest", "-n", "auto", *folders], cwd=HERE.parent).returncode
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("marker", nargs="?", choices=MARKERS)
+    chosen = [only] if (only := parser.parse_args().marker) else list(MARKERS)
+    command = [sys.executable, "-m", "pytest", "-n", "auto", "-m", " or ".join(chosen), str(HERE)]
+    status = subprocess.run(command, cwd=HERE.parent).returncode
     if status == 0:
-        PROVED.write_text(f"{engine_digest()} {datetime.date.today().isoformat()}\n", encoding="utf-8")
+        lines = [line for line in RECORD.read_text(encoding="utf-8").splitlines() if line.split()[0] not in chosen]
+        lines += [f"{each} {digest_of(each)} {datetime.date.today().isoformat()}" for each in chosen]
+        RECORD.write_text("\n".join(sorted(lines)) + "\n", encoding="utf-8")
     return status
 
 

@@ -11,6 +11,8 @@ import pytest
 import deadwood_engine
 from deadwood_engine import STOP_REASONS
 
+pytestmark = pytest.mark.engine_alone
+
 
 def checked(what: str, mode: str, cache: Path) -> dict:
     environment = {**os.environ, mode: "1", "XDG_CACHE_HOME": str(cache), "OMP_NUM_THREADS": "1"}

@@ -12,6 +12,8 @@ from deadwood_engine.log_body import AXIAL, CENTRE, LENGTH, TRANSVERSE, cone_bod
 from deadwood_engine.rotation import spin_of
 from deadwood_engine.scratch import Scratch
 
+pytestmark = pytest.mark.engine_alone
+
 LOG = cone_bodies(np.array([0.75]), np.array([30.0]), np.array([300.0]))[0]
 TIGHT = 1e-9
 

@@ -7,6 +7,8 @@ from deadwood_engine.cores import SweptSphere
 from deadwood_engine.log_body import BASE_RADIUS, CENTRE, LENGTH, TIP_RADIUS, cone_bodies
 from deadwood_engine.narrow_phase import cone_of, deepest, reach_along, signed_distance, top_chord
 
+pytestmark = pytest.mark.engine_alone
+
 ORIGIN = (0.0, 0.0, 0.0)
 
 

@@ -20,6 +20,8 @@ from deadwood_engine.rotation import VX
 from deadwood_engine.surroundings import POSE
 from deadwood_engine.terrain import prepare
 
+pytestmark = pytest.mark.engine_alone
+
 CELL = 0.5  # [m]
 DEPTH = 0.005  # [m] of the deepest place of a log in the ground
 

@@ -8,6 +8,8 @@ from strewn_slope import TOLD, differing, mattered, obstacles, only, owners, rel
 
 from deadwood_engine import FIDELITIES, Rasters, Scene, Shape, Stages, Start, slide
 
+pytestmark = pytest.mark.engine_alone
+
 # the reported hits are those of what follows
 SAME = {*TOLD} - {"tree_hits", "barrier_hits"} | {"end_position", "barrier_reached", "barrier_crossed"}
 ON_ITS_WAY = -1

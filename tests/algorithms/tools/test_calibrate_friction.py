@@ -390,6 +390,7 @@ def slid_with(case: Case, name: str, number: int, seed: int, **changes: Any) -> 
     return found
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("lossy", [False, True])
 def test_the_range_holds_the_true_coefficient_of_synthetic_events(tmp_path, monkeypatch, lossy):
     """40 events of 12 deposits that other logs of the same area left in a forest, found with an error of 3 m: on a

@@ -101,6 +101,7 @@ def test_rows_in_another_order_score_alike():
         assert getattr(other, name) == pytest.approx(getattr(one, name), abs=1e-9)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("observed", [1, 3])
 def test_the_range_holds_the_true_coefficient_in_95_percent_of_events(observed, monkeypatch):
     """120 events of one or three logs, made by the closed form with coefficients drawn from the sweep: held by the
@@ -329,6 +330,7 @@ def test_with_a_coefficient_that_keeps_no_log_in_sight_nothing_was_found():
     assert (found.low[0], found.high[0]) == (-np.inf, -np.inf)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize(("observed", "events"), [(1, 120), (12, 40)])
 def test_the_range_holds_the_true_coefficient_where_the_fastest_left(observed, events, monkeypatch):
     """Events as above, of which only what came to rest within 75 m was found, so of friction below 0.25 little: held in

@@ -107,6 +107,7 @@ def test_of_few_arrivals_no_interval_is_given():
             assert {name for name, (value, *_) in found.items() if math.isfinite(value)} == told
 
 
+@pytest.mark.statistics
 def test_the_interval_of_the_largest_intensity_covers_as_often_as_it_says():
     """120 forests that let 100 of 150 logs through, at half their energy."""
     rng = np.random.default_rng(2)
@@ -119,6 +120,7 @@ def test_the_interval_of_the_largest_intensity_covers_as_often_as_it_says():
     assert inside / 120 >= 0.95 - 3.0 * math.sqrt(0.95 * 0.05 / 120)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("index", ["bari", "orpi"])
 def test_intervals_cover_as_often_as_they_say(index):
     """300 forests of 250 logs each: a log that reaches without the forest does so with it at p = 0.4, at half its
