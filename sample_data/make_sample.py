@@ -5,7 +5,6 @@ The same script gives the same terrain (to the centimetre, the resolution of the
 
 from __future__ import annotations
 
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.prepare.demo_slope import slope as sample_slope
 from deadwood_algorithms.prepare.demo_slope.demo_layers import layers_to_try, sample_layers
+from deadwood_algorithms.prepare.log_solid import norm_body, properties_of_rock
 
 HERE = Path(__file__).parent
 
@@ -50,11 +50,10 @@ def write_terrain(path: Path, grid: Grid) -> None:
 
 
 def write_rock(path: Path, *sides: float) -> None:
-    """Corners of a box around its centre [m], as a custom shape: x y z on each line."""
-    corners = [
-        [0.5 * sign * side for sign, side in zip(signs, sides, strict=True)] for signs in product((-1, 1), repeat=3)
-    ]
-    path.write_text("".join("{:g} {:g} {:g}\n".format(*corner) for corner in corners), encoding="ascii")
+    """A norm body of 1 m3 whose sides are in this ratio, as a custom shape: x y z on each line."""
+    points, triangles = norm_body(*sides)
+    scale = properties_of_rock(points, triangles, 1.0).volume_m3 ** (-1.0 / 3.0)
+    path.write_text("".join("{:.6g} {:.6g} {:.6g}\n".format(*each) for each in scale * points), encoding="ascii")
 
 
 if __name__ == "__main__":

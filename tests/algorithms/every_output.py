@@ -139,6 +139,7 @@ def run_every_tool(folder: Path) -> list[Found]:
     # the dams are as good as trees
     run("find-trees", dsm=at("add-structures", "dem.tif"), dem=DEM, output=at("find-trees", "trees.gpkg"))
     run("make-log", output=folder / "make-log")
+    run("make-log", length_m=0.9, width_m=0.6, height_m=0.4, output=folder / "make-log-rock")
     lying = folder / "lying.gpkg"
     frame = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="barriers")
     frame = (

@@ -1,10 +1,11 @@
-"""The solid of a log as points and triangles, and its mass properties.
+"""The solid of a log, or of a rock, as points and triangles, and its mass properties.
 
-Body frame: z along the axis from the base to the tip, z = 0 at the base.
+Body frame of a log: z along the axis from the base to the tip, z = 0 at the base.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -71,3 +72,46 @@ def properties_of_solid(points: Array, triangles: NDArray[np.int64], density: fl
     volume, centre, inertia = of_triangles(points, triangles)
     axial, transverse = density * inertia[2, 2], density * 0.5 * (inertia[0, 0] + inertia[1, 1])
     return MassProperties(volume, density * volume, float(centre[2]), float(axial), float(transverse))
+
+
+def norm_body(length: float, width: float, height: float) -> tuple[Array, NDArray[np.int64]]:
+    """A rock between a box and an ellipsoid: the body that nets are tested with (ETAG 027), stretched to three sizes.
+
+    A cube whose edges and corners are cut off at a quarter of its side: 26 faces. It has 0.708 (17/24) of the volume of
+    its box.
+
+    Returns
+    -------
+    points : [m], shape (24, 3)
+        x along the length, y along the width, z up; the centre of mass is the origin.
+    triangles : shape (t, 3)
+        Rows of ``points``, counterclockwise seen from outside; every edge belongs to two of them.
+    """
+    from deadwood_engine.hull import hull_of
+
+    signs = np.array(list(itertools.product((-0.25, 0.25), repeat=3)))
+    points = np.concatenate([signs * (1.0 + np.eye(3)[axis]) for axis in range(3)])  # 1/2 on one axis, 1/4 on two
+    hull = hull_of(points)
+    return points * (length, width, height), hull.triangles
+
+
+@dataclass(frozen=True)
+class RockProperties:
+    """Mass properties of a rock; the moments of inertia are about the axes of its length, width and height."""
+
+    volume_m3: float
+    mass_kg: float
+    inertia_length_kg_m2: float
+    inertia_width_kg_m2: float
+    inertia_height_kg_m2: float
+
+    def as_dict(self) -> dict[str, float]:
+        return asdict(self)
+
+
+def properties_of_rock(points: Array, triangles: NDArray[np.int64], density: float) -> RockProperties:
+    """Properties of a solid whose axes are its principal axes, as those of ``norm_body`` are; density [kg/m3]."""
+    from deadwood_engine.hull import of_triangles
+
+    volume, _, inertia = of_triangles(points, triangles)
+    return RockProperties(volume, density * volume, *(float(density * inertia[k, k]) for k in range(3)))

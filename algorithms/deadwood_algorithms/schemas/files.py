@@ -818,6 +818,7 @@ MANIFEST_OF_RUN = JsonFile(
         _key("grid.crs", "CRS of everything in the run"),
     ),
 )
+_SIDES = ("length", "width", "height")
 _SOLID = tuple(
     _key(f"{of}.{name}", meaning)
     for of in ("cone", "solid")
@@ -831,7 +832,7 @@ _SOLID = tuple(
 )
 LOG = JsonFile(
     name="log.json",
-    meaning="Mass properties of the log",
+    meaning="Mass properties of the log or rock",
     keys=(
         _key("frame", "Origin and axes of the files, in words"),
         _key("cone", "Properties of the exact cone"),
@@ -839,6 +840,13 @@ LOG = JsonFile(
         *_SOLID,
         _key("solid.vertices", "Vertices of the solid"),
         _key("solid.triangles", "Triangles of its surface"),
+        _key("rock", "Properties of a rock"),
+        _key("rock.mass_kg", "Mass [kg]"),
+        _key("rock.volume_m3", "Volume [m³]"),
+        *(
+            _key(f"rock.inertia_{axis}_kg_m2", f"Moment of inertia about the axis of the {axis} [kg m²]")
+            for axis in _SIDES
+        ),
     ),
 )
 COMPARISON_FACTS = JsonFile(

@@ -229,7 +229,7 @@ def test_the_worked_examples_run(tmp_path):
     lines = [
         line.split()[2:] for line in make_log.TOOL.description.splitlines() if line.startswith("    deadwood-tool")
     ]
-    assert len(lines) == 2
+    assert len(lines) == 3
     for words in lines:
         command = [sys.executable, "-m", "deadwood_toolbox", "make-log", *words]
         assert subprocess.run(command, cwd=tmp_path, capture_output=True).returncode == 0
@@ -269,3 +269,59 @@ def test_a_folder_that_exists_stays(tmp_path):
 def test_a_slice_is_made_with_a_warning(tmp_path, said):
     make_log.TOOL(make_log.Ask(dbh_cm=75.0, length_m=0.5, output=str(tmp_path / "log")), said)
     assert "less than the DBH" in said.warnings[0]
+
+
+# --- rocks ------------------------------------------------------------------------------------------------------------
+
+ROCK = {"length_m": 0.5, "width_m": 0.3, "height_m": 0.2, "density_kg_m3": 2700.0}
+
+
+def test_a_rock_has_the_corners_volume_and_inertia_of_the_norm_body(tmp_path):
+    """17/24 of its box: the box less 12 prisms along the edges and 8 corners; the moments by Gauss points on the faces
+    of its surface."""
+    folder = made(tmp_path / "rock", **ROCK)
+    told = facts(folder)
+    points = np.loadtxt(folder / "log.pts")
+    shares = np.sort(np.abs(points / (0.5, 0.3, 0.2)), axis=1)
+    assert len(np.unique(points, axis=0)) == 24
+    assert shares == pytest.approx(np.tile([0.25, 0.25, 0.5], (24, 1)))
+    assert ConvexHull(points).volume == pytest.approx(17.0 / 24.0 * 0.5 * 0.3 * 0.2)
+    assert told["rock"]["volume_m3"] == pytest.approx(17.0 / 24.0 * 0.5 * 0.3 * 0.2)
+    assert told["rock"]["mass_kg"] == pytest.approx(2700.0 * 17.0 / 24.0 * 0.03)
+    corners = read_stl(folder / "log.stl")[1]
+    assert len(corners) == told["solid"]["triangles"]
+    volume, centre, (xx, yy, zz) = by_divergence(corners)
+    assert volume == pytest.approx(told["rock"]["volume_m3"], rel=1e-7)
+    assert centre == pytest.approx([0, 0, 0], abs=1e-8)
+    expected = {"length": yy + zz, "width": xx + zz, "height": xx + yy}
+    for axis, second in expected.items():
+        assert told["rock"][f"inertia_{axis}_kg_m2"] == pytest.approx(2700.0 * second, rel=1e-6)
+
+
+def test_the_engine_takes_the_rock_as_it_is(tmp_path):
+    """Its mass from the density and the points' hull, and so the energy of a fall: m g h."""
+    told = facts(made(tmp_path / "rock", **ROCK))["rock"]
+    shape = Shape.of(np.loadtxt(tmp_path / "rock" / "log.pts"))
+    assert shape.volume == pytest.approx(told["volume_m3"], rel=1e-6)
+
+
+def test_densities_differ_unless_one_is_given(tmp_path):
+    rock = facts(made(tmp_path / "rock", **(ROCK | {"density_kg_m3": None})))["rock"]
+    log = facts(made(tmp_path / "log", density_kg_m3=None))["cone"]
+    assert rock["mass_kg"] / rock["volume_m3"] == pytest.approx(2650.0)
+    assert log["mass_kg"] / log["volume_m3"] == pytest.approx(300.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "line"),
+    [
+        ({"height_m": None}, "--width-m is that of a rock, which needs --height-m, too"),
+        ({"width_m": None}, "--height-m is that of a rock, which needs --width-m, too"),
+        ({"length_m": 30.0}, "--length-m is 30 m, more than 10 times the rock's smaller side, 0.2 m"),
+        ({"width_m": 0.0}, "--width-m is 0 m, but must be greater than 0 m"),
+    ],
+)
+def test_what_makes_no_rock_is_refused(tmp_path, values, line):
+    with pytest.raises(UserError, match=line):
+        made(tmp_path / "rock", **(ROCK | values))
+    assert not list(tmp_path.iterdir())
