@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from deadwood_algorithms.params.tool import UserError as UserError
     from deadwood_toolbox.functions import *  # noqa: F403 (its __all__ says which)
     from deadwood_toolbox.result import Result as Result
+    from deadwood_toolbox.sample import events as events
     from deadwood_toolbox.sample import sample_data as sample_data
 
     __version__: str
@@ -26,6 +27,7 @@ _ELSEWHERE = {
     "Raster": "deadwood_algorithms.files.in_memory",
     "UserError": "deadwood_algorithms.params.tool",
     "Result": "deadwood_toolbox.result",
+    "events": "deadwood_toolbox.sample",
     "sample_data": "deadwood_toolbox.sample",
 }
 

@@ -232,7 +232,10 @@ def build(tools: Sequence[Tool], listed: Sequence[Tool | Declared]) -> click.Gro
     presets = click.Option(
         ["--presets"], is_flag=True, help="In their place what can be picked by name: values, sources, what to mind."
     )
-    shelf.add_command(click.Command("list", params=[presets, as_json], help="List the tools.", callback=listing))
+    events = click.Option(["--events"], is_flag=True, help="In their place slides of trunks that were reported.")
+    shelf.add_command(
+        click.Command("list", params=[presets, events, as_json], help="List the tools.", callback=listing)
+    )
     which = click.Argument(["tool"], required=False)
     shelf.add_command(
         click.Command(
@@ -262,7 +265,14 @@ def _top(ctx: click.Context, version: bool, versions: bool) -> Answer | None:
     return None if ctx.invoked_subcommand else Answer(ctx.get_help())
 
 
-def _list(tools: Sequence[Tool | Declared], *, presets: bool, as_json: bool) -> str:
+def _list(tools: Sequence[Tool | Declared], *, presets: bool, events: bool, as_json: bool) -> str:
+    if presets and events:
+        raise UserError("--presets and --events are two lists; ask for one at a time")
+    if events:
+        from deadwood_algorithms.params.events import EVENTS, event_lines
+
+        record = {"version": VERSION, "events": [asdict(each) for each in EVENTS]}
+        return json.dumps(record, indent=2, ensure_ascii=False) if as_json else "\n".join(event_lines())
     if presets:
         from deadwood_algorithms.tools.list_presets import preset_lines, preset_rows
 

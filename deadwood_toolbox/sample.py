@@ -1,9 +1,15 @@
-"""The sample data included in the toolbox: a synthetic slope (`sample_data/README.md`)."""
+"""Data included in the toolbox: a synthetic slope (`sample_data/README.md`), and reported slides of trunks."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from deadwood_algorithms.params.events import EVENTS
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 # Places in an installed package, and in a checkout.
 PLACES = (Path(__file__).parent / "sample_data", Path(__file__).parents[1] / "sample_data")
@@ -39,3 +45,16 @@ def sample_data() -> SampleData:
     if found is None:
         raise FileNotFoundError(f"the sample data are missing in {PLACES[0]}; install the toolbox again")
     return SampleData(found)
+
+
+def events() -> DataFrame:
+    """The reported slides as a table, a row each; a range has two columns, ``_low`` and ``_high`` [m]."""
+    from pandas import DataFrame
+
+    rows = []
+    for each in EVENTS:
+        row = asdict(each)
+        for name in ("length_m", "travel_m"):
+            row |= dict(zip((f"{name}_low", f"{name}_high"), row.pop(name) or (None, None), strict=True))
+        rows.append(row)
+    return DataFrame(rows)

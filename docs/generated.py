@@ -1,4 +1,4 @@
-"""Pages that are made from the declarations: a page for each tool and each layer, the glossary."""
+"""Pages that are made from the declarations: a page for each tool and each layer, the glossary, the events."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import deadwood_toolbox
+from deadwood_algorithms.params.events import EVENTS, range_words
 from deadwood_algorithms.params.tool import Tool
 from deadwood_algorithms.schemas.brought import BROUGHT
 from deadwood_algorithms.schemas.written import WRITTEN
@@ -35,6 +36,7 @@ def pages() -> dict[str, str]:
     made |= {f"reference/tools/{tool.name}.md": _tool(tool) for tool in (*TOOLS, QGIS_PLUGIN)}
     made |= {f"reference/layers/{slug(title)}.md": _layer(title, what) for title, what in _layers().items()}
     made["reference/glossary.md"] = _glossary()
+    made["reference/events.md"] = _events()
     return made
 
 
@@ -141,6 +143,36 @@ def _layer(title: str, what: Any) -> str:
     if readers:
         text += "\n\n## Read by\n\n" + ", ".join(f"[{tool.name}](../tools/{tool.name}.md)" for tool in readers)
     return text + "\n"
+
+
+EVENTS_INTRODUCTION = """# Slides of trunks that were reported
+
+Trunks that slid and reached something, from the press; the same as `deadwood-tool list --events` and `dw.events()`.
+
+**What they show**: how far trunks go on snow, ice, frost and steep ground, what they pass, and what holds them. A
+model that cannot reach as far, or stops at such a fence, is wrong there. **What they do not show**: how often. Nobody
+reports a trunk that stays where it is, nine of the ten were set in motion by forest work, and none has a terrain model,
+a friction or a position with it. Where reports differ, ranges are given."""
+
+
+def _events() -> str:
+    head = ("place", "date", "log", "length [m]", "ground", "went [m]", "cause", "outcome", "source", "uncertain")
+    rows = (
+        (
+            f"{each.place} ({each.country})",
+            each.date,
+            each.log,
+            range_words(each.length_m),
+            each.ground,
+            range_words(each.travel_m),
+            each.cause,
+            each.outcome,
+            each.source,
+            each.uncertain,
+        )
+        for each in EVENTS
+    )
+    return f"{EVENTS_INTRODUCTION}\n\n{layers.table(head, rows)}\n"
 
 
 def _glossary() -> str:

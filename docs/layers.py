@@ -35,11 +35,11 @@ def section(what: Any) -> str:
     if isinstance(what, TableFile):
         return f"{title}\n\n{what.meaning}.\n\n{_columns(what.columns)}"
     if isinstance(what, RasterFile):
-        bands = _table(("band", "meaning", "unit", "numbers"), map(_band, what.bands))
+        bands = table(("band", "meaning", "unit", "numbers"), map(_band, what.bands))
         return f"{title}\n\n{what.meaning}.{_scale(what)}\n\n{bands}"
     if isinstance(what, JsonFile):
         rows = ((f"`{key.name}`", key.meaning) for key in what.keys)
-        return f"{title}\n\n{what.meaning}.\n\n{_table(('key', 'meaning'), rows)}"
+        return f"{title}\n\n{what.meaning}.\n\n{table(('key', 'meaning'), rows)}"
     return ""
 
 
@@ -57,7 +57,7 @@ def _band(band: Band) -> tuple[str, ...]:
 
 def _columns(columns: Iterable[Column]) -> str:
     rows = ((f"`{each.name}`", each.meaning, each.unit, _range(each), _default(each)) for each in columns)
-    return _table(("column", "meaning", "unit", "range", "missing"), rows)
+    return table(("column", "meaning", "unit", "range", "missing"), rows)
 
 
 def _range(column: Column) -> str:
@@ -77,7 +77,7 @@ def _default(column: Column) -> str:
     return f"{column.default:g}" if isinstance(column.default, float) else str(column.default)
 
 
-def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+def table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     """A Markdown table, without the columns in which no row has anything."""
     found = [head, *rows]
     kept = [k for k in range(len(head)) if any(row[k] for row in found[1:])]

@@ -48,6 +48,7 @@ INSTEAD = {
     "algorithms/README.md": "reference/tools/index.md",
     "algorithms/deadwood_algorithms/schemas": "reference/layers/index.md",
     "docs/glossary.csv": "reference/glossary.md",
+    "algorithms/deadwood_algorithms/params/events.py": "reference/events.md",
 }
 TOOL = re.compile(r"algorithms/deadwood_algorithms/tools/(\w+)\.py")  # which the page of the tool replaces
 # Menus of pages that have none in the repository.

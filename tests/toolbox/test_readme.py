@@ -65,7 +65,7 @@ def wrong_with(command: str) -> set[str]:
     name, *words = shlex.split(command)[1:]
     given = {word for word in words if word.startswith("--")}
     if name == "list":
-        return given - {"--json", "--presets"}
+        return given - {"--json", "--presets", "--events"}
     tool = QGIS_PLUGIN if name == QGIS_PLUGIN.name else find(name)
     if tool is None:
         return {f"no tool {name}"}
