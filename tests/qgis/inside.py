@@ -24,6 +24,7 @@ from qgis.core import (
     QgsProcessingFeatureSourceDefinition,
     QgsProcessingFeedback,
     QgsProcessingOutputLayerDefinition,
+    QgsProcessingUtils,
     QgsProject,
     QgsRasterLayer,
     QgsRasterRange,
@@ -186,11 +187,18 @@ moved.setCrs(QgsCoordinateReferenceSystem("EPSG:3034"))
 assess("crs_of_the_map_for_a_raster", moved)
 
 outcomes["temporary"] = run("makelog", OUTPUT="TEMPORARY_OUTPUT", OPEN_RESULTS=False)
+outcomes["temporary"]["folder"] = QgsProcessingUtils.tempFolder()
+viewed = QgsRasterLayer(f"{WORK}/heights.tif", "Heights without a value that none has")
+viewed.dataProvider().setUserNoDataValue(1, [QgsRasterRange(-77.0, -77.0)])
+released = QgsVectorLayer(f"{WORK}/memory.gpkg", "Spots released")
+project.addMapLayer(released)
+released.selectByIds([2, 3, 5])
 outcomes["folder"] = run(
     "slidelogs",
-    DEM=dem,
-    RELEASES=f"{WORK}/memory.gpkg",
+    DEM=viewed,
+    RELEASES=selected(released),
     LINES=f"{SAMPLE}/sample.gpkg|layername=lines",
+    BARRIERS=f"{SAMPLE}/sample.gpkg|layername=barriers",
     FRICTION=0.25,
     FIDELITY="draft",
     TIME_LIMIT=3.0,

@@ -18,6 +18,8 @@ import rasterio
 from rasterio.transform import from_origin
 
 from deadwood_algorithms.files.columns import ROW
+from deadwood_algorithms.files.kept_inputs import VARIABLE
+from deadwood_toolbox import cli
 
 HERE = Path(__file__).parent
 PLUGIN = HERE.parents[1] / "deadwood_toolbox" / "qgis_plugin"
@@ -89,6 +91,7 @@ def test_what_the_file_does_not_hold_is_saved_for_the_tool(told, case, rows, why
 def test_the_plugin_and_the_tool_have_one_name_for_the_row_of_a_part():
     text = (PLUGIN / "inputs.py").read_text(encoding="utf-8")
     assert f'ROW = "{ROW}"' in text
+    assert f'TEMPORARY = "{VARIABLE}"' in (PLUGIN / "finding.py").read_text(encoding="utf-8")
 
 
 def test_the_fields_of_a_saved_layer_come_along(told):
@@ -184,6 +187,23 @@ def test_a_temporary_folder_and_the_layers_of_a_run(told):
     assert waiting["run.gpkg|layername=deposits"] == "Deposits"
     assert waiting["hit_count.tif"] == "Hit count"
     assert told["temporary"]["waiting"] == {}
+
+
+def test_a_run_from_a_selection_can_be_followed_up_once_qgis_is_closed(told, tmp_path, capsys):
+    """What the map held is in the run: the selected logs, and the recipe for the view of the terrain model."""
+    run = told["work"] / "run"
+    assert told["temporary"]["folder"].rpartition("/")[2].startswith("processing_")
+    shutil.rmtree(told["temporary"]["folder"])
+    inputs = {each["parameter"]: each["path"] for each in json.loads((run / "manifest.json").read_text())["inputs"]}
+    assert inputs["dem"] == f"{run}/inputs_dem.vrt"
+    assert inputs["releases"] == f"{run}/inputs.gpkg|layername=Spots_released"
+    assert inputs["lines"] == f"{SAMPLE / 'sample.gpkg'}|layername=lines"
+    for tool, output in (("value-trees", "values.gpkg"), ("map-origins", "origins")):
+        words = [tool, f"--run={run}", f"--output={tmp_path / output}", "--quiet"]
+        assert cli.run(words + (["--least=1"] if tool == "map-origins" else [])) == 0, capsys.readouterr().err
+    capsys.readouterr()
+    assert cli.run(["check", str(run)]) == 0
+    assert "releases: same" in capsys.readouterr().out
 
 
 def test_a_file_that_is_to_be_opened_is_loaded_when_the_tool_ran_in_a_separate_thread(told):
