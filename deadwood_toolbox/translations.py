@@ -25,7 +25,7 @@ from deadwood_algorithms.report.phrases import MESSAGES
 from deadwood_algorithms.schemas import LAYERS
 from deadwood_algorithms.schemas.looks import ENDS
 from deadwood_toolbox import parameters
-from deadwood_toolbox.qgis_plugin.help_text import pieces, title
+from deadwood_toolbox.qgis_plugin.help_text import pieces, short_name, title
 from deadwood_toolbox.shelf import TOOLS
 
 ROOT = Path(__file__).parents[1]
@@ -79,7 +79,7 @@ def declared_texts() -> Iterator[tuple[str, str]]:
             for name in ("label", "help", "unit"):
                 yield parameter[name], f"{tool.name} {parameter['flag']}: {name}"
             for part in parameter["parts"]:
-                yield title(part), "title of a layer or file"
+                yield title(short_name(part, parameter["parts"])), "title of a layer or file"
         for piece in pieces(description["description"]):
             if not piece.startswith("    "):
                 yield piece, f"{tool.name}: description"

@@ -70,7 +70,7 @@ def places_of(named: str | Path) -> list[Path]:
     for part in str(named).split(","):
         name = f"{name},{part}" if name else part
         place = Path(name.strip().partition("|")[0])
-        if _exists(place):
+        if name.strip() and _exists(place):
             found.append(place)
             name = ""
     return [*found, Path(name.strip())] if name.strip() else found

@@ -56,7 +56,7 @@ class Ask:
     rings: int | None = tool.integer(
         "Rings, those of the two ends included, instead of a distance", default=None, minimum=2, maximum=MOST_RINGS
     )
-    output: str = tool.output_folder("Folder of the log", parts=(POINTS,))
+    output: str = tool.output_folder("Folder of the log")
     overwrite: bool = tool.overwrite()
 
 

@@ -109,7 +109,7 @@ class Ask:
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     resume: bool = tool.flag("Continue an interrupted run")
     restart: bool = tool.flag("Give up an interrupted run and start again")
-    output: str = tool.output_folder("Folder of the findings", parts=("findings.json", "report.html"))
+    output: str = tool.output_folder("Folder of the findings")
     overwrite: bool = tool.overwrite()
 
 

@@ -42,19 +42,11 @@ if TYPE_CHECKING:
     from deadwood_algorithms.simulate.auto_run import Promise
     from deadwood_algorithms.simulate.chunks import ChunkedRun
 
-# Outputs for chaining with other programs; some runs lack one, such as the layer reach without lines.
-PARTS = (
-    *(f"run.gpkg|layername={name}" for name in ("deposits", "deposited_logs", "trajectories", "reach")),
-    *(f"{name}.tif" for name in ("hit_count", "reach_probability", "deposit_count")),
-    *(f"{name}.tif" for name in ("speed_max", "energy_max", "jump_max", "danger")),
-    *("poses.parquet", "summary.json", "project.qgz", "report.html"),
-)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(AddedOptions, CapacityOptions, KeptOptions, FidelityOptions, SlidingOptions, SceneByName):
     language: str = tool.choice("Language of report and QGIS project", *LANGUAGES, default="en", advanced=True)
-    output: str = tool.output_folder("Folder of the run", parts=PARTS)
+    output: str = tool.output_folder("Folder of the run")
     overwrite: bool = tool.overwrite()
 
 
