@@ -60,18 +60,14 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         return self.tool["summary"]
 
     def shortHelpString(self) -> str:
-        """The panel beside the dialog: the tool's description, and the help of each parameter.
-
-        Without the commands, which are wider than the panel; they are on the page behind the Help button.
-        """
-        paragraphs = [each for each in help_text.paragraphs(self.tool) if not each.startswith("<pre>")]
+        """The panel beside the dialog: the tool's description, and the help of each parameter."""
         rows = [
             f"<b>{html.escape(each['label'])}</b>: {html.escape(help_text.labelled(help_of(each), self.tool))}"
             for each in self.tool["parameters"]
             if help_of(each) and not is_hidden(each, self.tool)
         ]
-        command = _("On the command line: {command}").format(command=f"deadwood-tool {self.tool['name']} --help")
-        return "".join(f"<p>{each}</p>" for each in [*paragraphs, *rows, command])
+        command = _("On the command line: {command}").format(command=f"deadwood-tool {self.tool['name']}")
+        return "".join(f"<p>{each}</p>" for each in [*help_text.paragraphs(self.tool), *rows, command])
 
     def helpUrl(self) -> str:
         return help_pages.page_of(self.tool)

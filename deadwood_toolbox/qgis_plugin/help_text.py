@@ -69,14 +69,14 @@ def labelled(message: str, tool: dict[str, Any]) -> str:
 
 
 def paragraphs(tool: dict[str, Any]) -> list[str]:
-    """One piece of HTML for each paragraph; flags and tools get the names that the dialogs have for them."""
+    """One piece of HTML for each paragraph, without commands to type; flags and tools get the names that the dialogs
+    have for them.
+    """
     names = {typed: f"<i>{html.escape(label, quote=False)}</i>" for typed, label in _names(tool).items()}
-    return [_paragraph(part, names) for part in pieces(tool["description"])]
+    return [_paragraph(part, names) for part in pieces(tool["description"]) if not part.startswith("    ")]
 
 
 def _paragraph(text: str, names: dict[str, str]) -> str:
-    if text.startswith("    "):
-        return f"<pre>{html.escape(text)}</pre>"
     text = html.escape(re.sub(r"``?([^`]+)``?", r"\1", text), quote=False)
     return re.sub(r"\n- ", "<br>- ", _in_words(text, names))
 

@@ -103,7 +103,8 @@ def test_what_qgis_shows_has_the_dialogs_words_and_no_flags(tool):
     names = {each.name for each in TOOLS} | {"list"}
     texts = [each["label"] for each in declared["parameters"]]
     texts += [labelled(each["help"] or "", declared).partition("deadwood-tool ")[0] for each in declared["parameters"]]
-    texts += [each for each in paragraphs(declared) if not each.startswith("<pre>")]
+    texts += paragraphs(declared)
+    assert [each for each in texts if re.search(r"\w+/[\w/]+\.(?:md|py|gpkg|csv)\b", each)] == []
     bare = [
         (found[0], text)
         for text in texts

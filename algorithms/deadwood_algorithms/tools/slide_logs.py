@@ -1,7 +1,7 @@
 """Slide the released logs down the terrain, among standing trees and barriers.
 
 Each log is a rigid truncated cone (or, with --shape, any convex body) in hard frictional contact with terrain, trees,
-barriers, lying logs and boulders (see engine/README.md; it follows section 3 of the paper). The run's folder holds the
+barriers, lying logs and boulders (after section 3 of the paper). The run's folder holds the
 deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, impulse and energy taken by
 each tree that was hit, and rasters of how often, how fast and how high logs pass. With --lines, danger.tif is the share
 of passing logs that later reach a line: one band for any line, and one for each. Every released log is accounted for.
