@@ -277,16 +277,13 @@ def each_place(value: Any) -> list[str]:
     """
     if isinstance(value, (list, tuple)):
         return [place for each in value for place in each_place(each)]
-    found = [each.strip() for each in ("" if value is None else str(value)).split(",") if each.strip()]
-    start = 0
-    while start < len(found):
-        for end in range(start + 2, len(found) + 1):
-            whole = ",".join(found[start:end])
-            if not os.path.exists(found[start]) and os.path.exists(whole):
-                found[start:end] = [whole]
-                break
-        start += 1
-    return found
+    parts, found = ("" if value is None else str(value)).split(","), []
+    while parts:
+        ends = range(1, len(parts) + 1)
+        end = next((end for end in ends if os.path.exists(",".join(parts[:end]).strip())), 1)
+        found.append(",".join(parts[:end]).strip())
+        parts = parts[end:]
+    return [each for each in found if each]
 
 
 def _file_of(layer: QgsVectorLayer) -> str:

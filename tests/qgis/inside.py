@@ -297,7 +297,7 @@ def cells_of(layer: QgsRasterLayer) -> list[list[float | None]]:
 again = {"RELEASES": f"{WORK}/memory.gpkg", "FRICTION": 0.25, "FIDELITY": "draft", "TIME_LIMIT_S": 4.0, "SEED": 3}
 again |= {"OUTPUT": f"{WORK}/again", "OVERWRITE": True}
 run("slidelogs", DEM=dem, LINES=f"{SAMPLE}/sample.gpkg|layername=lines", **again)
-shown = {name: f"{WORK}/again/{name}.tif" for name in ("hit_count", "jump_max", "danger")}
+shown: dict[str, Any] = {name: f"{WORK}/again/{name}.tif" for name in ("hit_count", "jump_max", "danger")}
 shown |= {name: f"{WORK}/again/run.gpkg|layername={name}" for name in ("deposits", "reach")}
 for name, uri in shown.items():
     added = QgsRasterLayer(uri, name) if uri.endswith(".tif") else QgsVectorLayer(uri, name, "ogr")

@@ -62,7 +62,7 @@ def child(
     model.addChildAlgorithm(made)
 
 
-def of(name: str, output: str = "OUTPUT") -> Source:
+def of(name: str, output: str = "OUTPUT") -> QgsProcessingModelChildParameterSource:
     return Source.fromChildOutput(name, output)
 
 
