@@ -9,6 +9,7 @@ English until somebody has checked it and removed the mark. Translators open the
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -47,10 +48,22 @@ def plugin_messages() -> Catalog:
         made.add(english, auto_comments=[file])
     for english in panel_phrases():
         made.add(english, auto_comments=["panel Explore"])
+    for english in stages():
+        made.add(english, auto_comments=["progress"])
     for english, where in declared_texts():
         if english and english not in made:
             made.add(english, auto_comments=[where], flags=["no-python-format", "no-python-brace-format"])
     return made
+
+
+def stages() -> Iterator[str]:
+    """The names of the stages of the tools' progress, from their sources."""
+    for file in sorted((ROOT / "algorithms" / "deadwood_algorithms").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "progress":
+                what = node.args[2] if len(node.args) == 3 else None
+                if isinstance(what, ast.Constant) and isinstance(what.value, str):
+                    yield what.value
 
 
 def panel_phrases() -> Iterator[str]:

@@ -165,7 +165,8 @@ class Ears:
         now = time.monotonic()
         if what == self.stage and now - self.spoke < BETWEEN_TEXTS_S:
             return
-        text = what
+        place, colon, stage = what.rpartition(": ")  # of a longer task: the step that is at this stage
+        text = place + colon + _(stage)
         if what == self.stage and known.get("left_s") is not None:
             rate = known["rate_per_s"]
             state = _("{done} of {total}, {rate} per second, {left} left")

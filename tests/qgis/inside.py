@@ -37,7 +37,7 @@ application = QgsApplication([], False)
 application.initQgis()
 sys.path.insert(0, PLUGINS)
 import deadwood  # noqa: E402
-from deadwood import language, raster_copy, stored_style  # noqa: E402
+from deadwood import child, language, raster_copy, stored_style  # noqa: E402
 
 plugin = deadwood.classFactory(None)
 plugin.initProcessing()
@@ -330,6 +330,21 @@ places += [f"{WORK}/run/jump_max.tif", f"{SAMPLE}/sample.gpkg|layername=release_
 outcomes["legends"] = {"en": [legend_of(each) for each in places]}
 language.catalogue = lambda: gettext.translation("plugin", language.LOCALE, ["it"])
 outcomes["legends"]["it"] = [legend_of(each) for each in places]
+heard = child.Ears(QgsProcessingFeedback(False))
+texts: list[str] = []
+heard.feedback.setProgressText = texts.append
+for event in ({"done": 1}, {"done": 2, "rate_per_s": 0.0762, "left_s": 13.0}):
+    heard.spoke = 0.0
+    known = {
+        "event": "progress",
+        "what": "road: counting hits",
+        "total": 3,
+        "rate_per_s": None,
+        "left_s": None,
+        **event,
+    }
+    heard.hear(json.dumps(known).encode() + b"\n", b"")
+outcomes["progress"] = texts
 outcomes["tags"] = registry.algorithmById("deadwood:slidelogs").tags()
 outcomes["titles"] = [language.title_of(each) for each in ("run.gpkg|layername=tree_hits", "jump_max.tif")]
 outcomes["about"] = about

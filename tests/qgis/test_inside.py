@@ -111,6 +111,12 @@ def test_a_large_layer_is_saved_outside_the_windows_thread(told):
     assert many["prepared_s"] < 0.2 * many["written_s"]
 
 
+def test_progress_is_in_qgis_language(told):
+    """Before, "2 von 3, 0.0762/s": a stage in English, and a rate that nobody reads."""
+    step = "road: conteggio dei passaggi"
+    assert told["progress"] == [step, f"{step}: 2 di 3, 4,6 al minuto, ancora 13 s"]
+
+
 def test_the_search_finds_the_tools_in_qgis_language(told):
     assert {"pericolo naturale", "natural hazard", "slide", "schianto da vento"} <= set(told["tags"])
 
