@@ -63,8 +63,13 @@ releases with this engine.
 The terrain is a reconstruction from survey points with cells of 5 m, smoother than the meadow. Of the rocks, length,
 width, height and mass are known, not the scanned shape. They slide as two bodies: as **boxes** of these sides, and as
 **norm bodies** (`make-log --width-m --height-m`), which have the corners and edges of a box cut off. Each body has the
-measured mass. The density that it then has shows how far its shape is off: of a box {box}, of a norm body {norm} kg/m³,
-of granite about 2650.
+measured mass. The density that it then has shows how far its shape is off: of a box {box}, of a norm body
+{norm} kg/m³, of granite about 2650.
+
+**What it shows**: for rocks the shape decides more than the law. A box in soft ground stops where it lands on a face; a
+norm body rolls on, and two of three blocks go about as far as measured with nothing fitted. **What it does not show**:
+the terrain model ends {ends} m below the releases, and many norm bodies of the block that is nearly a cube leave it,
+so that their run-outs are lower bounds. One meadow, three blocks.
 
 ## Nothing fitted
 

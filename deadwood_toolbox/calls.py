@@ -8,11 +8,14 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
 
 from deadwood_algorithms.files.in_memory import Raster, as_file, crs_text, is_in_memory
+from deadwood_algorithms.files.kept_inputs import lasting_no_longer_than_this
 from deadwood_algorithms.params.tool import Feedback, Parameter, Quiet, Tool, UserError
 from deadwood_toolbox.environment import as_the_command, refuse_small_address_space
 from deadwood_toolbox.result import Result, TemporaryFolder
@@ -56,14 +59,15 @@ def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
     outputs = {each: values[each] for each in parameters if parameters[each].is_output}
     temporary = TemporaryFolder() if parameters.get("output") and values["output"] is None else None
     try:
-        with as_the_command(os.environ), _removed_on_failure() as made:
+        with as_the_command(os.environ), _removed_on_failure() as made, ExitStack() as open_until_done:
             refuse_small_address_space()
+            folder_of_data = partial(_folder_of_inputs, parameters, temporary, open_until_done)
             places = {each: _place(tool, parameters[each], outputs, temporary) for each in outputs}
             typed = {}
             for each, value in values.items():
                 if parameters[each].path_like or parameters[each].is_input:
                     if is_in_memory(value) or (temporary is None and _is_unsaved_file(value)):
-                        value = _as_file(value, each, _folder_of_inputs(places.get("output"), temporary), made)
+                        value = _as_file(value, each, folder_of_data(places.get("output")), made)
                     typed[each] = _as_path(parameters[each], value)
                 elif not parameters[each].is_output:
                     typed[each] = _as_setting(parameters[each], value)
@@ -105,13 +109,21 @@ def _place(
     return beside.with_name(f"{beside.stem}_{parameter.name}{ending}")
 
 
-def _folder_of_inputs(output: Path | None, temporary: TemporaryFolder | None) -> Path:
-    """The folder in which given data become files: beside a kept output, because its manifest names them."""
+def _folder_of_inputs(
+    parameters: Mapping[str, Parameter], temporary: TemporaryFolder | None, stack: ExitStack, output: Path | None
+) -> Path:
+    """The folder in which given data become files: a folder of results saves them itself; a file's are kept beside it,
+    because its record names them.
+    """
     if temporary is not None:
         return temporary.path / "inputs"
     if output is None:
         raise UserError("this tool has no output beside which data could be kept; give paths")
-    return output.with_name(f"{output.stem}_inputs")
+    if parameters["output"].ending:
+        return output.with_name(f"{output.stem}_inputs")
+    folder = Path(stack.enter_context(TemporaryDirectory(prefix="deadwood-")))
+    stack.enter_context(lasting_no_longer_than_this(folder))
+    return folder
 
 
 def _as_file(value: Any, name: str, folder: Path, made: list[Path]) -> Path:

@@ -41,6 +41,7 @@ from deadwood_toolbox.environment import (
 )
 from deadwood_toolbox.feedback import Speaker, clock, printable
 from deadwood_toolbox.interrupt import INTERRUPTED, LATE, MESSAGE, deaf, interruptible
+from deadwood_toolbox.pipes import read_streams
 
 DONE, FAULT, USER_ERROR = 0, 1, 2
 # Errors that the user can fix; every other OSError that no tool expects is a bug.
@@ -130,6 +131,11 @@ def _carry_out(job: Job, speaker: Speaker) -> int:
     refuse_small_address_space()
     refuse_no_threads(os.environ)
     refuse_shared_cache(os.environ)
+    with read_streams(job.tool, ask) as ask:
+        return _work(job, ask, speaker)
+
+
+def _work(job: Job, ask: Any, speaker: Speaker) -> int:
     began, before = time.perf_counter(), _standing(job.tool, ask)
     try:
         with interruptible(speaker.stop), warnings.catch_warnings():

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from deadwood_algorithms.params.tool import Parameter, Tool
 from deadwood_algorithms.schemas.words import JsonFile, Layer, Output, RasterFile, TableFile
-from deadwood_algorithms.schemas.written import WRITTEN
+from deadwood_algorithms.schemas.written import WRITTEN, has_place
 from deadwood_toolbox import parameters
 from deadwood_toolbox.shelf import python_names
 
@@ -60,7 +60,6 @@ OF_EVERY_TOOL = (
     ("progress", "bool", "Show on standard error what is done, and what the tool notes and warns of."),
     ("feedback", "Feedback, optional", "An object of your own that hears all that; see docs/python.md."),
 )
-SKIPPED = ("scene.gpkg",)  # belongs to the QGIS project; its layers are the inputs
 
 
 def stub() -> str:
@@ -81,12 +80,15 @@ def _class(tool: Tool) -> str:
     base = "Run" if tool.name == "slide-logs" else "Result"
     parts, summary = {}, ""
     for each in WRITTEN:
-        if each.tool != tool.name or not _has_place(each):
+        if each.tool != tool.name or not has_place(each):
             continue
         if isinstance(each.what, JsonFile):
             summary = summary or each.place
         elif (found := _part(each)) is not None:
-            parts.setdefault(*found)
+            name, part = found
+            if name in parts:  # a layer of this name in another file
+                name = each.place.partition(".")[0]
+            parts[name] = part
     lines = [f"class {_names(tool)[1]}({base}):", f'    """What `{_names(tool)[0]}` leaves."""', ""]
     if summary:
         lines += [f'    summary_file = "{summary}"', ""]
@@ -97,13 +99,6 @@ def _class(tool: Tool) -> str:
 
 def _names(tool: Tool) -> tuple[str, str]:
     return python_names(tool.name)
-
-
-def _has_place(output: Output) -> bool:
-    """Whether a single attribute can represent it: no name with a word in capitals, no folder within the folder."""
-    file, _, layer = output.place.partition("|layername=")
-    folders = "/" in file or file in SKIPPED
-    return not (folders or re.search(r"[A-Z]{2}", file + layer) or file in ("manifest.json", "failed.json"))
 
 
 def _part(output: Output) -> tuple[str, tuple[str, str]] | None:

@@ -7,12 +7,13 @@ message wherever it came from.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from deadwood_algorithms.files.configs import closest, read_config
 from deadwood_algorithms.params.tool import VERSION, Parameter, Tool, UserError
+from deadwood_algorithms.schemas.written import parts_of
 
 __all__ = ["closest", "read_config"]  # re-exported from the algorithms; everything else is defined here
 LARGEST_INTEGER = 2**63 - 1
@@ -113,6 +114,7 @@ LONG_CHOICES = 40  # characters: longer choices would push the meaning off the s
 
 def describe(tool: Tool) -> dict[str, Any]:
     """The complete declaration of a tool as plain JSON values, for the QGIS plugin and other programs."""
+    parts = parts_of(tool.name)
     return {
         "name": tool.name,
         "label": tool.label,
@@ -121,11 +123,11 @@ def describe(tool: Tool) -> dict[str, Any]:
         "summary": tool.summary,
         "description": tool.description,
         "version": VERSION,
-        "parameters": [_describe_parameter(parameter) for parameter in tool.parameters()],
+        "parameters": [_describe_parameter(parameter, parts) for parameter in tool.parameters()],
     }
 
 
-def _describe_parameter(parameter: Parameter) -> dict[str, Any]:
+def _describe_parameter(parameter: Parameter, parts: Mapping[str, Sequence[str]]) -> dict[str, Any]:
     known = dataclasses.asdict(parameter)
     direction = "output" if parameter.is_output else "input" if parameter.is_input else "setting"
     required = parameter.default is None and not parameter.optional
@@ -137,4 +139,5 @@ def _describe_parameter(parameter: Parameter) -> dict[str, Any]:
         "section": section(parameter),
         "widget": parameter.widget,
         "ending": parameter.ending,
+        "parts": list(parts.get(parameter.flag, ())),
     }

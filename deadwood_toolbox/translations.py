@@ -9,6 +9,7 @@ English until somebody has checked it and removed the mark. Translators open the
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -25,7 +26,7 @@ from deadwood_algorithms.report.phrases import MESSAGES
 from deadwood_algorithms.schemas import LAYERS
 from deadwood_algorithms.schemas.looks import ENDS
 from deadwood_toolbox import parameters
-from deadwood_toolbox.qgis_plugin.help_text import pieces, title
+from deadwood_toolbox.qgis_plugin.help_text import pieces, short_name, title
 from deadwood_toolbox.shelf import TOOLS
 
 ROOT = Path(__file__).parents[1]
@@ -47,10 +48,22 @@ def plugin_messages() -> Catalog:
         made.add(english, auto_comments=[file])
     for english in panel_phrases():
         made.add(english, auto_comments=["panel Explore"])
+    for english in stages():
+        made.add(english, auto_comments=["progress"])
     for english, where in declared_texts():
         if english and english not in made:
             made.add(english, auto_comments=[where], flags=["no-python-format", "no-python-brace-format"])
     return made
+
+
+def stages() -> Iterator[str]:
+    """The names of the stages of the tools' progress, from their sources."""
+    for file in sorted((ROOT / "algorithms" / "deadwood_algorithms").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "progress":
+                what = node.args[2] if len(node.args) == 3 else None
+                if isinstance(what, ast.Constant) and isinstance(what.value, str):
+                    yield what.value
 
 
 def panel_phrases() -> Iterator[str]:
@@ -79,7 +92,7 @@ def declared_texts() -> Iterator[tuple[str, str]]:
             for name in ("label", "help", "unit"):
                 yield parameter[name], f"{tool.name} {parameter['flag']}: {name}"
             for part in parameter["parts"]:
-                yield title(part), "title of a layer or file"
+                yield title(short_name(part, parameter["parts"])), "title of a layer or file"
         for piece in pieces(description["description"]):
             if not piece.startswith("    "):
                 yield piece, f"{tool.name}: description"

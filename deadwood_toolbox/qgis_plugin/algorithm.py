@@ -13,12 +13,13 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QIcon
 
-from . import child, help_pages, help_text, results
+from . import child, help_pages, help_text, results, runs
 from .definitions import LAYER, OPEN, definitions, help_of, is_hidden, part_outputs
 from .finding import HERE
 from .inputs import Inputs
 from .language import _
 from .overlap import check_places
+from .refreshing import refresher
 
 
 class ToolAlgorithm(QgsProcessingAlgorithm):
@@ -26,6 +27,7 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         super().__init__()
         self.tool = tool
         self.inputs: Inputs | None = None
+        self.made: list[str] = []
 
     def createInstance(self) -> QgsProcessingAlgorithm:
         return ToolAlgorithm(self.tool)
@@ -49,24 +51,23 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         return str(HERE / "icons" / f"{self.groupId()}.svg")
 
     def tags(self) -> list[str]:
-        return [*self.tool["name"].split("-"), "deadwood", "log", "windthrow", "natural hazard", "protection forest"]
+        """Words by which the toolbox's search finds it, in English and in QGIS's language."""
+        known = [_("deadwood"), _("log"), _("windthrow"), _("natural hazard"), _("protection forest"), _("rockfall")]
+        english = ["deadwood", "log", "windthrow", "natural hazard", "protection forest", "rockfall"]
+        return list(dict.fromkeys([*self.tool["name"].split("-"), *english, *known]))
 
     def shortDescription(self) -> str:
         return self.tool["summary"]
 
     def shortHelpString(self) -> str:
-        """The panel beside the dialog: the tool's description, and the help of each parameter.
-
-        Without the commands, which are wider than the panel; they are on the page behind the Help button.
-        """
-        paragraphs = [each for each in help_text.paragraphs(self.tool) if not each.startswith("<pre>")]
+        """The panel beside the dialog: the tool's description, and the help of each parameter."""
         rows = [
             f"<b>{html.escape(each['label'])}</b>: {html.escape(help_text.labelled(help_of(each), self.tool))}"
             for each in self.tool["parameters"]
             if help_of(each) and not is_hidden(each, self.tool)
         ]
-        command = _("On the command line: {command}").format(command=f"deadwood-tool {self.tool['name']} --help")
-        return "".join(f"<p>{each}</p>" for each in [*paragraphs, *rows, command])
+        command = _("On the command line: {command}").format(command=f"deadwood-tool {self.tool['name']}")
+        return "".join(f"<p>{each}</p>" for each in [*help_text.paragraphs(self.tool), *rows, command])
 
     def helpUrl(self) -> str:
         return help_pages.page_of(self.tool)
@@ -121,9 +122,18 @@ class ToolAlgorithm(QgsProcessingAlgorithm):
         for path, details in inputs.to_load.items():
             if path not in context.layersToLoadOnCompletion():
                 context.addLayerToLoadOnCompletion(path, details)
-        found = results.Results(self.tool, inputs.outputs, said.outputs)
+        found = results.Results(self.tool, inputs.outputs, said.outputs, said.command)
         opens = self.parameterAsBoolean(parameters, OPEN, context) if self.parameterDefinition(OPEN) else False
         found.load(context, opens)
+        self.made = list(inputs.outputs.values())
         names = help_text.output_names(self.tool)
         parts = {names[part]: place for part, place in found.parts()}
         return {**parts, **{name.upper(): path for name, path in inputs.outputs.items()}}
+
+    def postProcessAlgorithm(self, context: QgsProcessingContext, feedback: QgsProcessingFeedback) -> dict[str, Any]:
+        """In QGIS's own thread: what the map shows of a result that was replaced."""
+        for each in self.made:
+            runs.remember(each)
+        if context.project() is not None:
+            refresher.asked.emit(context.project(), self.made)
+        return {}

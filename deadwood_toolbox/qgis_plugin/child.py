@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from qgis.core import QgsProcessingException, QgsProcessingFeedback
+from qgis.core import QgsProcessingException, QgsProcessingFeedback, QgsSettings
 from qgis.PyQt.QtCore import QProcess
 
-from .finding import Missing, environment, find, how_to_install
-from .language import _
+from .finding import Missing, environment, find, how_to_install, read_manifest
+from .language import _, signs
 
+START_MS = 60_000  # the first start after an installation compiles Python's bytecode
 LOOK_MS = 100  # between two checks of the Cancel button
+VERSION_OF, VERSION_SEEN = "deadwood/version_of", "deadwood/version_seen"  # settings: a command, and its version
+UNKNOWN = "no such option"  # as the command line says it (a test)
 SUCCESS = (0, 3)  # exit status; 3: done, and something about an input is doubted
 GRACE_MS = 5000  # for the child to clean up, before it is killed
 BETWEEN_TEXTS_S = 10.0  # between two texts of the progress, each of which is a line in the log
@@ -27,6 +31,7 @@ class Said:
     outputs: dict[str, str] = field(default_factory=dict)
     facts: dict[str, Any] = field(default_factory=dict)
     error: str = ""
+    command: str = ""
     lines: list[str] = field(default_factory=list)
 
 
@@ -38,6 +43,37 @@ def command() -> tuple[str, ...]:
     return found.command
 
 
+def version_of(command: Sequence[str]) -> str:
+    """The version of the toolbox that a command starts, asked once for each command as installed; empty if unknown."""
+    try:
+        key = f"{command}|{os.stat(command[0]).st_mtime_ns}"
+    except OSError:
+        return ""
+    settings = QgsSettings()
+    if settings.value(VERSION_OF, "") != key:
+        child = QProcess()
+        child.setProcessEnvironment(environment())
+        child.start(command[0], [*command[1:], "--version"])
+        started = child.waitForStarted(START_MS) and child.waitForFinished(START_MS)
+        said = bytes(child.readAllStandardOutput()).decode("utf-8", "replace").split() if started else []
+        if len(said) < 2 or said[0] != "deadwood-tool":
+            return ""
+        settings.setValue(VERSION_SEEN, said[1])
+        settings.setValue(VERSION_OF, key)
+    return str(settings.value(VERSION_SEEN, ""))
+
+
+def drift(command: Sequence[str]) -> str:
+    """The versions of the plugin and of the toolbox, if they differ, and what makes them the same; else empty."""
+    own, other = read_manifest()["version"], version_of(command)
+    return versions_of(own, other) if other and other != own else ""
+
+
+def versions_of(own: str, other: str) -> str:
+    message = _("The plugin has version {own}, the toolbox {other}; Plugins > Deadwood Toolbox > Set up… > Repair")
+    return message.format(own=own, other=other or _("an unknown one"))
+
+
 def run(
     arguments: Sequence[str], feedback: QgsProcessingFeedback, worded: Callable[[str], str] = lambda line: line
 ) -> Said:
@@ -45,15 +81,21 @@ def run(
 
     Messages of the tool about its inputs are converted to the user's names by ``worded``.
     """
-    words = [*command(), *arguments, "--progress=json"]
-    feedback.pushCommandInfo(" ".join(_quoted(word) for word in words))
+    starter = command()
+    words = [*starter, *arguments, "--progress=json"]
+    said_command = " ".join(_quoted(word) for word in words)
+    feedback.pushCommandInfo(said_command)
+    own, other = read_manifest()["version"], version_of(starter)
+    feedback.pushInfo(_("Plugin {own}, toolbox {other}").format(own=own, other=other or "?"))
     child = QProcess()
     child.setProcessEnvironment(environment())
     child.start(words[0], words[1:])
     if not child.waitForStarted(30_000):
         message = _("{program} could not be started: {why}")
-        raise QgsProcessingException(message.format(program=words[0], why=child.errorString()))
+        why = message.format(program=words[0], why=child.errorString())
+        raise QgsProcessingException(f"{why}\n{versions_of(own, other)}")
     ears = Ears(feedback, worded)
+    ears.said.command = said_command
     while child.state() != QProcess.ProcessState.NotRunning:
         child.waitForFinished(LOOK_MS)
         ears.hear(bytes(child.readAllStandardError()), bytes(child.readAllStandardOutput()))
@@ -64,7 +106,8 @@ def run(
     said = ears.said
     if child.exitStatus() != QProcess.ExitStatus.NormalExit or child.exitCode() not in SUCCESS:
         message = _("the tool ended unexpectedly (status {status}, {why})")
-        raise QgsProcessingException(said.error or message.format(status=child.exitCode(), why=child.errorString()))
+        why = said.error or message.format(status=child.exitCode(), why=child.errorString())
+        raise QgsProcessingException(f"{why}\n{versions_of(own, other)}" if UNKNOWN in said.error else why)
     for line in said.lines:
         feedback.pushInfo(line)
     return said
@@ -122,11 +165,15 @@ class Ears:
         now = time.monotonic()
         if what == self.stage and now - self.spoke < BETWEEN_TEXTS_S:
             return
-        text = what
+        place, colon, stage = what.rpartition(": ")  # of a longer task: the step that is at this stage
+        text = place + colon + _(stage)
         if what == self.stage and known.get("left_s") is not None:
-            state = _("{done} of {total}, {rate}/s, {left} left")
-            rate, left = f"{known['rate_per_s']:.3g}", _clock(known["left_s"])
-            text += ": " + state.format(done=f"{done:,.0f}", total=f"{total:,.0f}", rate=rate, left=left)
+            rate = known["rate_per_s"]
+            state = _("{done} of {total}, {rate} per second, {left} left")
+            if rate < 1.0:
+                state, rate = _("{done} of {total}, {rate} per minute, {left} left"), 60.0 * rate
+            counts = {"done": f"{done:.0f}", "total": f"{total:.0f}", "left": _clock(known["left_s"])}
+            text += ": " + state.format(rate=signs(f"{rate:.2g}" if rate < 10.0 else f"{rate:.0f}"), **counts)
         self.stage, self.spoke = what, now
         self.feedback.setProgressText(text)
 

@@ -36,7 +36,7 @@ from qgis.core import (
     QgsProcessingParameterVectorDestination,
 )
 
-from .help_text import labelled, output_names
+from .help_text import labelled, output_labels, output_names
 from .language import _, signs, title_of
 from .proposals import LAYERS
 
@@ -84,8 +84,9 @@ def is_hidden(declared: dict[str, Any], tool: dict[str, Any]) -> bool:
 
 def part_outputs(tool: dict[str, Any]) -> Iterator[QgsProcessingOutputDefinition]:
     """Further outputs for models: the layers and rasters in a folder, the layers of a file."""
+    labels = output_labels(tool, title_of)
     for part, name in output_names(tool).items():
-        label = title_of(part)
+        label = labels[part]
         if "|layername=" in part:
             yield QgsProcessingOutputVectorLayer(name, label)
         elif part.endswith(".tif"):
@@ -160,7 +161,10 @@ def proposed(declared: dict[str, Any]) -> Any:
 
 def _folder(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterDefinition:
     behaviour = QgsProcessingParameterFile.Behavior.Folder
-    return QgsProcessingParameterFile(name, label, behavior=behaviour, optional=optional)
+    made = QgsProcessingParameterFile(name, label, behavior=behaviour, optional=optional)
+    if declared["name"] == "run":
+        made.setMetadata({"widget_wrapper": {"class": f"{__package__}.widgets.RunFolder"}})
+    return made
 
 
 def _results(declared: dict[str, Any], name: str, label: str, optional: bool) -> QgsProcessingParameterString:

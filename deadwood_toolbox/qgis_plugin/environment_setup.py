@@ -92,19 +92,7 @@ class Setup(QObject):
 
     def _steps(self, named: str, source: str) -> Steps:
         """The steps, as the command line of one process after the other; each returns its exit status and output."""
-        self._move(0, _("Looking for a Python …"))
-        python = ""
-        for program in own_python.candidates(named):
-            status, said = yield [program, "-I", "-c", own_python.VERSION_LINE]
-            python = own_python.suitable(said) if status == 0 else ""
-            if python:
-                break
-        if not python:
-            raise Failed(own_python.no_python(named))
-        self._move(MAKING, _("Making the environment …"))
-        status, said = yield [python, "-I", "-m", "venv", str(self.place)]
-        if status != 0:
-            raise Failed(own_python.no_environment(python, said))
+        yield from self._environment(named)
         self._move(INSTALLING, _("Installing libraries …"))
         words = [*PIP, *INSTALL, *own_python.what_to_install(source)]
         status, said = yield [str(own_python.python_of(self.place)), *words]
@@ -123,6 +111,25 @@ class Setup(QObject):
         status, said = yield [tool, "warm-up", "--progress=json"]
         if status != 0:
             raise Failed(own_python.not_working(said))
+
+    def _environment(self, named: str) -> Steps:
+        """An environment of the first Python, in the order of the list, with which one can be made and starts."""
+        self._move(0, _("Looking for a Python …"))
+        failures: dict[str, str] = {}
+        for program in own_python.candidates(named):
+            status, said = yield [program, "-I", "-c", own_python.VERSION_LINE]
+            python = own_python.suitable(said) if status == 0 else ""
+            if not python:
+                failures[program] = own_python.too_old(program)
+            elif python not in failures:
+                self._move(MAKING, _("Making the environment …"))
+                status, said = yield [python, "-I", "-m", "venv", "--clear", str(self.place)]
+                if status == 0:
+                    status, said = yield [str(own_python.python_of(self.place)), "-I", "-c", own_python.STARTS]
+                if status == 0:
+                    return
+                failures[python] = own_python.no_environment(python, said)
+        raise Failed(own_python.no_python(named, list(failures.values())))
 
     # --- one step after the other ----------------------------------------------------------------------------------
 
@@ -145,7 +152,10 @@ class Setup(QObject):
         self.output = self.rest = ""
         self.said.emit("> " + " ".join(words))
         self.child = child = QProcess(self)
-        child.setProcessEnvironment(environment())
+        variables = environment()
+        if proxy := own_python.proxy():  # in a variable, because command lines are seen by others
+            variables.insert("PIP_PROXY", proxy)
+        child.setProcessEnvironment(variables)
         child.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         child.readyRead.connect(self._hear)
         child.finished.connect(self._stopped)

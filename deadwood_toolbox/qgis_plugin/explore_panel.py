@@ -111,6 +111,7 @@ class Panel(QDockWidget):
         inputs = Inputs(algorithm, {**chosen, "OUTPUT": self.folder}, context, heard)
         inputs.collect(self.declaration["parameters"])
         check_places(inputs, context, heard)
+        inputs.write_copies(heard)
         self._watch()
         self.loaded = {layer.id(): layer.name() for layer in chosen.values()}
         return inputs.arguments

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qgis.core import QgsApplication, QgsSettings
+from qgis.core import QgsApplication, QgsProcessingUtils, QgsSettings
 from qgis.PyQt.QtCore import QProcessEnvironment
 
 from .language import _
@@ -19,6 +19,7 @@ HERE = Path(__file__).parent
 DISTRIBUTION = "deadwood-toolbox"
 SETTING = "deadwood/executable"
 VARIABLE = "DEADWOOD_TOOL"
+TEMPORARY = "DEADWOOD_TEMPORARY"  # what is in it is saved with a run (as in files/kept_inputs.py, a test)
 WINDOWS = sys.platform == "win32"
 SCRIPT = "deadwood-tool.exe" if WINDOWS else "deadwood-tool"
 BIN = "Scripts" if WINDOWS else "bin"
@@ -128,5 +129,6 @@ def environment() -> QProcessEnvironment:
         if name in foreign or name.startswith("PYTHON"):
             clean.remove(name)
     clean.insert("PYTHONUTF8", "1")
+    clean.insert(TEMPORARY, QgsProcessingUtils.tempFolder())
     clean.insert("DEADWOOD_STOP_WITH_STDIN", "1")  # the child ends when QGIS releases it, or dies
     return clean

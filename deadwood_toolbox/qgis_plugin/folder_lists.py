@@ -26,6 +26,7 @@ from qgis.PyQt.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QHBoxLayout,
+    QLabel,
     QLineEdit,
     QListWidget,
     QListWidgetItem,
@@ -36,10 +37,11 @@ from qgis.PyQt.QtWidgets import (
     QWidget,
 )
 
+from . import run_list, runs
 from .inputs import each_place
 from .language import _
+from .run_list import LAST_PLACE
 
-LAST_PLACE = "/Processing/LastInputPath"
 ROWS_PX = 84
 DIALOG_PX = (620, 260)
 Source = QgsProcessingModelChildParameterSource
@@ -60,6 +62,10 @@ class Rows(QWidget):
         self.places.setDragDropMode(QAbstractItemView.DragDropMode.InternalMove)
         self.buttons = QVBoxLayout()
         more = [(_("Add file…"), self._ask_file)] if files else []
+        self.said = QLabel()
+        self.said.setObjectName("deadwoodRunSaid")
+        self.said.setWordWrap(True)
+        self.buttons.addWidget(self._runs())
         for text, do in [(_("Add folder…"), self._ask), *more, (_("Remove"), self._remove), (_("Move up"), self._up)]:
             button = QPushButton(text)
             button.clicked.connect(lambda _checked=False, do=do: do())
@@ -67,8 +73,29 @@ class Rows(QWidget):
         self.buttons.addStretch(1)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.places, 1)
+        column = QVBoxLayout()
+        column.addWidget(self.places)
+        column.addWidget(self.said)
+        row.addLayout(column, 1)
         row.addLayout(self.buttons)
+        self.changed.connect(self._judge)
+        self._judge()
+
+    def _runs(self) -> QPushButton:
+        """A button with the runs of the project and the recent ones."""
+        button, menu = QPushButton(_("Add run")), QMenu(self)
+        button.setObjectName("deadwoodRuns")
+        for place in runs.offered():
+            menu.addAction(place, lambda place=place: self.add(place))
+        button.setMenu(menu)
+        button.setEnabled(not menu.isEmpty())
+        return button
+
+    def _judge(self) -> None:
+        """Say which of the folders is no run; other files and sources of a model are for the tool to check."""
+        folders = (each for each in self.values() if isinstance(each, str) and not os.path.isfile(each))
+        self.said.setText("\n".join(filter(None, map(runs.verdict, folders))))
+        self.said.setVisible(bool(self.said.text()))
 
     def values(self) -> list[Any]:
         return [self.places.item(k).data(Qt.ItemDataRole.UserRole) for k in range(self.places.count())]
@@ -89,16 +116,12 @@ class Rows(QWidget):
             self.changed.emit()
 
     def _ask(self) -> None:
-        self._take(QFileDialog.getExistingDirectory(self, *self._asked()))
+        if place := run_list.ask_folder(self, self.title):
+            self.add(place)
 
     def _ask_file(self) -> None:
-        self._take(QFileDialog.getOpenFileName(self, *self._asked(), "GeoPackage (*.gpkg)")[0])
-
-    def _asked(self) -> tuple[str, str]:
-        """Title and first folder of a file dialog."""
-        return self.title, str(QgsSettings().value(LAST_PLACE, ""))
-
-    def _take(self, place: str) -> None:
+        start = str(QgsSettings().value(LAST_PLACE, ""))
+        place = QFileDialog.getOpenFileName(self, self.title, start, "GeoPackage (*.gpkg)")[0]
         if place:
             QgsSettings().setValue(LAST_PLACE, os.path.dirname(place))
             self.add(place)

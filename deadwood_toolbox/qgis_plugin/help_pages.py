@@ -1,4 +1,4 @@
-"""The page behind a dialog's Help button: the tool's description with its picture, commands and every parameter.
+"""The page behind a dialog's Help button: the tool's description with its picture and every parameter.
 
 Written as HTML on request, in QGIS's language, so that it needs no web address and no network.
 """
@@ -29,12 +29,11 @@ PICTURES = {
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 52rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 h1 { margin-bottom: 0; } .summary { color: #555; margin-top: 0.2rem; } img { max-width: 100%; height: auto; }
-pre { overflow-x: auto; font-size: 0.85em; background: #f3f3f0; padding: 0.6rem; }
 table { border-collapse: collapse; width: 100%; }
 th, td { text-align: left; vertical-align: top; padding: 0.35rem 0.6rem; border-bottom: 1px solid #ddd; }
 code { font-size: 0.9em; }
 @media (prefers-color-scheme: dark) {
-  body { background: #1c1c1a; color: #e6e6e0; } .summary { color: #aaa; } pre { background: #2a2a27; }
+  body { background: #1c1c1a; color: #e6e6e0; } .summary { color: #aaa; }
   th, td { border-color: #444; } a { color: #9cc4ff; }
 }
 """
@@ -51,8 +50,8 @@ def page_of(tool: dict[str, Any]) -> str:
 
 def page(tool: dict[str, Any]) -> str:
     name = html.escape(tool["label"])
-    text = "".join(f"<p>{each}</p>" if not each.startswith("<pre>") else each for each in paragraphs(tool))
-    command = _("On the command line: {command}").format(command=f"<code>deadwood-tool {tool['name']} --help</code>")
+    text = "".join(f"<p>{each}</p>" for each in paragraphs(tool))
+    command = _("On the command line: {command}").format(command=f"<code>deadwood-tool {tool['name']}</code>")
     return (
         f'<!DOCTYPE html><html><head><meta charset="utf-8"><title>{name}</title><style>{STYLE}</style></head><body>'
         f'<h1>{name}</h1><p class="summary">{html.escape(tool["summary"])}</p>{_picture(tool["name"])}{text}'

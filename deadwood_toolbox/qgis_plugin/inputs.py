@@ -16,7 +16,6 @@ from typing import Any
 
 from qgis.core import (
     QgsFeatureRequest,
-    QgsField,
     QgsMapLayer,
     QgsProcessingAlgorithm,
     QgsProcessingContext,
@@ -27,17 +26,14 @@ from qgis.core import (
     QgsProperty,
     QgsProviderRegistry,
     QgsRasterLayer,
-    QgsVectorFileWriter,
     QgsVectorLayer,
 )
-from qgis.PyQt.QtCore import QVariant
 
-from . import raster_copy
+from . import raster_copy, vector_copy
 from .definitions import LAYER, is_hidden, proposed
 from .language import _
 
 LAYERNAME = "|layername="
-ROW = "row_in_source"  # as in files/columns.py (a test)
 # With --fidelity auto, a run also keeps unfinished work in folders with these names (auto_run, a test).
 AUTO_KEEPS = (".auto", ".auto-draft", ".auto-standard", ".auto-fine", ".auto-reference")
 
@@ -70,6 +66,7 @@ class Inputs:
         self.folders: list[str] = []
         self.saved: dict[str, str] = {}  # file made for the tool -> name of its layer
         self.copies: list[tuple[str, raster_copy.Copy]] = []  # names of layers, and what must be written of them
+        self.layer_copies: list[tuple[str, vector_copy.Copy]] = []
         self.crs_of_map = ""
         self.to_load: dict[str, QgsProcessingContext.LayerDetails] = {}  # by path, the files that the user wants opened
 
@@ -248,7 +245,11 @@ class Inputs:
         return path
 
     def write_copies(self, feedback: QgsProcessingFeedback) -> None:
-        """Write what cannot be a virtual raster, in the thread that waits for the tool, not in that of the window."""
+        """Write layers, and what cannot be a virtual raster, in the thread that waits for the tool."""
+        for name, layer in self.layer_copies:
+            if why := layer.write(feedback):
+                message = _("The layer '{layer}' could not be saved for the tool: {why}")
+                raise QgsProcessingException(message.format(layer=name, why=why))
         for name, copy in self.copies:
             feedback.pushInfo(_("{layer}: being saved").format(layer=name))
             if not copy.write(feedback):
@@ -262,27 +263,27 @@ class Inputs:
     def _save(self, layer: QgsVectorLayer, request: QgsFeatureRequest, why: list[str], *, part: bool) -> str:
         name = _plain_name(layer)
         path = QgsProcessingUtils.generateTempFilename(f"{name}.gpkg")
-        copy = layer.materialize(request)
-        if part:
-            _number_rows(layer, request, copy)
-        options = QgsVectorFileWriter.SaveVectorOptions()
-        options.driverName, options.layerName = "GPKG", name
-        fields = copy.fields()
-        options.attributes = [k for k in range(fields.count()) if fields.at(k).name().lower() != "fid"]
-        options.skipAttributeCreation = not options.attributes
-        outcome = QgsVectorFileWriter.writeAsVectorFormatV3(copy, path, self.context.transformContext(), options)
-        if outcome[0] != QgsVectorFileWriter.WriterError.NoError:
-            message = _("The layer '{layer}' could not be saved for the tool: {why}")
-            raise QgsProcessingException(message.format(layer=layer.name(), why=outcome[1]))
+        file = _file_of(layer) if layer.subsetString() else ""
+        transforms = self.context.transformContext()
+        made = vector_copy.copy_of(layer, request, transforms, part=part, file=file, name=name, path=path)
+        self.layer_copies.append((layer.name(), made))
         self._tell_saved(layer, path, why)
         return path
 
 
 def each_place(value: Any) -> list[str]:
-    """The parts of a text separated by commas, or of a list, also of lists, as models make them."""
+    """The parts of a text separated by commas, or of a list, also of lists, as models make them; parts that do not
+    exist but do together are one place, whose name contains a comma.
+    """
     if isinstance(value, (list, tuple)):
         return [place for each in value for place in each_place(each)]
-    return [each.strip() for each in ("" if value is None else str(value)).split(",") if each.strip()]
+    parts, found = ("" if value is None else str(value)).split(","), []
+    while parts:
+        ends = range(1, len(parts) + 1)
+        end = next((end for end in ends if os.path.exists(",".join(parts[:end]).strip())), 1)
+        found.append(",".join(parts[:end]).strip())
+        parts = parts[end:]
+    return [each for each in found if each]
 
 
 def _file_of(layer: QgsVectorLayer) -> str:
@@ -294,24 +295,6 @@ def _file_of(layer: QgsVectorLayer) -> str:
     if not os.path.exists(path):
         return ""
     return os.path.abspath(path) + (f"{LAYERNAME}{inner}" if inner else "")
-
-
-def _number_rows(layer: QgsVectorLayer, request: QgsFeatureRequest, copy: QgsVectorLayer) -> None:
-    """Add the row that each feature of a part has in the whole layer, by which the tool calls one without an id."""
-    whole = layer
-    if layer.subsetString() and _file_of(layer):
-        whole = QgsVectorLayer(_file_of(layer), "whole", "ogr")
-    plain = QgsFeatureRequest().setFlags(QgsFeatureRequest.Flag.NoGeometry).setNoAttributes()
-    rows = {feature.id(): row for row, feature in enumerate(whole.getFeatures(plain), 1)}
-    taken = [rows.get(feature.id()) for feature in layer.getFeatures(QgsFeatureRequest(request))]
-    if len(taken) == len(rows) or None in taken:
-        return
-    provider = copy.dataProvider()
-    provider.addAttributes([QgsField(ROW, QVariant.Int)])
-    copy.updateFields()
-    at = copy.fields().indexFromName(ROW)
-    ids = [feature.id() for feature in copy.getFeatures(QgsFeatureRequest(plain))]
-    provider.changeAttributeValues({each: {at: taken[k]} for k, each in enumerate(ids)})
 
 
 def _held_by_the_map(layer: QgsVectorLayer, path: str) -> list[str]:

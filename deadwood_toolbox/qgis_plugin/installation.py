@@ -15,10 +15,9 @@ from qgis.core import (
 from qgis.PyQt.QtCore import QProcess
 from qgis.PyQt.QtGui import QIcon
 
+from .child import START_MS, versions_of
 from .finding import HERE, SETTING, VARIABLE, Missing, environment, find, how_to_install, read_manifest
 from .language import START, _, group_label
-
-START_MS = 60_000  # the first start after an installation compiles Python's bytecode
 
 
 def report() -> tuple[bool, str]:
@@ -46,8 +45,8 @@ def report() -> tuple[bool, str]:
     version, own = said.splitlines()[0].split()[1], read_manifest()["version"]
     if version != own:
         fix = "deadwood-tool qgis-plugin --output deadwood.zip"
-        other = _("The plugin has version {version}; pack and install it again: {command}")
-        return False, f"{where}\n{said}\n{other.format(version=own, command=fix)}"
+        other = _("Or pack and install the plugin again: {command}")
+        return False, f"{where}\n{said}\n{versions_of(own, version)}\n{other.format(command=fix)}"
     return True, f"{where}\n{said}\n{_('The plugin is of the same version. All is well.')}"
 
 

@@ -7,12 +7,20 @@ import shutil
 import sys
 from pathlib import Path
 
+from qgis.core import QgsNetworkAccessManager
+from qgis.PyQt.QtCore import QUrl
+from qgis.PyQt.QtNetwork import QNetworkProxy, QNetworkProxyFactory, QNetworkProxyQuery
+
 from .finding import BIN, DISTRIBUTION, HERE, WINDOWS, read_manifest
 from .language import _
 
 OLDEST = (3, 11)
 NEWEST = 14  # minor version that is looked for first on the PATH
 VERSION_LINE = "import sys; print(*sys.version_info[:3], sys.executable, sep='\\n')"
+# Exits with 0 in a Python of an environment that has what pip needs: those of some bundles do not start, or are no
+# environment.
+STARTS = "import sys, ssl, pip; sys.exit(sys.prefix == sys.base_prefix)"
+INDEX = QUrl("https://pypi.org")  # the address whose proxy is asked for, where the system decides
 NETWORK = ("NewConnectionError", "name resolution", "Max retries exceeded", "ProxyError", "getaddrinfo", "timed out")
 
 
@@ -47,6 +55,28 @@ def suitable(said: str) -> str:
     return lines[3] if tuple(map(int, lines[:2])) >= OLDEST else ""
 
 
+def proxy() -> str:
+    """The address of QGIS's proxy (Settings > Options > Network), as pip takes it; empty if there is none."""
+    set_in_qgis = QgsNetworkAccessManager.instance().fallbackProxy()
+    if set_in_qgis.type() == QNetworkProxy.ProxyType.DefaultProxy:
+        set_in_qgis = QNetworkProxyFactory.systemProxyForQuery(QNetworkProxyQuery(INDEX))[0]
+    schemes = {
+        QNetworkProxy.ProxyType.HttpProxy: "http",
+        QNetworkProxy.ProxyType.HttpCachingProxy: "http",
+        QNetworkProxy.ProxyType.Socks5Proxy: "socks5h",
+    }
+    scheme = schemes.get(set_in_qgis.type())
+    if scheme is None or not set_in_qgis.hostName():
+        return ""
+    address = QUrl()
+    address.setScheme(scheme)
+    address.setHost(set_in_qgis.hostName())
+    address.setPort(set_in_qgis.port())
+    address.setUserName(set_in_qgis.user())
+    address.setPassword(set_in_qgis.password())
+    return address.toString(QUrl.ComponentFormattingOption.FullyEncoded)
+
+
 def remove(place: Path) -> None:
     """Remove an environment made by the plugin, and nothing else."""
     if place.name.startswith(DISTRIBUTION) and place.is_dir():
@@ -62,13 +92,19 @@ def library_of(line: str) -> str:
 # --- what went wrong, in plain words --------------------------------------------------------------------------------
 
 
-def no_python(named: str) -> str:
+def too_old(program: str) -> str:
+    return _("{python} is not a Python of version 3.11 or newer.").format(python=program)
+
+
+def no_python(named: str, failures: list[str]) -> str:
+    """What to do, after one line for each Python that was tried."""
     if named:
-        return _("{python} is not a Python of version 3.11 or newer.").format(python=named)
-    return _(
-        "No Python of version 3.11 or newer was found. Install one (Windows and macOS: from python.org; Linux: the "
-        "packages python3 and python3-venv), or name it above, and try again."
+        return failures[0]
+    install = _(
+        "No Python of version 3.11 or newer was found that can make the environment. Install one (Windows and macOS: "
+        "from python.org; Linux: the packages python3 and python3-venv), or name it above, and try again."
     )
+    return "\n".join([install, *failures])
 
 
 def no_environment(python: str, said: str) -> str:
@@ -78,7 +114,7 @@ def no_environment(python: str, said: str) -> str:
             "package python3-venv; or name another Python above."
         )
         return message.format(python=python)
-    return _("The environment could not be made: {why}").format(why=_last_line(said))
+    return _("{python} cannot make an environment that starts: {why}").format(python=python, why=_last_line(said))
 
 
 def no_packages(said: str) -> str:

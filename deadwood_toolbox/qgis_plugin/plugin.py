@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from qgis.core import QgsApplication
+from qgis.core import QgsApplication, QgsTask
 from qgis.PyQt import QtGui, QtWidgets
 from qgis.PyQt.QtCore import Qt, QTimer
 from qgis.PyQt.QtWidgets import QMessageBox
 
-from .finding import read_manifest
+from .child import drift
+from .finding import Missing, find, read_manifest
 from .installation import report
 from .language import _
 from .provider import Provider, icon
@@ -27,6 +28,7 @@ class Plugin:
         self.panel: Any = None
         self.dialog: Any = None
         self.designers: list[Any] = []
+        self.comparing: Any = None
 
     def initProcessing(self) -> None:
         """Called by QGIS with a window; the only method that ``qgis_process`` calls."""
@@ -47,6 +49,25 @@ class Plugin:
         self._action("deadwood", design, "deadwoodOpenModel", self.design)
         self.page = PageFactory(icon("deadwood"))
         self.iface.registerOptionsWidgetFactory(self.page)
+        self._compare()
+
+    def _compare(self) -> None:
+        """Compare the versions of plugin and toolbox, beside the window; the toolbox is asked only if it is another."""
+        found = find()
+        if isinstance(found, Missing):
+            return
+
+        def done(error: object, different: str = "") -> None:
+            self.comparing = None
+            if self.provider is not None:
+                self.provider.compared = True
+                if different:
+                    self.refresh()
+                    self.iface.messageBar().pushWarning("Deadwood Toolbox", different)
+
+        title = _("Deadwood Toolbox")
+        self.comparing = QgsTask.fromFunction(title, lambda task: drift(found.command), on_finished=done)
+        QgsApplication.taskManager().addTask(self.comparing)
 
     def _action(self, picture: str, text: str, name: str, do: Any) -> Any:
         """An entry in the plugin's menu."""

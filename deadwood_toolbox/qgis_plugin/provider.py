@@ -8,6 +8,7 @@ from qgis.core import QgsApplication, QgsProcessingProvider
 from qgis.PyQt.QtGui import QIcon
 
 from .algorithm import ToolAlgorithm
+from .child import drift
 from .finding import HERE, Missing, find
 from .installation import CheckInstallation
 from .language import _, translated
@@ -23,6 +24,7 @@ class Provider(QgsProcessingProvider):
     def __init__(self, manifest: dict[str, Any]) -> None:
         super().__init__()
         self.manifest = manifest
+        self.compared = False  # the versions of plugin and toolbox, so that asking again starts no process
 
     def id(self) -> str:
         return "deadwood"
@@ -47,7 +49,7 @@ class Provider(QgsProcessingProvider):
         found = find()
         if isinstance(found, Missing):
             return f"{found.why}. " + _("Plugins > Deadwood Toolbox > Set up… installs it.")
-        return ""
+        return drift(found.command) if self.compared else ""
 
     def supportsNonFileBasedOutput(self) -> bool:
         return False

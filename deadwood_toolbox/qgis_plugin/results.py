@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -17,8 +18,9 @@ from qgis.core import (
 )
 from qgis.utils import iface
 
-from . import stored_style
+from . import layer_facts, stored_style
 from .language import title_of
+from .refreshing import is_there
 
 # From the top of the group down; other layers come between these layers and the rasters.
 ORDER = (
@@ -38,13 +40,15 @@ LAST = ("hit_count", "reach_probability", "danger", "deposit_count", "speed_max"
 # Layers of a run that are visible at first; the others are unticked in the group.
 SHOWN = ("reach", "deposits", "hit_count")
 RANK = "deadwood/rank"
+PLACE = "deadwood/place"  # of a group: the folder or file whose layers it holds; two runs may have one title
+Group = tuple[str, str]  # title and place
 
 
 class Results:
     """The results of a tool: the requested outputs, and the files it names in them."""
 
-    def __init__(self, tool: dict[str, Any], asked: dict[str, str], left: dict[str, str]) -> None:
-        self.tool, self.asked, self.left = tool, asked, left
+    def __init__(self, tool: dict[str, Any], asked: dict[str, str], left: dict[str, str], command: str) -> None:
+        self.tool, self.asked, self.left, self.command = tool, asked, left, command
 
     def parts(self) -> Iterator[tuple[str, str]]:
         """The declared parts of the outputs that exist, and their places."""
@@ -55,7 +59,7 @@ class Results:
                     continue
                 inside, _, layer = part.partition("|layername=")
                 path = os.path.join(base, inside) if inside else base
-                if os.path.exists(path) and (not layer or layer in layers_of(path)):
+                if is_there(path, layer):
                     yield part, f"{path}|layername={layer}" if layer else path
 
     def load(self, context: QgsProcessingContext, opens: bool) -> None:
@@ -69,15 +73,29 @@ class Results:
             if declared["widget"] == "output_folder":
                 if opens and declared["required"] and context.project() is not None:
                     title = f"{self.tool['label']}: {Path(path).name}"
-                    announce(sources_of_folder(path, self.left), title, context, context.project())
+                    found = sources_of_folder(path, self.left)
+                    announce(found, (title, path), context, context.project(), command=self.command)
             elif asked is not None:
                 sources = sources_of_file(path)
                 if len(sources) > 1:
                     project = waiting.pop(asked).project
                     context.setLayersToLoadOnCompletion(waiting)
-                    announce(sources, f"{self.tool['label']}: {Path(path).stem}", context, project)
+                    title = f"{self.tool['label']}: {Path(path).stem}"
+                    announce(sources, (title, path), context, project, command=self.command)
                 else:  # of `waiting`, which is a copy, QGIS would not see it
-                    context.layerToLoadOnCompletionDetails(asked).setPostProcessor(Arrival.kept("", "", 0, True))
+                    details = context.layerToLoadOnCompletionDetails(asked)
+                    title = _title(declared["label"], details.name, sources)
+                    details.setPostProcessor(Arrival.kept(title, None, 0, True, self.command))
+
+
+def _title(label: str, given: str, sources: Sequence[tuple[str, str]]) -> str:
+    """The name of the only layer of a file: in words, where QGIS would show the label of the output with its ending;
+    empty to keep the name that the user has given.
+    """
+    if given not in ("", label) or not sources:
+        return ""
+    ((name, source),) = sources
+    return title_of(name) if "|layername=" in source else re.sub(r"\s*\(\.\w+\)$", "", label)
 
 
 def layers_of(package: str) -> list[str]:
@@ -110,18 +128,19 @@ def rank(name: str) -> int:
 
 def announce(
     sources: list[tuple[str, str]],
-    group: str,
+    group: Group,
     context: QgsProcessingContext,
     project: QgsProject,
     shown: Collection[str] = SHOWN,
     titles: Mapping[str, str] | None = None,
+    command: str = "",
 ) -> None:
     """Have QGIS load layers into a group, ticked if they are among those to be shown, or if none is."""
     for name, source in sources:
         title = (titles or {}).get(name) or title_of(name)
         details = QgsProcessingContext.LayerDetails(title, project, title)
         ticked = name in shown or not any(each in shown for each, _ in sources)
-        details.setPostProcessor(Arrival.kept(title, group, rank(name), ticked))
+        details.setPostProcessor(Arrival.kept(title, group, rank(name), ticked, command))
         context.addLayerToLoadOnCompletion(source, details)
 
 
@@ -130,13 +149,14 @@ class Arrival(QgsProcessingLayerPostProcessorInterface):
 
     alive: ClassVar[list[Arrival]] = []  # QGIS keeps no reference
 
-    def __init__(self, title: str, group: str, rank: int, shown: bool) -> None:
+    def __init__(self, title: str, group: Group | None, rank: int, shown: bool, command: str) -> None:
         super().__init__()
+        self.command = command
         self.title, self.group, self.rank, self.shown = title, group, rank, shown
 
     @classmethod
-    def kept(cls, title: str, group: str, rank: int, shown: bool) -> Arrival:
-        made = cls(title, group, rank, shown)
+    def kept(cls, title: str, group: Group | None, rank: int, shown: bool, command: str) -> Arrival:
+        made = cls(title, group, rank, shown, command)
         cls.alive.append(made)
         return made
 
@@ -146,20 +166,24 @@ class Arrival(QgsProcessingLayerPostProcessorInterface):
         stored_style.apply(layer)
         if self.title:
             layer.setName(self.title)
+        layer_facts.describe(layer, self.command)
         if self.group:
-            self._move(layer, context.project())
+            self._move(layer, context.project(), self.group)
         if iface is not None:
             iface.layerTreeView().refreshLayerSymbology(layer.id())
         if self in self.alive:
             self.alive.remove(self)
 
-    def _move(self, layer: QgsMapLayer, project: QgsProject) -> None:
+    def _move(self, layer: QgsMapLayer, project: QgsProject, known: Group) -> None:
         """Move it into the group of the run, at the position of its rank."""
         root = project.layerTreeRoot()
         node = root.findLayer(layer.id())
         if node is None:
             return
-        group = root.findGroup(self.group) or root.insertGroup(0, self.group)
+        title, place = known
+        same = (each for each in root.findGroups(True) if each.customProperty(PLACE) == place)
+        group = next(same, None) or root.insertGroup(0, title)
+        group.setCustomProperty(PLACE, place)
         ranks = [each.customProperty(RANK, 0) for each in _children(group)]
         copy = node.clone()
         copy.setCustomProperty(RANK, self.rank)

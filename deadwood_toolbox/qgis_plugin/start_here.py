@@ -23,6 +23,7 @@ from . import child
 from .definitions import OPEN
 from .finding import HERE
 from .language import START, _, group_label
+from .refreshing import refresher
 from .results import announce, layers_of
 
 LOGS, OUTPUT, REPORT = "LOGS", "OUTPUT", "REPORT"
@@ -38,6 +39,10 @@ LAYERS = (
 
 
 class StartHere(QgsProcessingAlgorithm):
+    def __init__(self) -> None:
+        super().__init__()
+        self.folder = ""
+
     def createInstance(self) -> QgsProcessingAlgorithm:
         return StartHere()
 
@@ -100,7 +105,7 @@ class StartHere(QgsProcessingAlgorithm):
             os.rmdir(folder)  # QGIS may have made a temporary one
         logs = self.parameterAsInt(parameters, LOGS, context)
         try:
-            child.run(["demo", f"--logs={logs}", "--fidelity=draft", f"--output={folder}"], feedback)
+            said = child.run(["demo", f"--logs={logs}", "--fidelity=draft", f"--output={folder}"], feedback)
         except QgsProcessingException:
             if feedback.isCanceled():
                 raise QgsProcessingException(_("Canceled; nothing was left behind")) from None
@@ -109,10 +114,16 @@ class StartHere(QgsProcessingAlgorithm):
             found = sources(folder)
             titles = {"dem": _("Terrain model"), "lines": _("Road"), "trees": _("Trees")}
             names = [name for name, _source in found]
-            announce(found, _("Demo slope"), context, context.project(), names, titles)
+            announce(found, (_("Demo slope"), folder), context, context.project(), names, titles, said.command)
         report = os.path.join(folder, "report.html")
         feedback.pushInfo(_("The report of the three forests: {report}").format(report=report))
+        self.folder = folder
         return {OUTPUT: folder, REPORT: report}
+
+    def postProcessAlgorithm(self, context: QgsProcessingContext, feedback: QgsProcessingFeedback) -> dict[str, Any]:
+        if context.project() is not None:
+            refresher.asked.emit(context.project(), [self.folder])
+        return {}
 
 
 def sources(folder: str) -> list[tuple[str, str]]:

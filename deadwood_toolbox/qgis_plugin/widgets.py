@@ -11,11 +11,11 @@ from typing import Any
 
 from processing.gui.wrappers import DIALOG_BATCH, DIALOG_MODELER, DIALOG_STANDARD, dialogTypes
 from qgis.core import QgsProject
-from qgis.gui import QgsGui, QgsProcessingGui
+from qgis.gui import QgsGui
 from qgis.PyQt.QtCore import Qt
 from qgis.PyQt.QtWidgets import QComboBox
 
-from . import folder_lists, proposals
+from . import folder_lists, proposals, run_list
 from .finding import read_manifest
 from .language import translated
 
@@ -28,7 +28,7 @@ def _of_qgis(definition: Any, dialog: Any) -> Any:
     if dialog.__class__.__name__ == "ModelerParametersDialog":
         made = registry.createModelerParameterWidget(dialog.model, dialog.childId, definition, dialog.context)
     else:
-        kind = dialogTypes.get(dialog.__class__.__name__, QgsProcessingGui.Standard)
+        kind = dialogTypes.get(dialog.__class__.__name__, DIALOG_STANDARD)
         made = registry.createParameterWidgetWrapper(definition, kind)
     made.setDialog(dialog)
     return made
@@ -90,6 +90,15 @@ def choose_likely(wrapper: Any, widget: Any, kind: str, context: Any) -> None:
 @lru_cache(maxsize=1)
 def _known_kinds() -> dict[str, list[str]]:
     return proposals.kinds(translated(each) for each in read_manifest()["tools"] if each["qgis_id"])
+
+
+class RunFolder:
+    """One run, chosen from those of the project and the recent ones; in a model and a batch table QGIS's widget."""
+
+    def __new__(cls, definition: Any, dialog: Any, row: int = 0, col: int = 0, **_facts: Any) -> Any:
+        if dialogTypes.get(dialog.__class__.__name__, DIALOG_STANDARD) == DIALOG_STANDARD:
+            return run_list.RunInDialog(definition, dialog, row, col)
+        return _of_qgis(definition, dialog)
 
 
 class FolderList:

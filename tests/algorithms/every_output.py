@@ -127,7 +127,7 @@ def run_every_tool(folder: Path) -> list[Found]:
         dbh_sd_cm=18.0,
         output=at("generate-forest", "trees.gpkg"),
     )
-    of_storm = {"share": 0.5, "fall_deg": 180.0, "wood": "spruce", "output": folder / "wind"}
+    of_storm = {"share": 0.5, "fall_deg": 180.0, "wood": "spruce", "tree_capacity_kj": 40.0, "output": folder / "wind"}
     run("windthrow", trees=at("import-trees", "trees.gpkg"), dem=DEM, **of_storm)
     run(
         "add-structures",

@@ -24,6 +24,7 @@ from qgis.core import (
     QgsProcessingFeatureSourceDefinition,
     QgsProcessingFeedback,
     QgsProcessingOutputLayerDefinition,
+    QgsProcessingUtils,
     QgsProject,
     QgsRasterLayer,
     QgsRasterRange,
@@ -36,7 +37,7 @@ application = QgsApplication([], False)
 application.initQgis()
 sys.path.insert(0, PLUGINS)
 import deadwood  # noqa: E402
-from deadwood import language, raster_copy, stored_style  # noqa: E402
+from deadwood import child, language, raster_copy, stored_style  # noqa: E402
 
 plugin = deadwood.classFactory(None)
 plugin.initProcessing()
@@ -120,6 +121,17 @@ project.addMapLayer(stored)
 sample("stored", stored)
 options = QgsVectorFileWriter.SaveVectorOptions()
 QgsVectorFileWriter.writeAsVectorFormatV3(layer, f"{WORK}/spots.gpkg", project.transformContext(), options)
+many = memory("Many spots", [(EAST + 0.01 * k, NORTH) for k in range(20_000)])
+many.selectByIds([feature.id() for feature in many.getFeatures() if feature["dbh_cm"] < 19_000.0])
+prepared = registry.createAlgorithmById("deadwood:samplereleases")
+given = {"AREAS": selected(many), "DEM": dem, "COUNT": 1, "OUTPUT": f"{WORK}/many.gpkg"}
+context, began = QgsProcessingContext(), time.monotonic()
+context.setProject(project)
+prepared.prepare(given, context, Feedback())
+outcomes["many"] = {"prepared_s": time.monotonic() - began}
+prepared.inputs.write_copies(Feedback())
+outcomes["many"] |= {"written_s": time.monotonic() - began - outcomes["many"]["prepared_s"]}
+outcomes["many"]["rows"] = QgsVectorLayer(next(iter(prepared.inputs.saved)), "many").featureCount()
 filtered = QgsVectorLayer(f"{WORK}/spots.gpkg", "Filtered spots")
 filtered.setSubsetString("\"release_id\" = 'area 2'")
 project.addMapLayer(filtered)
@@ -186,11 +198,18 @@ moved.setCrs(QgsCoordinateReferenceSystem("EPSG:3034"))
 assess("crs_of_the_map_for_a_raster", moved)
 
 outcomes["temporary"] = run("makelog", OUTPUT="TEMPORARY_OUTPUT", OPEN_RESULTS=False)
+outcomes["temporary"]["folder"] = QgsProcessingUtils.tempFolder()
+viewed = QgsRasterLayer(f"{WORK}/heights.tif", "Heights without a value that none has")
+viewed.dataProvider().setUserNoDataValue(1, [QgsRasterRange(-77.0, -77.0)])
+released = QgsVectorLayer(f"{WORK}/memory.gpkg", "Spots released")
+project.addMapLayer(released)
+released.selectByIds([2, 3, 5])
 outcomes["folder"] = run(
     "slidelogs",
-    DEM=dem,
-    RELEASES=f"{WORK}/memory.gpkg",
+    DEM=viewed,
+    RELEASES=selected(released),
     LINES=f"{SAMPLE}/sample.gpkg|layername=lines",
+    BARRIERS=f"{SAMPLE}/sample.gpkg|layername=barriers",
     FRICTION=0.25,
     FIDELITY="draft",
     TIME_LIMIT=3.0,
@@ -215,6 +234,9 @@ def run_as_a_dialog_does(name: str, **parameters: Any) -> dict[str, Any]:
     }, "looks": looks_on_arrival(context)}  # fmt: skip
 
 
+about: dict[str, Any] = {}  # of each layer that has arrived
+
+
 def looks_on_arrival(context: QgsProcessingContext) -> dict[str, str]:
     """The renderer of each waiting layer, once what Processing calls on its arrival has been called."""
     found = {}
@@ -227,6 +249,13 @@ def looks_on_arrival(context: QgsProcessingContext) -> dict[str, str]:
         if each.postProcessor() is not None:
             each.postProcessor().postProcessLayer(layer, context, QgsProcessingFeedback())
         found[name] = layer.renderer().type()
+        about[name] = {
+            "name": layer.name(),
+            "history": list(layer.metadata().history()),
+            "abstract": layer.metadata().abstract(),
+            "aliases": {} if is_raster else {each.name(): each.alias() for each in layer.fields()},
+            "tip": "" if is_raster else layer.mapTipTemplate(),
+        }
     return found
 
 
@@ -254,6 +283,38 @@ deposits = f"{WORK}/run/run.gpkg|layername=deposits"
 outcomes["layers_in_a_thread"] = run_as_a_dialog_does("lateralspread", DEPOSITS=deposits, OUTPUT=opened)
 
 
+def cells_of(layer: QgsRasterLayer) -> list[list[float | None]]:
+    """East, north and value (none outside) of places below the release area, as the provider of a layer has them."""
+    found = []
+    for k in range(2000):
+        east, north = EAST - 20.0 + 100.0 * (0.618034 * k % 1.0), NORTH - 80.0 + 0.05 * k
+        value, inside = layer.dataProvider().sample(QgsPointXY(east, north), 1)
+        found.append([east, north, value if inside and value == value else None])
+    return found
+
+
+# The same folder twice: the second time from other positions, without lines, on a terrain of another extent.
+again = {"RELEASES": f"{WORK}/memory.gpkg", "FRICTION": 0.25, "FIDELITY": "draft", "TIME_LIMIT_S": 4.0, "SEED": 3}
+again |= {"OUTPUT": f"{WORK}/again", "OVERWRITE": True}
+run("slidelogs", DEM=dem, LINES=f"{SAMPLE}/sample.gpkg|layername=lines", **again)
+shown: dict[str, Any] = {name: f"{WORK}/again/{name}.tif" for name in ("hit_count", "jump_max", "danger")}
+shown |= {name: f"{WORK}/again/run.gpkg|layername={name}" for name in ("deposits", "reach")}
+for name, uri in shown.items():
+    added = QgsRasterLayer(uri, name) if uri.endswith(".tif") else QgsVectorLayer(uri, name, "ogr")
+    shown[name] = project.addMapLayer(added)
+first = {name: cells_of(shown[name]) for name in ("hit_count", "jump_max")}
+outcomes["again"] = run_as_a_dialog_does("slidelogs", DEM=f"{WORK}/window.tif", **again | {"FRICTION": 0.4})
+outcomes["again"] |= {
+    "first": first,
+    "second": {name: cells_of(shown[name]) for name in first},
+    "extent": [shown["hit_count"].extent().xMinimum(), shown["hit_count"].extent().yMaximum()],
+    "deposits": [each["runout_m"] for each in shown["deposits"].getFeatures()],
+    "left": sorted(
+        layer.name() for layer in project.mapLayers().values() if layer.source().startswith(f"{WORK}/again/")
+    ),
+}
+
+
 def legend_of(source: str) -> list[str]:
     """What the legend of a layer shows, with the style that is stored for it."""
     raster = source.endswith(".tif")
@@ -269,6 +330,23 @@ places += [f"{WORK}/run/jump_max.tif", f"{SAMPLE}/sample.gpkg|layername=release_
 outcomes["legends"] = {"en": [legend_of(each) for each in places]}
 language.catalogue = lambda: gettext.translation("plugin", language.LOCALE, ["it"])
 outcomes["legends"]["it"] = [legend_of(each) for each in places]
+heard = child.Ears(QgsProcessingFeedback(False))
+texts: list[str] = []
+heard.feedback.setProgressText = texts.append
+for event in ({"done": 1}, {"done": 2, "rate_per_s": 0.0762, "left_s": 13.0}):
+    heard.spoke = 0.0
+    known = {
+        "event": "progress",
+        "what": "road: counting hits",
+        "total": 3,
+        "rate_per_s": None,
+        "left_s": None,
+        **event,
+    }
+    heard.hear(json.dumps(known).encode() + b"\n", b"")
+outcomes["progress"] = texts
+outcomes["tags"] = registry.algorithmById("deadwood:slidelogs").tags()
 outcomes["titles"] = [language.title_of(each) for each in ("run.gpkg|layername=tree_hits", "jump_max.tif")]
+outcomes["about"] = about
 print("JSON" + json.dumps(outcomes, default=str), flush=True)
 os._exit(0)  # QGIS's own cleanup at exit is not tested

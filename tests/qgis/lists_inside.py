@@ -17,9 +17,10 @@ from qgis.core import (
     QgsProcessingModelParameter,
     QgsProcessingParameterFile,
     QgsProject,
+    QgsVectorLayer,
 )
 from qgis.PyQt.QtCore import QTimer
-from qgis.PyQt.QtWidgets import QApplication, QLineEdit, QListWidget, QPushButton, QToolButton
+from qgis.PyQt.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QListWidget, QPushButton, QToolButton
 
 PLUGINS, WORK = sys.argv[1:3]
 application = QgsApplication([], True)
@@ -137,6 +138,37 @@ class Feedback(QgsProcessingFeedback):
 context, feedback = QgsProcessingContext(), Feedback(False)
 context.setProject(QgsProject.instance())
 _results, told["ran"] = runs.create().run({"one": f"{WORK}/one", "other": f"{WORK}/other"}, context, feedback)
+told["said"] = feedback.said
+
+# --- one run: those of the project and the recent ones are offered, any other folder is judged -----------------------
+
+from deadwood import runs as known_runs  # noqa: E402
+from deadwood.inputs import each_place  # noqa: E402
+from processing.gui.AlgorithmDialog import AlgorithmDialog  # noqa: E402
+
+known_runs.remember(f"{WORK}/other")
+known_runs.remember(f"{WORK}/compared")  # no run, but remembered
+layer = QgsVectorLayer(f"{WORK}/one/run.gpkg|layername=deposits", "Deposits", "ogr")
+QgsProject.instance().addMapLayer(layer)
+dialog = AlgorithmDialog(registry.createAlgorithmById("deadwood:counthits"))
+wrapper = dialog.mainWidget().wrappers["RUN"]
+box, said = (wrapper.widget.findChild(*each) for each in ((QComboBox, "deadwoodRun"), (QLabel, "deadwoodRunSaid")))
+told["runs"] = [box.itemText(k) for k in range(box.count())]
+told["proposed"] = wrapper.value()
+told["judged"] = []
+for place in (f"{WORK}/one", WORK, f"{WORK}/nowhere"):
+    wrapper.setValue(place)
+    told["judged"].append([wrapper.value(), said.text()])
+dialog.grab().save(f"{WORK}/run.png")
+dialog = AlgorithmDialog(compare.create())
+rows = dialog.mainWidget().wrappers["RUNS"].rows
+told["offered_runs"] = [each.text() for each in rows.findChild(QPushButton, "deadwoodRuns").menu().actions()]
+for each in rows.findChild(QPushButton, "deadwoodRuns").menu().actions():
+    each.trigger()
+rows.add(f"{WORK}/a, b")
+value = dialog.mainWidget().wrappers["RUNS"].value()
+told["commas"] = [value, each_place(value), rows.said.text()]
+_results, told["ran_with_comma"] = compare.create().run({"RUNS": value, "OUTPUT": f"{WORK}/c"}, context, feedback)
 told["said"] = feedback.said
 print("JSON" + json.dumps(told), flush=True)
 os._exit(0)

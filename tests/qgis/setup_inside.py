@@ -14,13 +14,13 @@ import time
 from pathlib import Path
 from typing import Any
 
-from qgis.core import QgsApplication
+from qgis.core import QgsApplication, QgsNetworkAccessManager, QgsSettings
 
 WORK, PLUGINS, WHEELS = (Path(each) for each in sys.argv[1:4])
 application = QgsApplication([], False)
 application.initQgis()
 sys.path.insert(0, str(PLUGINS))
-from deadwood import finding  # noqa: E402
+from deadwood import finding, own_python  # noqa: E402
 from deadwood.environment_setup import Setup  # noqa: E402
 
 LIMIT_S = 120.0
@@ -77,11 +77,39 @@ says = f'printf "3\\n12\\n1\\n{bare}\\n"'
 bare.write_text(
     f'#!/bin/sh\ncase "$*" in *venv*) echo "ensurepip is not available"; exit 1;; *) {says};; esac\n', encoding="utf-8"
 )
-for each in (old, bare):
+crooked = WORK / "crooked_python"  # makes an environment whose Python does not start
+made = 'mkdir -p "$place/bin"; printf "#!/bin/sh\\necho broken bundle; exit 1\\n" > "$place/bin/python"'
+says = f'printf "3\\n12\\n1\\n{crooked}\\n"'
+crooked.write_text(
+    f'#!/bin/sh\nfor place in "$@"; do :; done\ncase "$*" in *venv*) echo "$PIP_PROXY" > {WORK}/proxy; {made}; '
+    f'chmod +x "$place/bin/python";; *) {says};; esac\n',
+    encoding="utf-8",
+)
+for each in (old, bare, crooked):
     each.chmod(0o755)
 
 refused("no_python", GOOD, python=str(old))
 refused("no_venv", GOOD, python=str(bare))
+listed = [str(old), str(bare), str(crooked)]
+real, own_python.candidates = own_python.candidates, lambda named="": listed
+for key, value in (
+    ("Type", "HttpProxy"),
+    ("Host", "proxy.office"),
+    ("Port", "3128"),
+    ("User", "a b"),
+    ("Password", "p"),
+):
+    QgsSettings().setValue(f"proxy/proxy{key}", value)
+QgsSettings().setValue("proxy/proxyEnabled", True)
+QgsNetworkAccessManager.instance().setupDefaultProxyAndCache()
+refused("none_works", GOOD)
+outcomes["none_works"]["proxy"] = (WORK / "proxy").read_text(encoding="utf-8").strip()
+QgsSettings().setValue("proxy/proxyEnabled", False)
+QgsNetworkAccessManager.instance().setupDefaultProxyAndCache()
+listed.append(sys.executable)
+case("the_next_one_works", lambda setup: setup.make("", GOOD))
+case("removed_again", lambda setup: setup.remove())
+own_python.candidates = real
 with socket.create_server(("localhost", 0)) as taken:
     closed = f"http://localhost:{taken.getsockname()[1]}"  # nothing listens there any more
 refused("no_network", "", PIP_INDEX_URL=closed, PIP_RETRIES="1", PIP_NO_INDEX="0")

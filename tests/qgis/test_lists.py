@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ def told(qgis, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     barriers = ["--barriers", f"{layers}|layername=barriers"]
     assert cli.run(["slide-logs", *slide, "--output", str(work / "one")]) == 0
     assert cli.run(["slide-logs", *slide, *barriers, "--output", str(work / "other")]) == 0
+    shutil.copytree(work / "one", work / "a, b")
     words = [SYSTEM_PYTHON, HERE / "lists_inside.py", qgis.folder / "plugins", work]
     ran = subprocess.run(words, env=qgis.environment, capture_output=True, text=True, timeout=300)
     assert "JSON{" in ran.stdout, ran.stderr[-3000:]
@@ -51,3 +53,23 @@ def test_a_model_with_such_a_step_runs(told):
     assert told["ran"], told["said"]
     compared = json.loads((told["work"] / "compared" / "comparison.json").read_text(encoding="utf-8"))
     assert {row["scenario"] for row in compared["rows"]} == {"one", "other"}
+
+
+def test_runs_of_the_project_and_recent_ones_are_offered_and_other_folders_judged(told):
+    work = told["work"]
+    assert told["runs"] == [f"{work}/one", f"{work}/other"]
+    assert told["proposed"] == f"{work}/one"  # the only one in the project
+    assert told["judged"] == [
+        [f"{work}/one", ""],
+        [f"{work}", f"{work} is no run: it has no manifest.json"],
+        [f"{work}/nowhere", f"There is no folder {work}/nowhere"],
+    ]
+    assert told["offered_runs"] == told["runs"]
+
+
+def test_a_folder_with_a_comma_in_its_name_is_one_run(told):
+    places = [f"{told['work']}/{name}" for name in ("one", "other", "a, b")]
+    assert told["commas"] == [",".join(places), places, ""]
+    assert told["ran_with_comma"], told["said"]
+    compared = json.loads((told["work"] / "c" / "comparison.json").read_text(encoding="utf-8"))
+    assert {row["scenario"] for row in compared["rows"]} == {"one", "other", "a, b"}

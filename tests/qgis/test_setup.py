@@ -71,6 +71,22 @@ def test_the_environment_is_made_and_found(told):
     assert max(made["percents"]) > 80
 
 
+def test_each_python_is_tried_in_order_and_has_its_line(told):
+    """The first is too old, the second has no venv, the environment of the third does not start."""
+    first, *lines = told["none_works"]["message"].splitlines()
+    assert "can make the environment. Install one" in first
+    assert ["old_python" in lines[0], "bare_python" in lines[1], "crooked_python" in lines[2]] == [True] * 3
+    assert len(lines) == 3
+    assert lines[2].endswith("starts: broken bundle")
+    assert told["none_works"]["left"] == []
+    assert told["the_next_one_works"]["worked"], told["the_next_one_works"]["message"]
+    assert told["the_next_one_works"]["found"] == "the plugin's own environment"
+
+
+def test_pip_goes_through_the_proxy_of_qgis(told):
+    assert told["none_works"]["proxy"] == "http://a%20b:p@proxy.office:3128"
+
+
 def test_nothing_is_in_progress_when_the_end_is_reported(told):
     """The window then shows the new state; before, it kept *Cancel* and "no environment" after an installation."""
     assert [name for name, outcome in told.items() if outcome["busy_at_its_end"]] == []

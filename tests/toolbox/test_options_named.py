@@ -26,6 +26,7 @@ FOREIGN = {
         "--bounds", "--collection", "--dst-crs", "--dst-nodata", "--dtype", "--nodata", "--not-masked", "--profile",
         "--res", "--resampling", "--src-nodata", "--transform",
     ),
+    "venv": ("--clear",),
     "pip": (
         "--disable-pip-version-check", "--no-compile", "--no-deps", "--no-input", "--prefer-binary", "--progress-bar",
     ),

@@ -15,8 +15,8 @@ from deadwood_algorithms.report.words import read_catalogue
 from deadwood_algorithms.results.qgis_project import TITLES
 from deadwood_algorithms.schemas.brought import LINES
 from deadwood_toolbox import parameters, translations
-from deadwood_toolbox.qgis_plugin.help_text import FLAG, labelled, output_names, paragraphs
-from deadwood_toolbox.shelf import TOOLS
+from deadwood_toolbox.qgis_plugin.help_text import FLAG, labelled, output_labels, output_names, paragraphs, title
+from deadwood_toolbox.shelf import TOOLS, find
 
 OTHERS = LANGUAGES[1:]
 # What one types or reads in a file is the same in every language: placeholders, options, code, columns, files, numbers.
@@ -103,7 +103,8 @@ def test_what_qgis_shows_has_the_dialogs_words_and_no_flags(tool):
     names = {each.name for each in TOOLS} | {"list"}
     texts = [each["label"] for each in declared["parameters"]]
     texts += [labelled(each["help"] or "", declared).partition("deadwood-tool ")[0] for each in declared["parameters"]]
-    texts += [each for each in paragraphs(declared) if not each.startswith("<pre>")]
+    texts += paragraphs(declared)
+    assert [each for each in texts if re.search(r"\w+/[\w/]+\.(?:md|py|gpkg|csv)\b", each)] == []
     bare = [
         (found[0], text)
         for text in texts
@@ -157,9 +158,27 @@ def test_every_part_of_a_result_has_a_name_of_its_own_in_models():
         names = output_names(told)
         asked = {each["name"].upper() for each in told["parameters"] if each["direction"] == "output"}
         assert len({*names.values()} - asked) == len(names), tool.name
+        assert all(re.fullmatch("[A-Z0-9_]+", each) for each in names.values()), tool.name
+        assert len({*output_labels(told, title).values()}) == len(names), tool.name
     of = {tool.name: output_names(parameters.describe(tool)) for tool in TOOLS}
     assert {part: name for part, name in of["map-origins"].items() if name.startswith("ORIGINS")} == {
         "origins.tif": "ORIGINS",
         "origins.png": "ORIGINS_PNG",
         "origins.json": "ORIGINS_JSON",
     }
+    assert output_labels(parameters.describe(find("map-origins")), title)["origins.png"] == "Origins (PNG)"
+
+
+def test_every_layer_of_every_tool_can_be_chained_on_in_models():
+    """They are taken from what tools write (`schemas.written`): those of windthrow by their forest."""
+    names = {tool.name: set(output_names(parameters.describe(tool)).values()) for tool in TOOLS}
+    assert {"TREES_BEFORE", "TREES_AFTER", "TREES_LATER", "TREES_CLEARED", "LYING_AFTER"} <= names["windthrow"]
+    for tool, layers in (
+        ("slide-logs", {"DEPOSITS", "REACH", "TREE_HITS", "BARRIER_HITS", "DANGER"}),
+        ("map-intensity", {"INTENSITY", "PASSAGE", "PROCESS_AREA"}),
+        ("compare-scenarios", {"MOVED", "CHANGED"}),
+        ("calibrate-friction", {"DEPOSITS", "OBSERVED"}),
+        ("value-trees", {"VALUES", "PLANTED"}),
+        ("break-trees", {"BROKEN"}),
+    ):
+        assert layers <= names[tool], tool

@@ -269,18 +269,18 @@ def test_a_temporary_result_lasts_as_long_as_what_needs_it(dem, releases):
 
 
 def test_what_is_kept_keeps_its_inputs(dem, releases, tmp_path: Path):
-    """The manifest names data as files, so they are kept beside the run, once, and the run can be repeated."""
+    """The manifest names data as files, so they are kept in the run, and the run can be repeated."""
     asked = {"dem": dem, "releases": releases, "friction": 0.3, "fidelity": "draft", "output": tmp_path / "run"}
     first = dw.slide_logs(**asked)
-    inputs = sorted((tmp_path / "run_inputs").iterdir())
-    assert [each.name.split("-")[0] for each in inputs] == ["dem", "releases"]
-    before = [each.stat().st_mtime_ns for each in inputs]
+    inputs = [tmp_path / "run" / name for name in ("inputs_dem.tif", "inputs.gpkg")]
+    before = [each.read_bytes() for each in inputs]
     with pytest.raises(dw.UserError, match="the output exists; --overwrite replaces it"):
         dw.slide_logs(**asked)
     again = dw.slide_logs(**asked, overwrite=True)
-    assert [each.stat().st_mtime_ns for each in sorted((tmp_path / "run_inputs").iterdir())] == before
+    assert [each.read_bytes() for each in inputs] == before
     assert again.manifest["run_id"] == first.manifest["run_id"]
-    assert {each["path"] for each in again.manifest["inputs"]} == {str(each) for each in inputs}
+    assert [each["path"] for each in again.manifest["inputs"]] == [f"{inputs[0]}", f"{inputs[1]}|layername=releases"]
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["run"]
     told = dw.check(tmp_path / "run").text
     assert "dem: same" in told
     assert "releases: same" in told
@@ -295,10 +295,10 @@ def test_what_is_kept_keeps_the_results_that_were_not_saved(dem, tmp_path: Path)
     gc.collect()
     told = dw.check(tmp_path / "run")
     assert "releases: same" in told.text
-    assert any(each.name.startswith("releases-") for each in (tmp_path / "run_inputs").iterdir())
+    assert geopandas.read_file(tmp_path / "run" / "inputs.gpkg", layer="releases").shape[0] == 3
     saved = dw.sample_releases(areas=area, dem=dem, count=3, length_m=8.0, output=tmp_path / "saved.gpkg")
     dw.slide_logs(dem=dem, releases=saved, friction=0.3, fidelity="draft", output=tmp_path / "other")
-    assert not any(each.name.startswith("releases-") for each in (tmp_path / "other_inputs").iterdir())
+    assert not (tmp_path / "other" / "inputs.gpkg").exists()
 
 
 def test_a_call_that_fails_leaves_nothing(dem, releases, tmp_path: Path):

@@ -70,7 +70,7 @@ def places_of(named: str | Path) -> list[Path]:
     for part in str(named).split(","):
         name = f"{name},{part}" if name else part
         place = Path(name.strip().partition("|")[0])
-        if _exists(place):
+        if name.strip() and _exists(place):
             found.append(place)
             name = ""
     return [*found, Path(name.strip())] if name.strip() else found
@@ -105,14 +105,16 @@ def sources_of_vrt(place: Path) -> list[Path]:
         root = ElementTree.parse(place).getroot()
     except (OSError, ElementTree.ParseError):
         return []
-    found: dict[Path, None] = {}
+    return list(dict.fromkeys(source for _element, source in source_elements(root, place.parent)))
+
+
+def source_elements(root: ElementTree.Element, folder: Path) -> Iterator[tuple[ElementTree.Element, Path]]:
+    """The elements of a VRT in ``folder`` that name a source, and the path that each of them means."""
     for each in root.iter():
-        if each.tag not in ("SourceFilename", "SourceDataset", "SrcDataSource") or not (each.text or "").strip():
-            continue
-        relative = (each.get("relativeToVRT") or each.get("relativetoVRT")) == "1"
-        source = Path(str(each.text).strip())
-        found[place.parent / source if relative else source] = None
-    return list(found)
+        if each.tag in ("SourceFilename", "SourceDataset", "SrcDataSource") and (each.text or "").strip():
+            relative = (each.get("relativeToVRT") or each.get("relativetoVRT")) == "1"
+            source = Path(str(each.text).strip())
+            yield each, folder / source if relative else source
 
 
 def made_from(place: Path) -> dict[str, Any]:

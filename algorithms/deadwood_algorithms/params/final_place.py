@@ -6,13 +6,16 @@ Standard library only.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
+from types import MappingProxyType
 
 # (where something is being made, where it will stand): manifests contain the second
 _moving: ContextVar[tuple[tuple[str, str], ...]] = ContextVar("_moving", default=())
+# an input as it was named -> where it is saved with the result: manifests name it there
+_saved: ContextVar[Mapping[str, str]] = ContextVar("_saved", default=MappingProxyType({}))
 
 
 @contextmanager
@@ -23,6 +26,21 @@ def moving_to(made_in: str | Path, final: str | Path) -> Iterator[None]:
         yield
     finally:
         _moving.reset(token)
+
+
+@contextmanager
+def saved_at(places: Mapping[str, str]) -> Iterator[None]:
+    """In this context, manifests name these inputs where they are saved."""
+    token = _saved.set({**_saved.get(), **places})
+    try:
+        yield
+    finally:
+        _saved.reset(token)
+
+
+def saved_place(named: object) -> str | None:
+    """Where an input is saved with the result that is being made, with its layer; None if it is not."""
+    return _saved.get().get(str(named))
 
 
 def final_place(path: str | Path) -> str:

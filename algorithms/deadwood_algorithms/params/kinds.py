@@ -41,8 +41,6 @@ class Parameter:
     parent_elsewhere: bool = False  # of a field: its layer may also come from a run or a table, so none need be given
     path_like: bool = False  # of a text or a raster: it may be a path, or several with commas
     file_ending: str = ""  # of an output file, if its kind does not determine it: '.html'
-    # Of an output: the layers and files in it that other programs chain on, such as 'run.gpkg|layername=deposits'.
-    parts: tuple[str, ...] = ()
     optional: bool = False
     unless: str = ""  # optional only because that parameter may stand for it
     advanced: bool = False

@@ -12,7 +12,7 @@ from importlib import util
 from pathlib import Path
 from typing import Any
 
-from deadwood_algorithms.params.final_place import final_place
+from deadwood_algorithms.params.final_place import final_place, saved_place
 from deadwood_algorithms.params.kinds import Parameter
 from deadwood_algorithms.params.tool import VERSION, TakesPresets, Tool
 
@@ -82,6 +82,8 @@ def anywhere(parameter: Parameter, value: Any) -> Any:
     """A value that has the same meaning in any folder: paths become absolute, everything else is unchanged."""
     if not is_path(parameter, value):
         return str(value) if isinstance(value, Path) else value
+    if saved := saved_place(value):
+        return saved
     if parameter.path_like and not os.path.exists(value):
         parts = str(value).split(",")
         return ",".join(final_place(part.strip()) if os.path.exists(part.strip()) else part for part in parts)

@@ -26,6 +26,7 @@ class FidelityOptions:
     )
     error: float | None = tool.number(
         "Permitted error of the reach of a line, with fidelity auto",
+        advanced=True,
         default=None,
         minimum=0.0,
         maximum=0.5,
@@ -35,6 +36,7 @@ class FidelityOptions:
     )
     budget: str | None = tool.text(
         "Time for the run in place of that error, with fidelity auto",
+        advanced=True,
         default=None,
         help="60s, 5min or 1h: the most accurate fidelity and number of logs for that time on this machine, within "
         "about a tenth. --report and --qgis-project take additional time.",
@@ -67,6 +69,7 @@ class FidelityOptions:
     )
     own_slope: str | None = tool.text(
         "Logs of the run that slide again at a finer fidelity: how many, or none",
+        advanced=True,
         default=None,
         help="Shows how far the reach of each line is off on this slope. If no number is given, 200, or down to 100 so "
         "that they take at most a fifth of the run's time; with --budget none. Needs --lines.",
@@ -91,6 +94,7 @@ class KeptOptions:
 
     friction_range: str | None = tool.text(
         "Friction over which the reach of lines is given, too: LOW-HIGH, or auto",
+        advanced=True,
         default=None,
         help="0.2-0.3, for example; auto takes the range of the preset or, without one, of the table (list --presets). "
         "A part of the logs slides again at draft, at both ends and, if the posture at the start is assumed, in "
@@ -98,10 +102,14 @@ class KeptOptions:
     )
 
     trajectories: str = tool.text(
-        "Logs whose trajectory is kept: all, none, or how many", default="1000", help="Chosen by seed and log_id alone."
+        "Logs whose trajectory is kept: all, none, or how many",
+        advanced=True,
+        default="1000",
+        help="Chosen by seed and log_id alone.",
     )
     until_ci: float | None = tool.number(
         "End when every line's reach interval is this narrow (half-width)",
+        advanced=True,
         default=None,
         minimum=1e-4,
         maximum=0.5,
@@ -162,6 +170,7 @@ class AddedOptions:
 
     qgis_project: bool = tool.flag(
         "Add a QGIS project to the run",
+        advanced=True,
         help="With styled and grouped layers, animated logs and a 3-D view: project.qgz, and scene.gpkg beside it.",
     )
     outline_every_s: float = tool.number(
@@ -174,6 +183,7 @@ class AddedOptions:
     )
     geoparquet: bool = tool.flag(
         "Write the run's layers as GeoParquet too",
+        advanced=True,
         help="deposits.parquet, trajectories.parquet and so on, for programs that work on very many rows.",
     )
     report: bool = tool.flag(

@@ -175,9 +175,11 @@ def baseline() -> Any:
 
 
 def min_runout(
-    label: str = "Minimum run-out of deposits that count for the spread", help: str = "Default: one log length."
+    label: str = "Minimum run-out of deposits that count for the spread",
+    help: str = "Default: one log length.",
+    **facts: Any,
 ) -> Any:
-    return number(label, unit="m", default=None, minimum=0.0, help=help)
+    return number(label, unit="m", default=None, minimum=0.0, help=help, **facts)
 
 
 def capacity_power() -> Any:
@@ -186,7 +188,7 @@ def capacity_power() -> Any:
 
 
 def seed() -> Any:
-    return integer("Seed of the random draws", default=0, minimum=0, maximum=2**63 - 1)
+    return integer("Seed of the random draws", default=0, minimum=0, maximum=2**63 - 1, advanced=True)
 
 
 def scheduler() -> Any:

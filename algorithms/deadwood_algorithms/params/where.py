@@ -37,14 +37,15 @@ class SlidingOptions:
     workers: int | None = tool.workers()
     plan: bool = tool.flag(
         "Only state what the run would take",
+        advanced=True,
         help="From a pilot of --plan-logs: logs, core-hours, memory, disk and time. Nothing is written.",
     )
     plan_logs: int = tool.integer("Logs of the plan's pilot, at most", default=400, minimum=10, advanced=True)
     plan_workers: int = tool.integer(
         "Workers for which the plan also states the time", default=16, minimum=1, maximum=1_000_000, advanced=True
     )
-    resume: bool = tool.flag("Continue an interrupted run")
-    restart: bool = tool.flag("Give up an interrupted run and start again")
+    resume: bool = tool.flag("Continue an interrupted run", advanced=True)
+    restart: bool = tool.flag("Give up an interrupted run and start again", advanced=True)
 
     def where(self, name: str) -> Where:
         return Where(self.threads, self.scheduler, self.workers, name)

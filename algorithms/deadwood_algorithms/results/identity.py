@@ -26,9 +26,10 @@ from typing import Any
 from deadwood_algorithms.files import accounts, embedded, identity
 from deadwood_algorithms.files.decoded import is_as_stored, rasters_in
 from deadwood_algorithms.files.input_files import MANIFEST, files_of, made_from, places_of
+from deadwood_algorithms.files.kept_inputs import is_temporary, save_input
 from deadwood_algorithms.files.outputs import output_folder, output_path
 from deadwood_algorithms.params import manifest as declared
-from deadwood_algorithms.params.final_place import moving_to
+from deadwood_algorithms.params.final_place import final_place, moving_to, saved_at, saved_place
 from deadwood_algorithms.params.messages import Hearing, Message, messages_in, warnings_among
 from deadwood_algorithms.params.tool import VERSION, Feedback, Tool, UserError
 
@@ -66,7 +67,7 @@ class Making:
         self.facts: dict[str, Any] = {}  # what the tool adds to its record
         self.accounts: dict[str, dict[str, Any]] = {}  # what became of the rows of each layer, as the tool says it
         self.messages: list[Message] = []  # what the tool has said about its result so far
-        self._final = {name: _final(tool, name, value) for name, value in self.named.items()}
+        self._saved: dict[str, str] = {}  # parameter -> where its input is saved with the result, until that is moved
         self._stamps = {name: _stamps(value) for name, value in self.named.items()}
         self._digests: dict[str, dict[str, Any]] = {}
         self._hashing = threading.Thread(target=self._hash, name="hash of the inputs", daemon=True)
@@ -82,14 +83,15 @@ class Making:
     @cached_property
     def _described(self) -> dict[str, dict[str, Any]]:
         self._hashing.join()
-        return {name: {**self._digests[name], **identity.described(value)} for name, value in self.named.items()}
+        digests = {**self._digests, **{name: identity.of_input(value) for name, value in self._saved.items()}}
+        return {name: {**digests[name], **identity.described(value)} for name, value in self.named.items()}
 
     @property
     def inputs(self) -> list[dict[str, Any]]:
         """One entry an input: parameter, path, layer, SHA-256, bytes, rows, CRS, and what became of the rows."""
         counted = {name: {"counted": self.accounts[name]} for name in self.named if name in self.accounts}
         return [
-            {"parameter": name, "path": self._final[name], **said, **counted.get(name, {})}
+            {"parameter": name, "path": _final(self.tool, name, self.named[name]), **said, **counted.get(name, {})}
             for name, said in self._described.items()
         ]
 
@@ -191,11 +193,28 @@ class Outputs(Making):
             if path.exists():
                 embedded.embed(path, self.carried())
 
+    def _save_inputs(self, folder: Path, place: str) -> dict[str, str]:
+        """Save in a folder what will not last of the inputs, unless it will not last itself; where that will stand."""
+        if place != self.ask.output or is_temporary(place):
+            return {}
+        found = {}
+        for name, value in self.named.items():
+            file = Path(value.partition("|")[0])
+            if file.is_file() and is_temporary(file) and not saved_place(value):
+                self._saved[name] = save_input(value, name, folder)
+                saved, bar, layer = self._saved[name].partition("|")
+                found[value] = final_place(saved) + bar + layer
+        return found
+
     @contextmanager
     def _folder(self, place: str, *, replaces: bool) -> Iterator[Path]:
         guard = {"inputs": self.given.values(), "tool": self.tool.name}
         guard |= {"foreign": foreign_files, "warn": self.feedback.warn}
-        with output_folder(place, self.overwrite or replaces, **guard) as folder, moving_to(folder, place):
+        with (
+            output_folder(place, self.overwrite or replaces, **guard) as folder,
+            moving_to(folder, place),
+            saved_at(self._save_inputs(folder, place)),
+        ):
             self._begin(place)
             yield folder
             manifest = {**self.manifest(), "files": seal_of(folder)}

@@ -27,6 +27,7 @@ from deadwood_algorithms.files import qml, styles
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.tiles import mosaic_of
 from deadwood_algorithms.files.vectors import read_vector, write_vector
+from deadwood_algorithms.params.final_place import saved_place
 from deadwood_algorithms.params.tool import Feedback, Quiet
 from deadwood_algorithms.results import outlines as log_outlines
 from deadwood_algorithms.results import qgis_layout
@@ -210,7 +211,7 @@ def _terrain(dem: str, folder: Path, final: Path) -> str:
     """
     files = tiles_of(dem)
     if len(files) == 1:
-        return _seen_from(Path(files[0]), final)
+        return _seen_from(Path(saved_place(dem) or files[0]), final)
     with mosaic_of(dem, files) as mosaic:
         (folder / TERRAIN).write_text(mosaic.vrt(beside=final), encoding="utf-8")
     return TERRAIN

@@ -9,7 +9,7 @@ from deadwood_algorithms.params import tool
 from deadwood_algorithms.schemas import DBH_CM, DENSITY_KG_M3, DROP_M, SPEED_MS, TREE_M
 
 _GROUP = "Defaults for the logs"
-_number = partial(tool.number, group=_GROUP)
+_number = partial(tool.number, group=_GROUP, advanced=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,13 @@ class DefaultLog:
         exclusive=True,
     )
     orientation: str = tool.choice(
-        "Orientation, where the layer has none", "upright", "lying", "tilted", default="upright", group=_GROUP
+        "Orientation, where the layer has none",
+        "upright",
+        "lying",
+        "tilted",
+        default="upright",
+        group=_GROUP,
+        advanced=True,
     )
     tilt_deg: float = _number("Tilt from the vertical, likewise", unit="°", default=0.0, minimum=0, maximum=180)
     azimuth_deg: float = _number("Azimuth of tip and speed, where the layer has none", unit="°", default=0.0)

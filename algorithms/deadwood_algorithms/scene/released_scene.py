@@ -68,9 +68,12 @@ class _LayersAndLaws:
         advanced=True,
         help="Without it, a layer that does not cover the DEM is refused.",
     )
-    restitution: float = tool.number("Normal restitution of impacts", default=0.0, minimum=0.0, maximum=1.0)
+    restitution: float = tool.number(
+        "Normal restitution of impacts", advanced=True, default=0.0, minimum=0.0, maximum=1.0
+    )
     rolling_friction: float = tool.number(
         "Coefficient of rolling friction of the ground",
+        advanced=True,
         default=0.1,
         minimum=0.0,
         maximum=MOST_ROLLING,
@@ -174,7 +177,13 @@ class _LayersAndLaws:
         help="C_s of the same model, 0.1 to 4 there; it adds to 1 for the soil that flows.",
     )
     time_limit_s: float = tool.number(
-        "Longest simulated time of a log", unit="s", default=300.0, minimum=0.0, maximum=86_400.0, exclusive=True
+        "Longest simulated time of a log",
+        advanced=True,
+        unit="s",
+        default=300.0,
+        minimum=0.0,
+        maximum=86_400.0,
+        exclusive=True,
     )
     rest_speed_ms: float = tool.number(
         "Speed below which a log may be at rest", unit="m/s", default=0.1, minimum=0.0, exclusive=True, advanced=True
@@ -190,13 +199,14 @@ class OpenScene(DefaultLog, _LayersAndLaws, _Terrain):
 
     lying_diameter_cm: float = tool.number(
         "Base diameter of lying logs, where the layer has none",
+        advanced=True,
         unit="cm",
         default=40.0,
         minimum=0.0,
         maximum=DBH_CM[1],
         exclusive=True,
     )
-    min_runout_m: float | None = tool.min_runout()
+    min_runout_m: float | None = tool.min_runout(advanced=True)
     seed: int = tool.seed()
     crs: str | None = tool.crs()
 

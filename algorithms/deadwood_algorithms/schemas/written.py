@@ -9,6 +9,8 @@ from typing import Any
 from deadwood_algorithms.schemas import brought, files, results
 from deadwood_algorithms.schemas.words import Band, Column, JsonFile, Layer, OtherFile, Output, RasterFile, TableFile
 
+# Belong to the QGIS project, whose layers are the inputs, or to the toolbox itself.
+NOT_PARTS = ("scene.gpkg", "terrain.vrt", "manifest.json", "failed.json")
 Named = RasterFile | TableFile | JsonFile | OtherFile
 
 
@@ -25,6 +27,25 @@ def _in_folder(tool: str, *found: Named, folder: str = "") -> Iterator[Output]:
     for each in found:
         name = f"{each.name}.tif" if isinstance(each, RasterFile) else each.name
         yield Output(tool=tool, place=folder + name, what=each)
+
+
+def parts_of(tool: str) -> dict[str, list[str]]:
+    """The parts of each output of a tool whose place is fixed, by the output's flag: its layers if it is a file with
+    several, the files and layers in it if it is the folder, layers and rasters first. Some runs lack one, such as the
+    layer reach without lines.
+    """
+    found: dict[str, list[str]] = {}
+    for each in sorted(WRITTEN, key=lambda each: not isinstance(each.what, Layer | RasterFile)):
+        flag, bar, layer = each.place.partition("|layername=") if each.place.startswith("--") else ("", "", each.place)
+        if each.tool == tool and (bar or not flag) and has_place(each) and each.what is not files.GEOPARQUET:
+            found.setdefault(flag or "--output", []).append(f"{bar}{layer}")
+    return {flag: parts for flag, parts in found.items() if len(parts) > 1 or not parts[0].startswith("|")}
+
+
+def has_place(output: Output) -> bool:
+    """Whether one name can stand for it: no word in capitals in its place, no folder within the folder."""
+    file, _bar, layer = output.place.partition("|layername=")
+    return not ("/" in file or file in NOT_PARTS or re.search(r"[A-Z]{2}", file + layer))
 
 
 def geometry_named(layer: str) -> str:
@@ -85,8 +106,16 @@ WRITTEN = (
     *_layers("import-trees", "--snags", [brought.SNAGS]),
     *_layers("find-trees", "--output", [brought.TREES]),
     *_layers("generate-forest", "--output", [brought.TREES]),
-    *_layers("windthrow", "trees_SCENARIO.gpkg", [brought.TREES]),
-    *_layers("windthrow", "lying_SCENARIO.gpkg", [brought.LYING_LOGS]),
+    *(
+        output
+        for scenario in ("before", "after", "later", "cleared")
+        for output in _layers("windthrow", f"trees_{scenario}.gpkg", [brought.TREES])
+    ),
+    *(
+        output
+        for scenario in ("after", "later", "later_rigid")
+        for output in _layers("windthrow", f"lying_{scenario}.gpkg", [brought.LYING_LOGS])
+    ),
     *_layers("windthrow", "stems.gpkg", [results.STEMS]),
     *_in_folder("windthrow", files.MANIFEST),
     _by_flag("add-structures", "--output", files.DEM),
@@ -97,8 +126,8 @@ WRITTEN = (
         "run.gpkg",
         OF_RUN,
     ),
-    *(Output(tool="slide-logs", place=f"{each.name}.parquet", what=files.GEOPARQUET) for each in OF_RUN),
     Output(tool="slide-logs", place="poses.parquet", what=results.POSES),
+    *(Output(tool="slide-logs", place=f"{each.name}.parquet", what=files.GEOPARQUET) for each in OF_RUN),
     *_in_folder(
         "slide-logs",
         *files.RUN_RASTERS,

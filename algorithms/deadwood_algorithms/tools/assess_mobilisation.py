@@ -75,9 +75,7 @@ class Ask(SlidingOptions, DecayFields, StartOptions):
     deadwood: str | None = tool.vector("Mapped deadwood", "point", default=None)
     output: str = tool.output_raster("Shares of the logs by cell (.tif)")
     release_areas: str | None = tool.output_vector("Release areas (.gpkg)", default=None)
-    assessed: str | None = tool.output_vector(
-        "Mapped deadwood, rated (.gpkg)", default=None, parts=("|layername=candidates", "|layername=others")
-    )
+    assessed: str | None = tool.output_vector("Mapped deadwood, rated (.gpkg)", default=None)
     overwrite: bool = tool.overwrite()
 
 

@@ -1,8 +1,8 @@
 """Find the friction coefficients that reproduce an observed event: where logs came to rest, or what they reached.
 
 The same released logs slide with one coefficient after the other. Each coefficient is scored by the likelihood of the
-observation. The range of those that reproduce it contains the true one in 95 % of events, if everything else is right
-(the scores are defined in `calibration/score.py`). The observation is one of
+observation. The range of those that reproduce it contains the true one in 95 % of events, if everything else is right.
+The observation is one of
 
 - --observed: deposits, as points (with --error-m, the error of the place and of what the model cannot represent) or as
   areas in which logs came to rest (the width of a road). A field release_id gives the release of each. They

@@ -16,8 +16,7 @@ would take thousands in independent runs. The folder holds
 For each line it gives the indices of a protection forest used in practice (after Dupire et al. 2016), against the
 baseline, with a bootstrap interval that draws the same logs in both: `bari` = 1 - N / N0, for the logs that reach it;
 `miri` = 1 - E95 / E95_0, for the 95 % quantile of their energies there; `orpi` = 1 - S / S0, for the sum of these. 1 is
-full protection, 0 none. Energies need stored trajectories (`slide-logs --trajectories all`); for details
-see docs/indices.md.
+full protection, 0 none. Energies need stored trajectories (`slide-logs --trajectories all`).
 
     deadwood-tool sample-releases --areas 'sample_data/sample.gpkg|layername=release_area' --dem sample_data/dem.tif \\
         --count 200 --output releases.gpkg

@@ -64,9 +64,7 @@ class Ask:
     )
     crs: str | None = tool.crs()
     overwrite: bool = tool.overwrite()
-    output: str = tool.output_vector(
-        "Flights and clearances (.gpkg)", parts=("|layername=flights", "|layername=clearances")
-    )
+    output: str = tool.output_vector("Flights and clearances (.gpkg)")
     plots: str | None = tool.output_folder("Folder of the profiles", default=None)
 
 

@@ -50,9 +50,7 @@ class Ask:
     )
     seed: int = tool.seed()
     crs: str | None = tool.crs()
-    output: str = tool.output_vector(
-        "Spread of each release, and the azimuth of each deposit", parts=("|layername=spread", "|layername=azimuths")
-    )
+    output: str = tool.output_vector("Spread of each release, and the azimuth of each deposit")
     overwrite: bool = tool.overwrite()
 
 

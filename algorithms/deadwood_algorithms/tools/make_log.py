@@ -81,7 +81,7 @@ class Ask:
         help="with it and a height a rock is made instead of a log: options of logs do not count",
     )
     height_m: float | None = tool.number("Height of a rock", unit="m", default=None, minimum=0.0, exclusive=True)
-    output: str = tool.output_folder("Folder of the log", parts=(POINTS,))
+    output: str = tool.output_folder("Folder of the log")
     overwrite: bool = tool.overwrite()
 
 

@@ -68,7 +68,6 @@ class Ask:
     )
     output: str = tool.output_folder(
         "Folder of the maps",
-        parts=(RASTER, *(f"{LAYERS}|layername={name}" for name in ("sources", "affected")), PICTURE, FACTS),
     )
     overwrite: bool = tool.overwrite()
 

@@ -49,9 +49,7 @@ class Ask:
         minimum=0.0,
         help="Edges are its border and its nodata; more than half a log's length is recommended.",
     )
-    output: str = tool.output_vector(
-        "Reach, arrivals, attribution and origins", parts=("|layername=reach", "|layername=arrivals")
-    )
+    output: str = tool.output_vector("Reach, arrivals, attribution and origins")
     overwrite: bool = tool.overwrite()
 
 

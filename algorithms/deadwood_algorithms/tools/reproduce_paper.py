@@ -4,15 +4,15 @@ The folder holds `findings.json` (statement, section, the paper's value, ours wi
 and the verdict: holds, does not hold, not decided, cannot be judged here), the same as `findings.csv` and
 `findings.md`, `report.html` with the figures beside the paper's (3, 4, A1, B1), and every run. A finding is assessed
 (an order, a direction, the size of a ratio), not the value on another slope. The twins and the rules were fixed before
-the first run; the numbers of the twins, each with its source, are in `deadwood_algorithms/paper/README.md`;
+the first run;
 `--twin-version 1` uses the twins of the versions before November 2026. Findings that fewer than 20 000 logs leave
 undecided are repeated with 20 000.
 
 Each finding has a sensitivity panel (`sensitivity.csv`): the same finding as it is, with the log as the paper's point
 cloud (`make-log`; also as findings of their own, whose ids end in `.cloud`), and, on the twins of version 2, with one
 assumed number of the twin changed (width of treeless strips, roughness, places of release, rolling friction, another
-draw of relief and forest, and others). The panel slides a tenth of the logs at `draft`, whose cost and error are in
-`benchmarks/README.md`. Its runs are not kept; `--no-panel` leaves it out.
+draw of relief and forest, and others). The panel slides a tenth of the logs at `draft`. Its runs are not
+kept; `--no-panel` leaves it out.
 
 `--quick` takes a few hundred logs and a coarser set: it shows that everything works and assesses nothing. `--resume`
 continues an interrupted run; what is finished is not slid again.
@@ -109,7 +109,7 @@ class Ask:
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     resume: bool = tool.flag("Continue an interrupted run")
     restart: bool = tool.flag("Give up an interrupted run and start again")
-    output: str = tool.output_folder("Folder of the findings", parts=("findings.json", "report.html"))
+    output: str = tool.output_folder("Folder of the findings")
     overwrite: bool = tool.overwrite()
 
 

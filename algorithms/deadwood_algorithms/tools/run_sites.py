@@ -72,7 +72,7 @@ class Ask(slide_logs.Ask):
     )
     merge: bool = tool.ask("flag", "Merge the rasters of sites on one terrain model", default=True)
     report: bool = tool.flag("Add one page of the first 12 sites", help="report.html (make-report).")
-    output: str = tool.output_folder("Folder of all runs", parts=(f"{LAYER}|layername=sites", OVERVIEW, REPORT))
+    output: str = tool.output_folder("Folder of all runs")
 
 
 def run(ask: Ask, feedback: Feedback) -> Outcome:

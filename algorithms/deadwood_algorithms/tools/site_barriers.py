@@ -88,9 +88,7 @@ class Ask(SlidingOptions):
         "Logs to use (default: all of the run)", default=None, minimum=1, help="A random subset."
     )
     seed: int = tool.seed()
-    output: str = tool.output_folder(
-        "Folder of table, layer and map", parts=(TABLE, f"{LAYER}|layername=barriers", PICTURE, FACTS)
-    )
+    output: str = tool.output_folder("Folder of table, layer and map")
     overwrite: bool = tool.overwrite()
 
 

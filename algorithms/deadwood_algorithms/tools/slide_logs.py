@@ -1,7 +1,7 @@
 """Slide the released logs down the terrain, among standing trees and barriers.
 
 Each log is a rigid truncated cone (or, with --shape, any convex body) in hard frictional contact with terrain, trees,
-barriers, lying logs and boulders (see engine/README.md; it follows section 3 of the paper). The run's folder holds the
+barriers, lying logs and boulders (after section 3 of the paper). The run's folder holds the
 deposits, the trajectories, the share of logs that reach each line, every hit of a barrier, impulse and energy taken by
 each tree that was hit, and rasters of how often, how fast and how high logs pass. With --lines, danger.tif is the share
 of passing logs that later reach a line: one band for any line, and one for each. Every released log is accounted for.
@@ -42,19 +42,11 @@ if TYPE_CHECKING:
     from deadwood_algorithms.simulate.auto_run import Promise
     from deadwood_algorithms.simulate.chunks import ChunkedRun
 
-# Outputs for chaining with other programs; some runs lack one, such as the layer reach without lines.
-PARTS = (
-    *(f"run.gpkg|layername={name}" for name in ("deposits", "deposited_logs", "trajectories", "reach")),
-    *(f"{name}.tif" for name in ("hit_count", "reach_probability", "deposit_count")),
-    *(f"{name}.tif" for name in ("speed_max", "energy_max", "jump_max", "danger")),
-    *("poses.parquet", "summary.json", "project.qgz", "report.html"),
-)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(AddedOptions, CapacityOptions, KeptOptions, FidelityOptions, SlidingOptions, SceneByName):
     language: str = tool.choice("Language of report and QGIS project", *LANGUAGES, default="en", advanced=True)
-    output: str = tool.output_folder("Folder of the run", parts=PARTS)
+    output: str = tool.output_folder("Folder of the run")
     overwrite: bool = tool.overwrite()
 
 

@@ -94,7 +94,7 @@ class Ask(SlidingOptions, SceneByName):
         default="draft",
         help="Differences depend less on it than single results; the factor 'fidelity' shows how much.",
     )
-    output: str = tool.output_folder("Folder of the variation", parts=(TORNADO, INDICES, RUNS, PICTURE, FACTS))
+    output: str = tool.output_folder("Folder of the variation")
     overwrite: bool = tool.overwrite()
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.crs import crs_name, same_crs
+from deadwood_algorithms.files.input_files import places_of
 from deadwood_algorithms.files.vectors import read_table, read_vector
 from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.results.arrivals import Arrived, find_arrivals
@@ -121,8 +122,10 @@ class Compared:
 
 
 def folders_of(runs: str, names: str | None) -> tuple[list[str], list[str]]:
-    """The folders of the runs and what the scenarios are called."""
-    folders = [each.strip() for each in runs.split(",") if each.strip()]
+    """The folders of the runs, whose names may contain commas, and what the scenarios are called."""
+    folders = [str(each) for each in places_of(runs)]
+    if not all(Path(each).exists() for each in folders):
+        folders = [each.strip() for each in runs.split(",") if each.strip()]
     if len(folders) < 2:
         raise UserError(f"--runs is '{runs}', but must name at least two folders of slide-logs, separated by commas")
     called = [each.strip() for each in names.split(",")] if names else [Path(each).name for each in folders]
