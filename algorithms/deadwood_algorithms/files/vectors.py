@@ -32,6 +32,7 @@ from deadwood_algorithms.files.crs import (
     refuse_local,
     same_crs,
 )
+from deadwood_algorithms.files.embedded import record_in
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.rasters import is_raster
@@ -175,7 +176,8 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
-    if (doubt := one_page(name, len(frame))) is not None:
+    others_file = what != "releases" and record_in(Path(name)) is None  # users draw 1000 positions themselves
+    if (doubt := one_page(name, len(frame), by_size=others_file)) is not None:
         frame.attrs["doubts"] = (doubt,)
     frame.attrs["full_layers"] = [f"'{name}|layername={each}'" for each in others]
     return frame
