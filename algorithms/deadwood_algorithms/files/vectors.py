@@ -7,6 +7,7 @@ import shutil
 import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -147,13 +148,14 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     if Path(name).suffix.lower() == ".shp" and _parts_of_shapefile(Path(name)) == {".shp", ".dbf"}:
         return _read_without_index(name, what, geometry)
     left = unmerged(Path(name))
-    utf8 = Path(name).suffix.lower() in (".shp", ".dbf") and dbf.is_utf8(Path(name), what)
     try:
         with warnings.catch_warnings(), settled(Path(name)) as place:
             warnings.simplefilter("ignore")  # M values are dropped, curves are straightened
             layer = _layer_of(name, layer, what, geometry, place)
             _refuse_too_many_rows(name, layer, what, place)
-            frame = _read_features(name, layer, place, dbf.BYTES if utf8 else None)
+            read = partial(_read_features, name, layer, place)
+            dbase = Path(name).suffix.lower() in (".shp", ".dbf")
+            frame = dbf.read_encoded(read, Path(name), what) if dbase else read(None)
             others = _layers_that_hold_rows(place) if frame.empty else []
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         if is_raster(name):
@@ -161,9 +163,6 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
         raise UserError(
             f"{name}: the {what} file is not a vector layer that can be read ({_reason(name, error)})"
         ) from error
-    if utf8:
-        notes, frame = frame.attrs.get("notes", ()), dbf.as_utf8(frame)
-        frame.attrs["notes"] = notes
     if Path(name).suffix.lower() in SHEETS:
         frame = sheet_table(frame)
     _refuse_twins(frame, name)
