@@ -10,6 +10,7 @@ import json
 import os
 import re
 import textwrap
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -92,8 +93,12 @@ class _ToolCommand(click.Command):
         )
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Words without an option are named together with the first input that is missing."""
+        """Words without an option are named together with the first input that is missing; nothing is given twice."""
+        _, _, order = self.make_parser(ctx).parse_args(list(args))
         super().parse_args(ctx, args)
+        for option, times in Counter(order).items():
+            if times > 1 and isinstance(option, click.Option) and (option.secondary_opts or not option.is_flag):
+                self._refuse_twice(option, ctx)
         if ctx.args:
             words = " ".join(quoted(each) for each in ctx.args)
             missing = (
@@ -103,6 +108,13 @@ class _ToolCommand(click.Command):
             meant = f"; did you mean {first.flag} {words}?" if first and len(ctx.args) == 1 else ""
             raise UserError(f"{words} has no option before it{meant}")
         return ctx.args
+
+    def _refuse_twice(self, option: click.Option, ctx: click.Context) -> None:
+        """The last of several values would count, without a word about the others."""
+        declared = next((each for each in self.tool.parameters() if each.name == option.name), None)
+        several = declared is not None and (declared.of_kind.several or declared.path_like)
+        how = "give it once, with commas between the values" if several else "give it once"
+        raise UserError(f"{option.opts[0]} is given more than once; {how}")
 
     def _job(self, **given: Any) -> Job:
         common = {name: given.pop(name) for name in ("config", "changed_inputs", "progress", "quiet", "verbose")}

@@ -254,6 +254,17 @@ def test_wrong_input_gives_the_line_of_the_command_line_with_labels_for_flags(qg
     assert list(tmp_path.iterdir()) == []
 
 
+def test_what_is_doubted_is_said_and_no_failure(qgis, tmp_path):
+    """The command's exit status is 3; in QGIS the algorithm ends well, and its log holds the doubt."""
+    page = tmp_path / "page.geojson"
+    tree = {"type": "Feature", "properties": {"dbh_cm": 30}, "geometry": {"type": "Point", "coordinates": [8.3, 46.9]}}
+    page.write_text(json.dumps({"type": "FeatureCollection", "features": [tree] * 7, "numberMatched": 40}))
+    assert cli.run(["inspect", str(page), "--quiet"]) == 3
+    ran = qgis.run("deadwood:inspect", {"PATH": page})
+    assert ran.results == {}
+    assert any("doubted (one-page): " in line and "7 of 40 features" in line for line in ran.document["log"]["info"])
+
+
 def test_a_friction_that_is_missing_is_named(qgis, work, tmp_path):
     """QGIS itself names any other parameter; this one is a number or a layer, so that it may leave out either."""
     case = filled("slide-logs", CASES["slide-logs"], work, tmp_path)

@@ -105,6 +105,9 @@ def test_help_shows_groups_ranges_units_and_defaults(toy):
         (["toy-walk", "--dem", "x"], "--output is missing (Result)"),
         (["toy-walk", "--dem", " "], "--dem is empty"),
         (["toy-walk", "--progress", "loud"], "'loud' is not one of"),
+        (["toy-walk", "--dbh-cm", "3", "--dbh-cm", "4"], "--dbh-cm is given more than once; give it once"),
+        (["toy-walk", "--config", "a", "--config", "b"], "--config is given more than once"),
+        (["toy-walk", "--asks", "--no-asks"], "--asks is given more than once"),
     ],
 )
 def test_a_wrong_command_line_is_one_line_and_status_2(toy, arguments, said):
@@ -113,6 +116,17 @@ def test_a_wrong_command_line_is_one_line_and_status_2(toy, arguments, said):
     assert said in ran.line
     assert ran.line.startswith("deadwood-tool: ")
     assert ran.out == ""
+
+
+def test_several_values_given_one_by_one_are_sent_to_one_option(capsys):
+    """Before, only the last counted, without a word."""
+    assert cli.run(["import-trees", "--missing-value=-9", "--missing-value", "-1"]) == 2
+    assert "--missing-value is given more than once; give it once, with commas" in capsys.readouterr().err
+
+
+def test_an_old_name_and_its_new_one_are_the_same_option(capsys):
+    assert cli.run(["slide-logs", "--time-limit", "60", "--time-limit-s", "90"]) == 2
+    assert "--time-limit-s is given more than once; give it once" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -308,6 +322,7 @@ def test_a_flag_switched_on_in_a_file_can_be_switched_off(toy, tmp_path, out):
         ('{"seed": 1' + "0" * 400 + "}", "must be below 2^63"),
         ('{"overwrite": "yes"}', "must be true or false"),
         ('{"dem": 5}', "'dem' is 5, but must be text"),
+        ('{"seed": 1, "seed": 2}', "'seed' is given more than once; keep one"),
         ('{"fail": "loudly"}', "must be one of none, user"),
     ],
 )

@@ -8,7 +8,9 @@ from __future__ import annotations
 import difflib
 import json
 import os
+from collections import Counter
 from collections.abc import Callable, Collection, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -105,13 +107,21 @@ def _content(path: str) -> Any:
             if record is None:
                 raise UserError(f"--config {path} carries no record of what made it; name a file of parameters")
             return record
-        return json.loads(Path(path).read_text(encoding="utf-8-sig"))
+        return json.loads(Path(path).read_text(encoding="utf-8-sig"), object_pairs_hook=partial(_each_once, path))
     except OSError as error:
         raise UserError(f"--config {path} cannot be read: {error.strerror or error}") from None
     except RecursionError:
         raise UserError(f"--config {path} is nested too deep; it must hold a JSON object of parameters") from None
     except ValueError as error:
         raise UserError(f"--config {path} is not JSON: {error}") from None
+
+
+def _each_once(path: str, members: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The members of a JSON object, of which the last of one name would count, without a word about the others."""
+    for name, times in Counter(name for name, _ in members).items():
+        if times > 1:
+            raise UserError(f"--config {path}: '{name}' is given more than once; keep one")
+    return dict(members)
 
 
 def _records(manifest: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:

@@ -40,6 +40,8 @@ from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 # Skew, unequal cell sides or rounded headers may shift the far corner of the grid by this part of a cell: less
 # than the positional accuracy of any survey, and less than a bilinear surface can resolve.
 SHIFT_ALLOWED_CELLS = 0.05
+# Words of the name of a file or a band; the remedies name what they write "fixed".
+NAMED_IN_FEET, NOT_IN_FEET = {"ft", "feet", "foot", "usft"}, {"metres", "meters", "fixed"}
 FEET = ("ft", "ftus", "us-ft", "us_ft", "ftintl")  # names of the unit in a band
 # Projections of the whole world, true to scale at the equator only, and the tolerated deviation of scale.
 WORLD_METHODS = ("Popular Visualisation", "Mercator (", "Equidistant Cylindrical", "Pseudo Plate")
@@ -87,6 +89,12 @@ def _open_one(path: str, crs: str | None, feedback: Feedback, what: str) -> Iter
         dem_crs = _crs_of_dem(source, path, crs, feedback)
         transform = _square_transform(source, path, crs)
         _refuse_foot_heights(source.units[0], 0.3048, path)
+        words = names.words_of(f"{name_of_band(source, 1)} {Path(path).stem}")
+        if words & NAMED_IN_FEET and not words & NOT_IN_FEET:
+            feedback.warn(
+                f"{path}: by its name its heights may be in feet; then fix: {remedies.times(path, 0.3048)}",
+                code="named-in-feet",
+            )
         yield source, dem_crs, transform
 
 

@@ -164,7 +164,7 @@ def content_of(path: Path, layer: str = "") -> str | None:
                 rows = db.execute(f"SELECT * FROM {quoted} ORDER BY rowid")
                 while some := rows.fetchmany(ROWS_AT_ONCE):
                     digest.update(marshal.dumps(some, 2))
-    except (sqlite3.Error, OSError):
+    except (sqlite3.Error, OSError, UnicodeError):  # damaged names, also in SQLite's own message about them
         return None
     return digest.hexdigest()
 

@@ -14,13 +14,15 @@ import stat
 from pathlib import Path
 from xml.etree import ElementTree
 
+from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.tool import UserError
 
 ALLOWED = "DEADWOOD_NETWORK"
-# How GDAL and OGR name sources that are not local files: addresses, cloud file systems, servers.
+# How GDAL and OGR name sources that are not local files: databases, addresses, cloud file systems, servers.
+DATABASE = r"^\s*((PG|MySQL|MSSQL|OCI):|postgres(ql)?://)"
 ELSEWHERE = re.compile(
     r"\b(https?|ftps?|s3|gs|az|abfss?)://|/vsi(curl|s3|gs|az|adls|oss|swift|hdfs|webhdfs)(_streaming)?[/?]"
-    r"|^\s*(PG|PGeo|MySQL|MSSQL|OCI|MongoDBv3|ES|Carto|WFS3?|OAPIF|OGCAPI|WMS|WMTS|WCS|TMS|NGW|EEDAI?|PLScenes|DAAS):",
+    rf"|{DATABASE}|^\s*(PGeo|MongoDBv3|ES|Carto|WFS3?|OAPIF|OGCAPI|WMS|WMTS|WCS|TMS|NGW|EEDAI?|PLScenes|DAAS):",
     re.IGNORECASE,
 )
 VIRTUAL = ("vrtdataset", "ogrvrtdatasource")
@@ -31,11 +33,14 @@ HEAD_BYTES = 4096
 
 
 def refuse_elsewhere(path: str | Path, what: str) -> None:
-    """Raise ``UserError`` for a path that is an address of the network."""
-    if ELSEWHERE.search(str(path)) and not Path(path).exists():
-        raise UserError(
-            f"{path}: the {what} must be a file on this computer, not a network address; download it, and give the file"
-        )
+    """Raise ``UserError`` for a path that is an address of the network, or a database."""
+    if not ELSEWHERE.search(str(path)) or Path(path).exists():
+        return
+    said = f"{path}: the {what} must be a file on this computer, not"
+    if re.match(DATABASE, str(path), re.IGNORECASE):
+        copy = quoted(f"{what.replace(' ', '_')}.gpkg")
+        raise UserError(f"{said} a database; write the table to one: ogr2ogr -f GPKG {copy} {quoted(path)} TABLE")
+    raise UserError(f"{said} a network address; download it, and give the file")
 
 
 def refuse_pointers(path: str | Path, what: str) -> None:

@@ -7,6 +7,7 @@ import shutil
 import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from deadwood_algorithms.files.crs import (
     refuse_local,
     same_crs,
 )
+from deadwood_algorithms.files.embedded import record_in
 from deadwood_algorithms.files.free_memory import GIB, SHARE, free_bytes
 from deadwood_algorithms.files.inputs import refuse_missing
 from deadwood_algorithms.files.rasters import is_raster
@@ -146,13 +148,14 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     if Path(name).suffix.lower() == ".shp" and _parts_of_shapefile(Path(name)) == {".shp", ".dbf"}:
         return _read_without_index(name, what, geometry)
     left = unmerged(Path(name))
-    utf8 = Path(name).suffix.lower() in (".shp", ".dbf") and dbf.is_utf8(Path(name), what)
     try:
         with warnings.catch_warnings(), settled(Path(name)) as place:
             warnings.simplefilter("ignore")  # M values are dropped, curves are straightened
             layer = _layer_of(name, layer, what, geometry, place)
             _refuse_too_many_rows(name, layer, what, place)
-            frame = _read_features(name, layer, place, dbf.BYTES if utf8 else None)
+            read = partial(_read_features, name, layer, place)
+            dbase = Path(name).suffix.lower() in (".shp", ".dbf")
+            frame = dbf.read_encoded(read, Path(name), what) if dbase else read(None)
             others = _layers_that_hold_rows(place) if frame.empty else []
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         if is_raster(name):
@@ -160,9 +163,6 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
         raise UserError(
             f"{name}: the {what} file is not a vector layer that can be read ({_reason(name, error)})"
         ) from error
-    if utf8:
-        notes, frame = frame.attrs.get("notes", ()), dbf.as_utf8(frame)
-        frame.attrs["notes"] = notes
     if Path(name).suffix.lower() in SHEETS:
         frame = sheet_table(frame)
     _refuse_twins(frame, name)
@@ -175,7 +175,8 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
-    if (doubt := one_page(name, len(frame))) is not None:
+    others_file = what != "releases" and record_in(Path(name)) is None  # users draw 1000 positions themselves
+    if (doubt := one_page(name, len(frame), by_size=others_file)) is not None:
         frame.attrs["doubts"] = (doubt,)
     frame.attrs["full_layers"] = [f"'{name}|layername={each}'" for each in others]
     return frame

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from deadwood_algorithms.params.commands import quoted
 from deadwood_algorithms.params.tool import UserError
 
-DATABASE = re.compile(r"\s*((PG|MySQL|MSSQL|OCI):|postgres(ql)?://)", re.IGNORECASE)
 CLOUDS = (".las", ".laz")
 OF_TREES = ("trees", "single trees", "sample of trees")
 
 
 def refuse_foreign(path: str | Path, what: str) -> None:
-    """Reject what no library here reads: tables of a database, point clouds, Zarr stores, a part of a SAGA grid."""
+    """Reject what no library here reads: point clouds, Zarr stores, a part of a SAGA grid."""
     place = Path(path)
-    if DATABASE.match(str(path)) and not place.exists():
-        copy = quoted(f"{what.replace(' ', '_')}.gpkg")
-        raise UserError(
-            f"{path}: the {what} must be a file, not a database; write the table to one: ogr2ogr -f GPKG {copy} "
-            f"{quoted(path)} TABLE"
-        )
     ending = place.suffix.lower()
     if ending in CLOUDS and place.is_file():
         ground = quoted(f"{place.stem}_ground.tif")

@@ -1,18 +1,19 @@
 """Whether a file is one page of a web service: what the file itself says about how many features exist.
 
 Services answer with a page (OGC API: 10 by default, ArcGIS: 1000 or 2000, WFS: ``count``), and say so: in the members
-``numberMatched``, ``totalFeatures``, ``exceededTransferLimit``, a link ``next``, or in the attributes of GML.
+``numberMatched``, ``totalFeatures``, ``exceededTransferLimit``, a link ``next``, or in the attributes of GML. A
+GeoPackage or shapefile of it says nothing, but has exactly as many rows as a page.
 """
 
 from __future__ import annotations
 
 import json
 import re
-import tempfile
 import zipfile
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 from xml.etree import ElementTree
 
 from deadwood_algorithms.intake.doubts import Doubt
@@ -27,56 +28,57 @@ PAGES = ("totalpages", "pages", "pagecount", "numpages")
 BESIDE = ("properties", "context", "meta", "metadata", "pagination", "paging", "page", "pageinfo", "links", "result")
 LARGEST_BYTES = 2**27  # of a file that is read completely; of a larger one the beginning
 HEAD_BYTES = 2**16
+SIZES = (1000, 2000, 5000, 10_000)  # the largest pages of usual services
 JSON, XML = (".json", ".geojson", ".pjson", ".jsonfg", ".topojson"), (".gml", ".xml", ".gfs")
 
 
-def one_page(path: str | Path, rows: int) -> Doubt | None:
-    """The doubt about a layer of so many rows, if its file says that there are more."""
+def one_page(path: str | Path, rows: int, *, by_size: bool = False) -> Doubt | None:
+    """The doubt about a layer of so many rows, if its file says that there are more; ``by_size``: or says nothing."""
     total, more = said_in(Path(path))
+    numbers, code, page = {"rows": rows}, "one-page", "one page of a web service;"
     if total is not None and total > rows:
-        text, numbers = f"the file holds {rows} of {total} features, as it says itself", {"total": total}
+        text, numbers = f"the file holds {rows} of {total} features, as it says itself", numbers | {"total": total}
     elif more:
-        text, numbers = f"the file holds {counted(rows, 'feature')}, and says itself that there are more", {}
+        text = f"the file holds {counted(rows, 'feature')}, and says itself that there are more"
+    elif by_size and total is None and rows in SIZES:
+        text, code = f"the file holds exactly {counted(rows, 'feature')}, as many as services give at once", "page-size"
+        page = "is it one page of a web service? Then"
     else:
         return None
-    fix = "one page of a web service; download all pages (in QGIS: add the service as a layer, then export it)"
-    return Doubt("one-page", f"{text}: {fix}", {"rows": rows, **numbers})
+    fix = "download all pages (in QGIS: add the service as a layer, then export it)"
+    return Doubt(code, f"{text}: {page} {fix}", numbers)
 
 
 def said_in(path: Path) -> tuple[int | None, bool]:
     """How many features exist, and whether there are more than in the file, as the file says."""
-    ending = path.suffix.lower()
     try:
-        if ending == ".zip" and path.is_file():
-            return _said_in_zip(path)
-        if ending in JSON and path.is_file():
-            return _said_in_json(path)
-        if ending in XML and path.is_file():
-            return _said_in_xml(path)
+        if not path.is_file():
+            return None, False
+        if path.suffix.lower() != ".zip":
+            with path.open("rb") as source:
+                return _said_by(source, path.suffix.lower(), path.stat().st_size)
+        with zipfile.ZipFile(path) as packed:
+            inside = [each for each in packed.infolist() if not each.is_dir()]
+            if len(inside) == 1 and inside[0].file_size <= LARGEST_BYTES:
+                answer = BytesIO(packed.read(inside[0]))
+                return _said_by(answer, Path(inside[0].filename).suffix.lower(), inside[0].file_size)
     except (OSError, ValueError, ElementTree.ParseError, zipfile.BadZipFile, RuntimeError, NotImplementedError):
         pass
     return None, False
 
 
-def _said_in_zip(path: Path) -> tuple[int | None, bool]:
-    """What the only file of an archive says."""
-    with zipfile.ZipFile(path) as packed, tempfile.TemporaryDirectory() as folder:
-        inside = [each for each in packed.infolist() if not each.is_dir()]
-        if len(inside) != 1 or inside[0].file_size > LARGEST_BYTES:
-            return None, False
-        place = Path(folder, "answer").with_suffix(Path(inside[0].filename).suffix)
-        place.write_bytes(packed.read(inside[0]))
-        return said_in(place) if place.suffix.lower() != ".zip" else (None, False)
+def _said_by(source: IO[bytes], ending: str, size: int) -> tuple[int | None, bool]:
+    if ending in XML:
+        return _said_in_xml(source, size)
+    return _said_in_json(source, size) if ending in JSON else (None, False)
 
 
-def _said_in_json(path: Path) -> tuple[int | None, bool]:
-    if path.stat().st_size <= LARGEST_BYTES:
-        whole = json.loads(path.read_bytes())
+def _said_in_json(source: IO[bytes], size: int) -> tuple[int | None, bool]:
+    if size <= LARGEST_BYTES:
+        whole = json.load(source)
         return _of_members(whole) if isinstance(whole, dict) else (None, False)
-    with path.open("rb") as source:
-        head = source.read(HEAD_BYTES).partition(b'"features"')[0].decode("utf-8", "ignore")
-    found = dict(re.findall(r'"([\w@.]+)"\s*:\s*"?(\d+|true)', head))
-    return _of_members(found)
+    head = source.read(HEAD_BYTES).partition(b'"features"')[0].decode("utf-8", "ignore")
+    return _of_members(dict(re.findall(r'"([\w@.]+)"\s*:\s*"?(\d+|true)', head)))
 
 
 def _of_members(members: Mapping[str, Any]) -> tuple[int | None, bool]:
@@ -96,13 +98,12 @@ def _of_members(members: Mapping[str, Any]) -> tuple[int | None, bool]:
     return next((each for each in totals if each is not None), None), more
 
 
-def _said_in_xml(path: Path) -> tuple[int | None, bool]:
+def _said_in_xml(source: IO[bytes], size: int) -> tuple[int | None, bool]:
     """The attributes of the first element, of GML as WFS 2 answers; an answer cut short has an element of that name."""
-    with path.open("rb") as source:
-        _, root = next(ElementTree.iterparse(source, events=("start",)))
-        total, more = _of_members({name.rpartition("}")[2]: value for name, value in root.attrib.items()})
-        source.seek(max(0, path.stat().st_size - HEAD_BYTES))
-        return total, more or b"truncatedResponse" in source.read()
+    _, root = next(ElementTree.iterparse(source, events=("start",)))
+    total, more = _of_members({name.rpartition("}")[2]: value for name, value in root.attrib.items()})
+    source.seek(max(0, size - HEAD_BYTES))
+    return total, more or b"truncatedResponse" in source.read()
 
 
 def _count(value: Any) -> int | None:

@@ -20,9 +20,10 @@ from deadwood_algorithms.params.counts import counted
 # of 8 m included, and 27 to 47 on surface models of a forest. COARSEST_M: beyond it a crown is less than a cell.
 CROWN_M, RING_M, COARSEST_M = 3.0, 4.0, 4.0
 TOPS_PER_HA, FEWEST_TOPS = 0.5, 3
-# Broad crowns and roofs have no such top, but walls on both sides, along rows and along columns: the surface rises by
-# more than CROWN_M (or WALL times the distance) within WALL_M, and falls so again within BROAD_M. None of the cells of
-# terrain models lie so between walls; 1 % do with four houses on 4 ha, 15 to 60 % under crowns of 7 to 10 m.
+# Broad crowns and roofs have no such top, but walls on both sides, along rows and along columns: above the mean slope
+# the surface rises by more than CROWN_M (or WALL times the distance) within WALL_M, and falls so again within BROAD_M.
+# None of the cells of terrain models lie so between walls; 1 % do with four houses on 4 ha, 15
+# to 60 % under crowns of 7 to 10 m.
 WALL, WALL_M, BROAD_M, BROAD_SHARE = 2.0, 1.0, 12.0, 0.002
 
 # Heights rise over LAG cells nearly LAG times as much as over one: 0.66 to 1.0 of that on terrain models. Slopes,
@@ -34,6 +35,11 @@ LEAST_SPREAD, MOST_DEGREES, LEAST_DEGREES = 15.0, 360.0, -180.0
 MOST_SLOPE_DEG, LEAST_SLOPE_CELLS = 90.0, 100
 # Tangents, radians, cosines, curvatures: small numbers, which as heights are ground without relief.
 MOST_SMALL, LEVEL = 2.0 * np.pi, 0.02
+
+# Distances from something fall towards it by one per metre wherever they are, to one of eight neighbours by 0.92 to 1;
+# so do costs of ways over even ground. Of a piece of real ground at most 57 % of the cells are as steep as one another.
+EVEN, EVEN_SHARE = 0.09, 0.9
+SIDES, SIDE_SHARE = 3, 0.05  # a plane falls to one side only, and a valley between two planes to two
 
 # An undeclared margin of one value on low ground is lower than its rim by more than the shore of a sea.
 EMPTY_M = (0.0, -1.0, -9.0, -99.0)
@@ -83,17 +89,27 @@ def _share_between_walls(terrain: Terrain) -> float:
     apart, reach = max(1, round(WALL_M / terrain.cell)), max(2, round(BROAD_M / terrain.cell))
     wall = max(CROWN_M, WALL * apart * terrain.cell)
     between = known = 0
-    for heights in terrain.samples:
+    for heights in map(_levelled, terrain.samples):
         both = _between(heights, apart, reach, wall) & _between(heights.T, apart, reach, wall).T
         between, known = between + int(both.sum()), known + int(np.isfinite(heights).sum())
     return between / known if known else 0.0
 
 
-def _between(heights: NDArray[np.floating], apart: int, reach: int, wall: float) -> NDArray[np.bool_]:
+def _levelled(heights: NDArray[np.floating]) -> NDArray[np.float64]:
+    """The heights without the slope that they have in the middle, on which a wall uphill rises, too."""
+    out = heights.astype(np.float64)
+    for axis, at in enumerate(np.indices(heights.shape, sparse=True)):
+        rise = np.diff(heights, axis=axis)
+        known = rise[np.isfinite(rise)]
+        out -= at * (float(np.median(known)) if known.size else 0.0)
+    return out
+
+
+def _between(heights: NDArray[np.float64], apart: int, reach: int, wall: float) -> NDArray[np.bool_]:
     """Cells of which a wall rises within ``reach`` cells before them along their row, and one falls behind them."""
     rise = np.zeros(heights.shape)
     if heights.shape[1] > apart:
-        rise[:, apart:] = heights[:, apart:].astype(np.float64) - heights[:, :-apart]
+        rise[:, apart:] = heights[:, apart:] - heights[:, :-apart]
     count = [np.cumsum(np.pad(side, ((0, 0), (1, reach + apart))), axis=1) for side in (rise > wall, rise < -wall)]
     at = np.arange(heights.shape[1])
     up = count[0][:, at + 1] - count[0][:, np.maximum(at + 1 - reach, 0)]
@@ -129,6 +145,8 @@ def tops_of(heights: NDArray[np.floating], cell: float) -> tuple[int, float]:
 
 def no_heights(terrain: Terrain) -> Doubt | None:
     """Slopes, aspects, grey values, curvatures in place of heights: within their range, and wandering."""
+    if (doubt := _distances(terrain)) is not None:
+        return doubt
     known = np.concatenate([each[np.isfinite(each)] for each in terrain.samples] or [np.empty(0)])
     if known.size < LEAST_SLOPE_CELLS or known.min() < LEAST_DEGREES or known.max() > MOST_DEGREES:
         return None
@@ -136,10 +154,11 @@ def no_heights(terrain: Terrain) -> Doubt | None:
     side = max(float(np.hypot(*each.shape)) for each in terrain.samples) * terrain.cell
     if not (0.0 < high - low < LEVEL * side if small else high - low > LEAST_SPREAD):
         return None
-    wander = wandering(terrain.samples, LAG)
+    near = min(LAG, round(SMOOTH_M / terrain.cell))  # hills wander, too, farther apart
+    wander = wandering(terrain.samples, near) if near > 1 else 1.0
     limit = WANDERING_NAMED if words_of(terrain.named) & OF_SLOPE else WANDERING
     shortest = min(min(each.shape) for each in terrain.samples) // 3
-    far = max(LAG, min(SMOOTH_LAG, shortest, round(SMOOTH_M / terrain.cell)))
+    far = max(near, min(SMOOTH_LAG, shortest, round(SMOOTH_M / terrain.cell)))
     if wander >= limit and wandering(terrain.samples, far) >= WANDERING_SMOOTH:
         return None
     what = "aspects or grey values" if known.max() > MOST_SLOPE_DEG or known.min() < 0.0 else "slopes in degrees"
@@ -150,6 +169,37 @@ def no_heights(terrain: Terrain) -> Doubt | None:
         "model itself",
         {"lowest": float(known.min()), "highest": float(known.max()), "wandering": wander},
     )
+
+
+def _distances(terrain: Terrain) -> Doubt | None:
+    """Distances or costs of ways: everywhere as steep as anywhere else, and falling to several sides."""
+    falls, sides = [], []
+    for heights in terrain.samples:
+        if min(heights.shape) > 2:
+            steepest = np.stack([_fall(heights, j, i) for j in (-1, 0, 1) for i in (-1, 0, 1) if j or i])
+            known = np.isfinite(steepest).all(axis=0) & (steepest.max(axis=0) > 0.0)
+            falls.append(steepest.max(axis=0)[known] / terrain.cell)
+            sides.append(steepest.argmax(axis=0)[known])
+    fall, side = (np.concatenate(each or [np.empty(0)]) for each in (falls, sides))
+    if fall.size < LEAST_SLOPE_CELLS:
+        return None
+    middle = float(np.median(fall))
+    share = float((np.abs(fall - middle) <= EVEN * middle).mean())
+    if share < EVEN_SHARE or (np.bincount(side.astype(int)) > SIDE_SHARE * side.size).sum() < SIDES:
+        return None
+    return Doubt(
+        "not-heights",
+        f"{100.0 * share:.0f} % of it falls by {middle:.2g} per metre, to all sides, as distances or costs of ways do, "
+        "and no ground: give the terrain model itself",
+        {"fall": middle, "share": share},
+    )
+
+
+def _fall(heights: NDArray[np.floating], down: int, right: int) -> NDArray[np.float64]:
+    """By how much inner cells stand above one of their neighbours, for each cell of distance."""
+    ny, nx = heights.shape
+    there = heights[1 + down : ny - 1 + down, 1 + right : nx - 1 + right].astype(np.float64)
+    return (heights[1:-1, 1:-1] - there) / np.hypot(down, right)
 
 
 def wandering(samples: Sequence[NDArray[np.floating]], lag: int) -> float:
@@ -202,7 +252,8 @@ def _pairs(
         yield empty[:, :-1], empty[:, 1:], values[:, :-1], values[:, 1:]
 
 
-NO_HEIGHTS = Check("not-heights", "slopes, aspects, grey values or curvatures in place of heights", no_heights)
+OTHERS = "slopes, aspects, grey values, curvatures or distances in place of heights"
+NO_HEIGHTS = Check("not-heights", OTHERS, no_heights)
 # Of what are heights.
 CHECKS = (
     Check("surface-model", "a surface model: tree crowns or roofs stand on it", crowns),

@@ -9,6 +9,7 @@ from deadwood_algorithms.intake.doubts import Check, Doubt
 
 IMPLAUSIBLE = 2.0  # a coefficient of friction that no wood on soil, rock, snow or litter has
 LARGE_SHARE = 0.001  # of the cells
+NOWHERE_BELOW = 1.0  # the highest that a source of `params/presets` gives is 0.38
 
 # Between crowns a canopy model shows the ground, or what its maker cuts off (up to 5 m). The lowest hundredth of one
 # that does not stands this high, or FLOOR_M high and FLOOR_SHARE of the cells within FLOOR_WIDTH_M of it.
@@ -94,10 +95,25 @@ def frictionless(friction: NDArray[np.float64]) -> Doubt | None:
     )
 
 
+def nowhere_low(friction: NDArray[np.float64]) -> Doubt | None:
+    """Coefficients of at least 1 everywhere: a mask, or weights of a calculation of costs."""
+    known = friction[np.isfinite(friction)]
+    if not known.size or known.min() < NOWHERE_BELOW or np.median(known) > IMPLAUSIBLE or codes(known):
+        return None
+    return Doubt(
+        "friction-nowhere-low",
+        f"no coefficient is below {known.min():g}, on which a log rests on every slope below "
+        f"{np.degrees(np.arctan(known.min())):.0f} degrees; are these codes, a mask or weights? A log on soil has "
+        "about 0.2 to 0.4",
+        {"lowest": float(known.min())},
+    )
+
+
 FRICTION = (
     Check("friction-codes", "codes of classes in place of coefficients", codes),
     Check("friction-too-large", "coefficients above 2 on part of the ground", too_large),
     Check("friction-zero", "cells without friction beside others", frictionless),
+    Check("friction-nowhere-low", "coefficients of 1 or more everywhere", nowhere_low),
 )
 CANOPY = (
     Check("canopy-without-ground", "a canopy that never comes down to the ground", groundless),

@@ -54,6 +54,15 @@ def test_a_character_cut_in_two_by_the_width_of_its_field(tmp_path):
     assert read_table(path, what="trees")["Zustand"].tolist() == ["a" * (size - 1), "Föhre"]
 
 
+def test_a_participle_of_another_encoding_is_no_character_cut_in_two(tmp_path):
+    """The last byte of coupé in CP1252 begins a character in UTF-8; nothing else in the table is one."""
+    path = shapefile(tmp_path, "cp1252", None, ["coupé", "mort"])
+    assert read_table(path, what="trees")["Zustand"].tolist() == ["coupé", "mort"]
+    (tmp_path / "a.cpg").write_text("UTF-8")
+    with pytest.raises(UserError, match="but 'coupé' is not"):
+        read_table(path, what="trees")
+
+
 def test_a_cpg_that_cannot_be_true_is_refused_and_its_command_helps(tmp_path):
     path = shapefile(tmp_path, "cp1252", "UTF-8")
     with pytest.raises(UserError, match=r"a\.cpg says .* UTF-8, but 'Dürrständer' is not") as error:

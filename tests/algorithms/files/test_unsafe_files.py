@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 
+import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pytest
+import shapely
 
+from deadwood_algorithms.files.identity import content_of
 from deadwood_algorithms.files.input_files import tiles_of
 from deadwood_algorithms.files.rasters import open_raster
 from deadwood_algorithms.files.tables import write_csv
@@ -44,3 +48,16 @@ def test_a_field_needs_its_layer(capsys):
     line = ["assess-mobilisation", "--dem", "x.tif", "--output", "y.tif", "--stage-field", "stage"]
     assert cli.run(line) == 2
     assert "--stage-field names a field, but --deadwood" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("damage", [b"\xbeREATE TABLE", b"CREATE \xbeABLE"])
+def test_a_geopackage_with_damaged_names_has_no_content_and_raises_nothing(tmp_path, damage):
+    """SQLite repeats the damaged bytes in its message, which is then no text; the hash of inputs ended with that."""
+    path = tmp_path / "a.gpkg"
+    place = gpd.GeoDataFrame({"n": [1]}, geometry=[shapely.Point(0, 0)], crs=2056)
+    place.to_file(path, layer="trees")
+    assert content_of(path) is not None
+    whole = path.read_bytes()
+    for at in [each.start() for each in re.finditer(b"CREATE TABLE", whole)]:
+        path.write_bytes(whole[:at] + damage + whole[at + len(damage) :])
+        assert content_of(path) is None

@@ -28,7 +28,11 @@ SEEN = {
     "22_release_polygons/unclosed.shp": ("areas", set(), "1 row, 0.12 ha"),
     "23_lidr_not_normalised/crowns_collection.gpkg": ("trees", set(), "3 trees"),
     "30_low_trees/tiges.geojson": ("trees", set(), "2 trees"),
-    "33_feet_int16/dem_feet_int16.tif": ("dem", {"stepped-heights", "steep"}, "160 x 240 cells of 1 m"),
+    "33_feet_int16/dem_feet_int16.tif": (
+        "dem",
+        {"named-in-feet", "stepped-heights", "steep"},
+        "160 x 240 cells of 1 m",
+    ),
     "34_status_words/de1.csv": ("trees", set(), "45 trees, of which 30 dead"),
     "34_status_words/fr1.csv": ("trees", set(), "30 trees, of which 15 dead"),
     "34_status_words/it1.csv": ("trees", set(), "30 trees, of which 15 dead"),

@@ -94,6 +94,21 @@ def test_slopes_without_a_name_are_doubted(tmp_path):
     assert terrain.no_heights(terrain.Terrain([0.2 * (GROUND - GROUND.min())], 1.0)) is None  # low ground
 
 
+@pytest.mark.parametrize(("name", "kind"), [("dem_ft.tif", ""), ("DEM10m_Feet.tif", ""), ("a.tif", "elevation [ft]")])
+def test_a_name_that_says_feet_is_doubted_where_no_slope_does(tmp_path, name, kind):
+    """A slope of 15 degrees is one of 41 in feet, which much ground has; the remedy that is printed undoes it."""
+    ground = 800.0 + Y * np.tan(np.radians(15.0))
+    path = write(tmp_path / name, ground / 0.3048, kinds=(kind,))
+    hearing = Hearing(Quiet())
+    read_dem(path, feedback=hearing)
+    (doubt,) = [each for each in hearing.messages if each.level == "warning"]
+    assert doubt.code == "named-in-feet"
+    made = carry_out(doubt.text.split("fix: ")[1], tmp_path)
+    assert np.allclose(read_dem(made).values[::-1], ground, atol=1e-3)
+    assert doubts(str(made)) == {}
+    assert doubts(write(tmp_path / "left_shift.tif", ground)) == {}
+
+
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
 @pytest.mark.parametrize("called", ["elevation", "DTM_1m", "Geländehöhe", "mnt"])
 def test_the_band_of_the_heights_is_found_by_its_name(tmp_path, order, called):
@@ -197,6 +212,41 @@ def test_roofs_are_walls_on_all_sides_and_one_wall_a_dam_and_a_gorge_are_not():
     gorge[90:96] -= 15.0
     for ground in (wall, dam, gorge):
         assert terrain.crowns(terrain.Terrain([ground], 1.0)) is None
+
+
+@pytest.mark.parametrize("slope", [0, 20, 35, 40])
+def test_houses_on_a_slope_stand_between_walls_above_its_mean(slope):
+    """Uphill the roof stands less than 3 m above the ground at 35 degrees; one wall alone is still none."""
+    x, y = np.meshgrid(np.arange(128.0), np.arange(128.0))
+    ground = 500.0 + y * np.tan(np.radians(slope)) + 0.05 * x
+    roofs = ground.copy()
+    for east, north in ((30, 40), (70, 60), (50, 95), (100, 25)):
+        over = (np.abs(x - east) < 6) & (np.abs(y - north) < 4)
+        roof = 507.4 + 0.05 * east + north * np.tan(np.radians(slope)) - 0.6 * np.abs(y - north)
+        roofs = np.where(over, np.maximum(roofs, roof), roofs)
+    assert terrain.crowns(terrain.Terrain([roofs], 1.0)) is not None
+    for fine in (ground, ground + 8.0 * (y > 60), ground + 5.0 * ((y > 60) & (y < 68)), ground - 9.0 * (x > 70)):
+        assert terrain.crowns(terrain.Terrain([fine], 1.0)) is None
+
+
+@pytest.mark.parametrize("cost", [1.0, 0.37])
+@pytest.mark.parametrize("rows", [slice(None), slice(0, 100)])
+def test_distances_are_no_heights(cost, rows):
+    """Straight ones, and along neighbours of cells as costs are added up, with or without their zeros."""
+    x, y = np.meshgrid(np.arange(200.0), np.arange(150.0))
+    sources = ((30, 120), (150, 130), (90, 140))
+    apart = [(np.abs(x - a), np.abs(y - b)) for a, b in sources]
+    straight = np.min([np.hypot(*each) for each in apart], axis=0)
+    stepped = np.min([np.maximum(a, b) + (np.sqrt(2.0) - 1.0) * np.minimum(a, b) for a, b in apart], axis=0)
+    for distances in (straight, stepped):
+        doubt = terrain.no_heights(terrain.Terrain([2.0 * cost * distances[rows]], 2.0))
+        assert doubt is not None
+        assert doubt.numbers["fall"] == pytest.approx(cost, rel=0.05)
+
+
+def test_planes_and_valleys_are_no_distances():
+    for heights in (Y, Y + 0.4 * X, np.abs(X - 80.0) + 0.3 * Y, np.maximum(Y, 0.8 * X)):
+        assert terrain.no_heights(terrain.Terrain([900.0 + heights], 1.0)) is None
 
 
 TANGENT = np.hypot(*np.gradient(GROUND))

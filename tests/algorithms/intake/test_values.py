@@ -6,13 +6,16 @@ import json
 import zipfile
 from pathlib import Path
 
+import geopandas
 import numpy as np
 import pytest
 
+from deadwood_algorithms.files.embedded import embed
+from deadwood_algorithms.files.vectors import read_table
 from deadwood_algorithms.intake import places, terrain, values
 from deadwood_algorithms.intake.pages import one_page
 from deadwood_algorithms.intake.places import off_the_ground, rounded
-from deadwood_algorithms.intake.values import codes, frictionless, groundless, too_large, too_tall
+from deadwood_algorithms.intake.values import codes, frictionless, groundless, nowhere_low, too_large, too_tall
 
 
 def canopy() -> np.ndarray:
@@ -41,6 +44,16 @@ def test_undeclared_zeros_of_friction_are_doubted():
     assert some.numbers["share"] == pytest.approx(0.05)
     for fine in (np.full(9, 0.3), np.zeros(9), np.array([0.0, 1.0, 2.0]), np.array([np.nan, 0.4])):
         assert frictionless(fine) is None
+
+
+def test_friction_of_1_and_more_everywhere_is_doubted():
+    """A mask, or codes between whole numbers; one number, and few cells that are rough, are not."""
+    for weights in (np.full(9, 1.0), np.array([1.0, 1.5, np.nan]), np.array([1.2, 1.4])):
+        some = nowhere_low(weights)
+        assert some is not None
+        assert some.numbers["lowest"] == np.nanmin(weights)
+    for fine in (np.array([0.9, 1.5]), np.array([1.0, 3.0]), np.array([30.0, 45.5]), np.array([np.nan])):
+        assert nowhere_low(fine) is None  # whole numbers and percent are doubted as such
 
 
 def test_friction_of_codes_or_of_several_units_is_doubted():
@@ -130,6 +143,28 @@ def test_a_page_in_an_archive(tmp_path):
     doubt = one_page(tmp_path / "a.zip", 10)
     assert doubt is not None
     assert doubt.numbers["total"] == 40
+
+
+@pytest.mark.parametrize("rows", [1000, 2000, 5000, 10_000])
+def test_as_many_rows_as_a_page_are_doubted_where_the_file_says_nothing(tmp_path, rows):
+    """A GeoPackage or a shapefile that a service's answer was saved as."""
+    doubt = one_page(tmp_path / "a.gpkg", rows, by_size=True)
+    assert doubt is not None
+    assert (doubt.code, doubt.numbers) == ("page-size", {"rows": rows})
+    assert one_page(tmp_path / "a.gpkg", rows) is None
+    assert one_page(tmp_path / "a.gpkg", rows + 1, by_size=True) is None
+    (tmp_path / "a.geojson").write_text(json.dumps({"features": [], "numberMatched": rows}))
+    assert one_page(tmp_path / "a.geojson", rows, by_size=True) is None
+
+
+@pytest.mark.parametrize(("what", "record", "said"), [("lines", False, 1), ("releases", False, 0), ("lines", True, 0)])
+def test_positions_that_users_draw_and_layers_of_ours_may_have_any_number_of_rows(tmp_path, what, record, said):
+    path = tmp_path / "a.gpkg"
+    rows = geopandas.GeoDataFrame({"n": range(1000)}, geometry=geopandas.points_from_xy(range(1000), [7.0] * 1000))
+    rows.to_file(path)
+    if record:
+        embed(path, {"tool": "slide-logs"})
+    assert len(read_table(path, what=what).attrs.get("doubts", ())) == said
 
 
 @pytest.mark.parametrize("members", WHOLE)

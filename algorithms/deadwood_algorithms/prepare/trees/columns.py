@@ -84,6 +84,8 @@ def words_of(text: str | None) -> dict[str, float]:
     words: dict[str, float] = {}
     for part in filter(str.strip, (text or "").split(";")):
         word, equals, number = part.rpartition("=")
+        if word.strip().lower() in words:
+            raise UserError(f"--read-as gives '{word.strip()}' more than once; keep one")
         try:
             words[word.strip().lower()] = float(number) if number.strip() else np.nan
         except ValueError:

@@ -238,6 +238,8 @@ def test_an_open_class_is_refused_with_the_option_that_explains_it(imported, sai
 def test_words_that_explain_nothing_are_refused(imported, words):
     with pytest.raises(UserError, match="is not a word, = and a number"):
         imported(table("x;y;dbh;h", "Starkholz;27"), read_as=words)
+    with pytest.raises(UserError, match="gives 'starkholz' more than once"):
+        imported(table("x;y;dbh;h", "Starkholz;27"), read_as="Starkholz=60; starkholz=65")
 
 
 GAPS = ["ss.dd.", "n.e.", "nicht gemessen", "non rilevato", "*", ".", "<NA>", "(leer)", "kein Wert", "pas mesuré", "Ø"]
