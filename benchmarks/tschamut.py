@@ -67,9 +67,9 @@ measured mass. The density that it then has shows how far its shape is off: of a
 {norm} kg/m³, of granite about 2650.
 
 **What it shows**: for rocks the shape decides more than the law. A box in soft ground stops where it lands on a face; a
-norm body rolls on, and two of three blocks go about as far as measured with nothing fitted. **What it does not show**:
-the terrain model ends {ends} m below the releases, and many norm bodies of the block that is nearly a cube leave it,
-so that their run-outs are lower bounds. One meadow, three blocks.
+norm body rolls on, and two of three blocks go about as far as measured with nothing fitted. The third, nearly a cube,
+goes too far, and with some laws leaves the terrain model, so that its run-outs are lower bounds. One meadow, three
+blocks.
 
 ## Nothing fitted
 
