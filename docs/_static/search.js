@@ -123,7 +123,7 @@ const deadwoodSearch = (() => {
     out.replaceChildren(head, list);
   }
 
-  addEventListener("DOMContentLoaded", () => {
+  document.addEventListener("DOMContentLoaded", () => { // before Sphinx's own, which is added later
     if (!document.getElementById("search-results") || typeof Search === "undefined") return;
     Search.performSearch = (query) => { if (index) show(query); else waiting.push(() => show(query)); };
     document.body.append(Object.assign(document.createElement("script"), { src: "_static/search_pages.js" }));

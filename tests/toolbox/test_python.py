@@ -22,7 +22,7 @@ from rasterio.transform import from_origin
 import deadwood_toolbox as dw
 from deadwood_algorithms.files.in_memory import read_raster
 from deadwood_algorithms.params.tool import VERSION
-from deadwood_toolbox import functions, functions_page
+from deadwood_toolbox import calls, functions, functions_page
 from deadwood_toolbox.shelf import TOOLS, python_names
 
 ROOT = Path(__file__).parents[2]
@@ -184,7 +184,7 @@ def test_a_run_tells_what_it_found(run):
     assert run.hits.extent == (WEST, WEST + 40.0, NORTH - 140.0, NORTH)
     assert run.jump_max.array.shape == (2, 140, 40)
     assert run.jump_max.names == ("jump_max", "height_max")
-    assert run.hits.meanings[0].startswith("Number of logs whose plan outline overlapped the cell")
+    assert run.hits.meanings[0].startswith("Number of logs that touched the cell")
     assert run.poses["log_id"].nunique() == 5
     assert run.summary["logs"]["released"] == 5
     assert "5 logs: " in run.text
@@ -275,7 +275,7 @@ def test_what_is_kept_keeps_its_inputs(dem, releases, tmp_path: Path):
     inputs = sorted((tmp_path / "run_inputs").iterdir())
     assert [each.name.split("-")[0] for each in inputs] == ["dem", "releases"]
     before = [each.stat().st_mtime_ns for each in inputs]
-    with pytest.raises(dw.UserError, match="the output exists; --overwrite replaces it"):
+    with pytest.raises(dw.UserError, match="the output exists; overwrite replaces it"):
         dw.slide_logs(**asked)
     again = dw.slide_logs(**asked, overwrite=True)
     assert [each.stat().st_mtime_ns for each in sorted((tmp_path / "run_inputs").iterdir())] == before
@@ -302,7 +302,7 @@ def test_what_is_kept_keeps_the_results_that_were_not_saved(dem, tmp_path: Path)
 
 
 def test_a_call_that_fails_leaves_nothing(dem, releases, tmp_path: Path):
-    with pytest.raises(dw.UserError, match="--friction is -1, but must be at least 0"):
+    with pytest.raises(dw.UserError, match="^friction is -1, but must be at least 0"):
         dw.slide_logs(dem=dem, releases=releases, friction=-1.0, output=tmp_path / "run")
     assert list(tmp_path.iterdir()) == []
 
@@ -325,9 +325,12 @@ def test_optional_outputs_stand_where_they_are_named_or_beside(run, tmp_path: Pa
         ({"dem": dw.Raster(slope(), from_origin(0, 0, 1, 1), "EPSG:0")}, r"^dem: 'EPSG:0' is not a known CRS"),
         ({"dem": dw.Raster(slope(), (1, 2), CRS)}, r"^dem: the transform '\(1, 2\)' is not six numbers"),
         ({"dem": dw.Raster(slope()[0], from_origin(0, 0, 1, 1), CRS)}, r"^dem: an array of shape \(40,\)"),
-        ({"dem": 3}, "^--dem has the type int, but must be a path or a Raster$"),
-        ({"output": True}, "^--output is 'True', but must be a path$"),
+        ({"dem": 3}, "^dem has the type int, but must be a path or a Raster$"),
+        ({"output": True}, "^output is 'True', but must be a path$"),
         ({"friction": "none.tif"}, "none.tif"),
+        ({"friction": [0.2, 0.3]}, "^friction takes one value, but 2 were given; .* or use vary,"),
+        ({"rolling_friction": (0.1, 0.2, 0.3)}, "^rolling_friction takes one value, but 3 were given"),
+        ({"rest_speed_ms": -1.0}, "^rest_speed_ms is -1 m/s, but must be greater than 0"),
     ],
 )
 def test_wrong_inputs_are_one_clear_line(dem, releases, wrong, message):
@@ -336,6 +339,12 @@ def test_wrong_inputs_are_one_clear_line(dem, releases, wrong, message):
     with pytest.raises(dw.UserError, match=message) as caught:
         dw.slide_logs(**{"dem": dem, "releases": releases, "friction": 0.3, "fidelity": "draft", **wrong})
     assert "\n" not in str(caught.value)
+    assert "--" not in str(caught.value)
+
+
+def test_messages_name_arguments_and_commands_keep_their_options():
+    told = calls.with_arguments("--rest-speed-ms is 3; try --crs EPSG:2056, or run deadwood-tool vary --vary friction; so --n")
+    assert told == "rest_speed_ms is 3; try crs EPSG:2056, or run deadwood-tool vary --vary friction; so n"
 
 
 def test_the_surroundings_are_put_back(dem, releases, monkeypatch):

@@ -78,6 +78,7 @@ PHRASES = {
     "error_known": "Fidelity {fidelity}: shares are off by {value} points ({low} to {high}), mean of the test slopes.",
     "error_unknown": "Fidelity {fidelity}: its error was not measured.",
     "error_none": "Fidelity {fidelity}: the one with which the others are compared.",
+    "error_difference": "Fidelity {fidelity}: such a difference is off by {value} points ({low} to {high}) on average.",
     "endings": "How the logs ended",
     "stayed_friction": (
         "{n} of {done} logs stayed where they were: friction {friction} holds logs on slopes below {holds}°, and here "

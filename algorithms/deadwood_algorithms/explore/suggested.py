@@ -62,5 +62,5 @@ def cells_of(lines: Sequence[Mapping[str, Any]], cell: float, shape: tuple[int, 
     if parts:
         row, column = np.indices(shape)
         centres = shapely.points((column + 0.5) * cell, (shape[0] - row - 0.5) * cell)
-        found = shapely.dwithin(shapely.union_all(parts), centres, cell)
+        found = np.asarray(shapely.dwithin(shapely.union_all(parts), centres, cell))
     return found

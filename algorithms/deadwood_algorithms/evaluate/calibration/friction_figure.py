@@ -62,7 +62,7 @@ def draw(
     ground(panels[2], best, layers, logs, observed, watched)
     cell = f"{layers.dem.cell:g} m cells"
     figure.suptitle(
-        textwrap.fill(f"{with_minus(sentence)} {counted(len(logs), 'log')} a coefficient, {cell}.", 150),
+        textwrap.fill(f"{with_minus(sentence)} {counted(len(logs), 'log')} at each coefficient, {cell}.", 150),
         x=0.01,
         ha="left",
         fontsize=11,

@@ -17,6 +17,14 @@ export function errorOf(fidelities, name) {
   return say("error_known", { fidelity: name, value, low, high });
 }
 
+/* That in the effect of a change, which is a difference of the same logs; nothing where it was not measured. */
+function errorOfDifference(fidelities, name) {
+  const found = fidelities.find((each) => each.name === name)?.difference;
+  if (!found) return "";
+  const [value, low, high] = found.map((each) => number(each, 1, true));
+  return say("error_difference", { fidelity: name, value, low, high });
+}
+
 /* The name of a line; a mere number gets the word for a line before it. */
 export function nameOf(line) {
   const name = String(line.name || line.line_id);
@@ -149,7 +157,8 @@ export function showDifference(scene, answer, { fell, look }) {
       make("div", { class: `verdict ${verdict}` }, say(`verdict_${verdict}`)),
       make("div", { class: "pair" }, make("span", {}, say("lost", { n: each.lost })), make("span", {}, say("gained", { n: each.gained }))));
   });
-  const note = make("p", { class: "quiet" }, say("paired_note", { concerned: answer.concerned, done: answer.done }));
+  const error = answer.lines.some((each) => each.difference) ? errorOfDifference(scene.fidelities, answer.fidelity) : "";
+  const note = make("p", { class: "quiet" }, `${say("paired_note", { concerned: answer.concerned, done: answer.done })} ${error}`);
   const held = (answer.holders || []).filter((each) => each.n > 0 && each.tree < scene.data.trees_x.length).slice(0, 5);
   const holders = held.length ? [
     make("p", { class: "quiet" }, say("holders_note")),
