@@ -1,7 +1,7 @@
 """A tool called from Python: data become files, the tool runs, its result is returned.
 
-The checks, the messages and the results are those of the command line, with arguments in place of options; a wrong input
-raises `UserError`.
+The checks, the messages and the results are those of the command line, with arguments in place of options; a wrong
+input raises `UserError`.
 """
 
 from __future__ import annotations
@@ -161,8 +161,8 @@ def _one(parameter: Parameter, value: Any) -> Any:
     value = _plain(value)
     if parameter.kind in SINGLE and isinstance(value, list | tuple | set | range):
         raise UserError(
-            f"{parameter.flag} takes one value, but {len(value)} were given; call the function once for each, or use vary, "
-            "which compares them with the same logs"
+            f"{parameter.flag} takes one value, but {len(value)} were given; call the function once for each, or use "
+            "vary, which compares them with the same logs"
         )
     return value
 

@@ -343,7 +343,9 @@ def test_wrong_inputs_are_one_clear_line(dem, releases, wrong, message):
 
 
 def test_messages_name_arguments_and_commands_keep_their_options():
-    told = calls.with_arguments("--rest-speed-ms is 3; try --crs EPSG:2056, or run deadwood-tool vary --vary friction; so --n")
+    told = calls.with_arguments(
+        "--rest-speed-ms is 3; try --crs EPSG:2056, or run deadwood-tool vary --vary friction; so --n"
+    )
     assert told == "rest_speed_ms is 3; try crs EPSG:2056, or run deadwood-tool vary --vary friction; so n"
 
 
@@ -369,7 +371,7 @@ def test_numbers_of_numpy_are_numbers(dem, releases, run):
     assert (again.hits.array == run.hits.array).all()
 
 
-def test_the_report_and_the_plot(run, monkeypatch):
+def test_the_report_and_the_plot(run, dem, releases, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     page = run.report()
     assert page.parent == run.folder
@@ -377,8 +379,23 @@ def test_the_report_and_the_plot(run, monkeypatch):
     axes = run.plot()
     words = [each.get_text() for each in axes.get_legend().get_texts()]
     reasons = run.deposits["stop_reason"].value_counts()
-    assert words == [f"{name} ({n})" for name, n in reasons.items()]
-    assert len(axes.images) == 1
+    assert words == ["roads, railways, houses", *(f"{name} ({n})" for name, n in reasons.items())]
+    relief, hits = axes.images
+    assert np.ptp(relief.get_array()) > 0.0
+    touched = np.argwhere(run.hits.array > 0)
+    west, _, south, north = run.hits.extent
+    assert axes.get_xlim()[0] < west + touched[:, 1].min()
+    assert axes.get_ylim()[0] < north - touched[:, 0].max() - 1.0
+    assert tuple(hits.get_extent()) == run.hits.extent
+    trees = geopandas.GeoDataFrame(
+        {"dbh_cm": [40.0, 30.0], "height_m": [20.0, 15.0]},
+        geometry=shapely.points([(west + 5.0, south + 8.0), (west + 30.0, south + 9.0)]),
+        crs=CRS,
+    )
+    axes = dw.slide_logs(dem=dem, releases=releases, trees=trees, friction=0.3, fidelity="draft").plot()
+    assert axes.get_legend().get_texts()[0].get_text() == "trees"
+    stems = next(each for each in axes.collections if each.get_label() == "trees")
+    assert stems.get_offsets().tolist() == [[each.x, each.y] for each in trees.geometry]
     assert run.hits.plot().images
 
 
