@@ -6,7 +6,7 @@ import { connect } from "./link.js";
 import { SlopeMap } from "./map.js";
 import { drapesOf, Motion, spaceOf } from "./motion.js";
 import { numberIn, numeric, showNumber } from "./numbers.js";
-import { canvasOf, Terrain } from "./terrain.js";
+import { canvasOf, rgb, Terrain } from "./terrain.js";
 import { Hand, toolbar, TOOLS } from "./tools.js";
 import { coordinate, count, difference, fill, make, number, say, share, config } from "./words.js";
 
@@ -731,7 +731,7 @@ async function fillSpace() {
   const variant = map.content.variants[0], rather = Boolean(variant?.edited);
   const drapes = await drapesOf(map, state.terrain, variant);
   if ($("space").hidden) return;
-  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: config.colours.solids, stumpBelow: config.stump_below_m });
+  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: config.colours.solids, endColours: config.stops.map((each) => rgb(each.colour).map((part) => part / 255)), stumpBelow: config.stump_below_m });
   try {
     if (view) view.replace([scene]);
     else view = window.DeadwoodView($("space"), [scene], { play: say("play"), pause: say("pause"), hint: say(matchMedia("(pointer: coarse)").matches ? "pick_hint_fingers" : "pick_hint"), picked: say("picked") });
