@@ -89,7 +89,7 @@ PHRASES = {
         "elsewhere, or fell what holds them."
     ),
     "stayed_unknown": (
-        "{n} of {done} logs stayed where they were, on a slope of about {slope}°: they hang on the uneven ground."
+        "{n} of {done} logs stayed where they were, on a slope of about {slope}°: the uneven ground holds them."
     ),
     # over the plausible friction
     "band": "Over the plausible friction",
