@@ -319,5 +319,5 @@ def _picture(colours: Array) -> Image.Image:
     return Image.fromarray(np.uint8(np.clip(colours[::-1], 0.0, 1.0) * 255.0))
 
 
-def _base64(values: Array, kind: str) -> str:
+def _base64(values: NDArray[Any], kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(np.asarray(values), dtype=kind).tobytes()).decode("ascii")

@@ -48,7 +48,7 @@ def places_of(siting: Siting, alone: Any) -> list[tuple[Any, Any]]:
 
 def _chart(axes: Any, places: Sequence[tuple[Any, Any]]) -> None:
     """Remaining reach, a row for each place with the number that it has on the map; one mark for each height."""
-    marks = pandas.concat([rows.assign(row=n) for n, (_, rows) in enumerate(places, 1)])
+    marks: Any = pandas.concat([rows.assign(row=n) for n, (_, rows) in enumerate(places, 1)])
     heights, figure = list(marks.groupby("height_m")), axes.get_figure()
     for k, (height, rows) in enumerate(heights):
         aside = ScaledTranslation(0.0, ASIDE_IN * (0.5 * (len(heights) - 1) - k), figure.dpi_scale_trans)
