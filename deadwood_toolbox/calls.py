@@ -1,11 +1,13 @@
 """A tool called from Python: data become files, the tool runs, its result is returned.
 
-The checks, the messages and the results are those of the command line; a wrong input raises `UserError`.
+The checks, the messages and the results are those of the command line, with arguments in place of options; a wrong
+input raises `UserError`.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -28,6 +30,9 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Made = TypeVar("Made", bound=Result)
+SINGLE = ("number", "integer", "number_or_layer")  # kinds of one value
+# An option in a message, and a command, whose options stay
+OPTION = re.compile(r"deadwood-tool [a-z][^;:()]*|--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
 
 class DataArray(Protocol):
@@ -75,6 +80,9 @@ def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # warnings of libraries, as on the command line
                 outcome = tool(ask, feedback)
+    except UserError as error:
+        error.args = (with_arguments(str(error)), *error.args[1:])
+        raise
     finally:
         feedback.pass_on()
     kept = {name: place for name, place in places.items() if place is not None}
@@ -83,6 +91,11 @@ def call(name: str, kind: type[Made], given: Mapping[str, Any]) -> Made:
     text = "\n".join(outcome.lines)
     held = (temporary, *(each for value in values.values() for each in _results_in(value)))
     return kind(tool.name, kept, folder, outcome.facts, text, tuple(feedback.notes), tuple(feedback.warnings), held)
+
+
+def with_arguments(message: str) -> str:
+    """A message whose options are named as arguments of a function: ``--rest-speed-ms`` is ``rest_speed_ms``."""
+    return OPTION.sub(lambda found: found[1].replace("-", "_") if found[1] else found[0], message)
 
 
 def _place(
@@ -142,7 +155,7 @@ def _as_path(parameter: Parameter, value: Any) -> Any:
     if parameter.path_like and isinstance(value, list | tuple):
         return ",".join(os.fspath(each) for each in value)
     if value is None or isinstance(value, str) or parameter.of_kind.number_or_text:
-        return _plain(value)
+        return _one(parameter, value)
     raise UserError(f"{parameter.flag} has the type {type(value).__name__}, but must be {_welcome(parameter)}")
 
 
@@ -152,7 +165,18 @@ def _as_setting(parameter: Parameter, value: Any) -> Any:
         return crs_text(value)
     if parameter.of_kind.lists and isinstance(value, list | tuple):
         return ",".join(str(each) for each in value)
-    return _plain(value)
+    return _one(parameter, value)
+
+
+def _one(parameter: Parameter, value: Any) -> Any:
+    """A single value; several are refused, with the tool that takes them."""
+    value = _plain(value)
+    if parameter.kind in SINGLE and isinstance(value, list | tuple | set | range):
+        raise UserError(
+            f"{parameter.flag} takes one value, but {len(value)} were given; call the function once for each, or use "
+            "vary, which compares them with the same logs"
+        )
+    return value
 
 
 def _plain(value: Any) -> Any:
@@ -221,11 +245,13 @@ class _Told(Quiet):
             self.progress, self.cancelled = self.to.progress, self.to.cancelled
 
     def note(self, message: str, code: str = "", **numbers: Any) -> None:
+        message = with_arguments(message)
         self.notes.append(message)
         if self.to is not None:
             self._say(self.to.note, message, code, numbers)
 
     def warn(self, message: str, code: str = "", **numbers: Any) -> None:
+        message = with_arguments(message)
         self.warnings.append(message)
         if self.to is not None:
             self._say(self.to.warn, message, code, numbers)

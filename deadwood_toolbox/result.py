@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
 
 from deadwood_algorithms.files.in_memory import Raster, has_layer, read_layer, read_raster, read_table
-from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.params.tool import Quiet, UserError
 
 if TYPE_CHECKING:
     from geopandas import GeoDataFrame
@@ -217,15 +217,22 @@ class Run(Result):
         return page
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw how many logs crossed each cell, the lines, and the deposits by stop reason."""
+        """Draw how many logs touched each cell, the lines, and the deposits by stop reason, on the relief and the trees
+        of the run as far as their files are still there."""
         from deadwood_algorithms.files import quick_map
+        from deadwood_algorithms.results.relief import read_relief, tree_places
+        from deadwood_algorithms.results.run_folder import read_run
 
         ax = quick_map.map_axes() if ax is None else ax
+        run = read_run(str(self.folder), feedback=Quiet())
+        frame = quick_map.frame_of(self.hits)
+        quick_map.draw_ground(ax, read_relief(run, frame), tree_places(run))
         quick_map.draw_raster(ax, self.hits)
         if "reach" in self.parts:
-            quick_map.draw_layer(ax, getattr(self, "reach"))  # noqa: B009 (an attribute of the class that is written)
+            lines = getattr(self, "reach")  # noqa: B009 (an attribute of the class that is written)
+            quick_map.draw_layer(ax, lines, label="roads, railways, houses")
         quick_map.draw_layer(ax, getattr(self, "deposits"), by="stop_reason")  # noqa: B009
-        quick_map.zoom_to(ax, self.hits)
+        ax.set(xlim=frame[:2], ylim=frame[2:])
         quick_map.finish(ax)
         return ax
 

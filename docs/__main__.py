@@ -11,6 +11,7 @@ import shutil
 import sys
 from pathlib import Path
 
+from docs import search
 from docs.staging import HERE, ROOT, stage
 
 
@@ -28,7 +29,10 @@ def build(folder: Path, *, notebooks: bool = True) -> int:
     stage(source)
     shutil.rmtree(html, ignore_errors=True)
     options = ["--fail-on-warning", "--keep-going", "--quiet", "--fresh-env", "--conf-dir", str(HERE)]
-    return sphinx([*options, "-d", str(folder / "doctrees"), str(source), str(html)])
+    status = sphinx([*options, "-d", str(folder / "doctrees"), str(source), str(html)])
+    if status == 0:
+        search.write(html)
+    return status
 
 
 def main() -> int:

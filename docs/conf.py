@@ -34,10 +34,9 @@ html_theme = "pydata_sphinx_theme"
 html_title = f"Deadwood Toolbox {VERSION}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["search.js"]
 html_show_sourcelink = False
 html_copy_source = False
-# A summary would be fetched, which a browser refuses for files.
-html_show_search_summary = False
 html_theme_options = {
     "show_prev_next": True,
     "navigation_with_keys": False,

@@ -119,7 +119,7 @@ def of_barrier(folder: Path) -> None:
     line = (
         "deadwood-tool vary --dem sample_data/dem.tif --releases releases.gpkg --trees trees.gpkg --lines "
         "'sample_data/sample.gpkg|layername=lines' --friction 0.25 --vary "
-        "friction=0.2:0.3,rolling_friction,orientation,tree_dbh_factor --fidelity draft --output varied"
+        "friction=0.2:0.3,rolling_friction,tree_dbh_factor --fidelity draft --output varied"
     )
     tool(line, folder)
     keep(next((folder / "varied").glob("*.png")), "tornado")

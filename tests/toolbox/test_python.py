@@ -22,7 +22,7 @@ from rasterio.transform import from_origin
 import deadwood_toolbox as dw
 from deadwood_algorithms.files.in_memory import read_raster
 from deadwood_algorithms.params.tool import VERSION
-from deadwood_toolbox import functions, functions_page
+from deadwood_toolbox import calls, functions, functions_page
 from deadwood_toolbox.shelf import TOOLS, python_names
 
 ROOT = Path(__file__).parents[2]
@@ -184,7 +184,7 @@ def test_a_run_tells_what_it_found(run):
     assert run.hits.extent == (WEST, WEST + 40.0, NORTH - 140.0, NORTH)
     assert run.jump_max.array.shape == (2, 140, 40)
     assert run.jump_max.names == ("jump_max", "height_max")
-    assert run.hits.meanings[0].startswith("Number of logs whose plan outline overlapped the cell")
+    assert run.hits.meanings[0].startswith("Number of logs that touched the cell")
     assert run.poses["log_id"].nunique() == 5
     assert run.summary["logs"]["released"] == 5
     assert "5 logs: " in run.text
@@ -274,7 +274,7 @@ def test_what_is_kept_keeps_its_inputs(dem, releases, tmp_path: Path):
     first = dw.slide_logs(**asked)
     inputs = [tmp_path / "run" / name for name in ("inputs_dem.tif", "inputs.gpkg")]
     before = [each.read_bytes() for each in inputs]
-    with pytest.raises(dw.UserError, match="the output exists; --overwrite replaces it"):
+    with pytest.raises(dw.UserError, match="the output exists; overwrite replaces it"):
         dw.slide_logs(**asked)
     again = dw.slide_logs(**asked, overwrite=True)
     assert [each.read_bytes() for each in inputs] == before
@@ -302,7 +302,7 @@ def test_what_is_kept_keeps_the_results_that_were_not_saved(dem, tmp_path: Path)
 
 
 def test_a_call_that_fails_leaves_nothing(dem, releases, tmp_path: Path):
-    with pytest.raises(dw.UserError, match="--friction is -1, but must be at least 0"):
+    with pytest.raises(dw.UserError, match="^friction is -1, but must be at least 0"):
         dw.slide_logs(dem=dem, releases=releases, friction=-1.0, output=tmp_path / "run")
     assert list(tmp_path.iterdir()) == []
 
@@ -325,9 +325,12 @@ def test_optional_outputs_stand_where_they_are_named_or_beside(run, tmp_path: Pa
         ({"dem": dw.Raster(slope(), from_origin(0, 0, 1, 1), "EPSG:0")}, r"^dem: 'EPSG:0' is not a known CRS"),
         ({"dem": dw.Raster(slope(), (1, 2), CRS)}, r"^dem: the transform '\(1, 2\)' is not six numbers"),
         ({"dem": dw.Raster(slope()[0], from_origin(0, 0, 1, 1), CRS)}, r"^dem: an array of shape \(40,\)"),
-        ({"dem": 3}, "^--dem has the type int, but must be a path or a Raster$"),
-        ({"output": True}, "^--output is 'True', but must be a path$"),
+        ({"dem": 3}, "^dem has the type int, but must be a path or a Raster$"),
+        ({"output": True}, "^output is 'True', but must be a path$"),
         ({"friction": "none.tif"}, "none.tif"),
+        ({"friction": [0.2, 0.3]}, "^friction takes one value, but 2 were given; .* or use vary,"),
+        ({"rolling_friction": (0.1, 0.2, 0.3)}, "^rolling_friction takes one value, but 3 were given"),
+        ({"rest_speed_ms": -1.0}, "^rest_speed_ms is -1 m/s, but must be greater than 0"),
     ],
 )
 def test_wrong_inputs_are_one_clear_line(dem, releases, wrong, message):
@@ -336,6 +339,14 @@ def test_wrong_inputs_are_one_clear_line(dem, releases, wrong, message):
     with pytest.raises(dw.UserError, match=message) as caught:
         dw.slide_logs(**{"dem": dem, "releases": releases, "friction": 0.3, "fidelity": "draft", **wrong})
     assert "\n" not in str(caught.value)
+    assert "--" not in str(caught.value)
+
+
+def test_messages_name_arguments_and_commands_keep_their_options():
+    told = calls.with_arguments(
+        "--rest-speed-ms is 3; try --crs EPSG:2056, or run deadwood-tool vary --vary friction; so --n"
+    )
+    assert told == "rest_speed_ms is 3; try crs EPSG:2056, or run deadwood-tool vary --vary friction; so n"
 
 
 def test_the_surroundings_are_put_back(dem, releases, monkeypatch):
@@ -360,7 +371,7 @@ def test_numbers_of_numpy_are_numbers(dem, releases, run):
     assert (again.hits.array == run.hits.array).all()
 
 
-def test_the_report_and_the_plot(run, monkeypatch):
+def test_the_report_and_the_plot(run, dem, releases, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     page = run.report()
     assert page.parent == run.folder
@@ -368,8 +379,23 @@ def test_the_report_and_the_plot(run, monkeypatch):
     axes = run.plot()
     words = [each.get_text() for each in axes.get_legend().get_texts()]
     reasons = run.deposits["stop_reason"].value_counts()
-    assert words == [f"{name} ({n})" for name, n in reasons.items()]
-    assert len(axes.images) == 1
+    assert words == ["roads, railways, houses", *(f"{name} ({n})" for name, n in reasons.items())]
+    relief, hits = axes.images
+    assert np.ptp(relief.get_array()) > 0.0
+    touched = np.argwhere(run.hits.array > 0)
+    west, _, south, north = run.hits.extent
+    assert axes.get_xlim()[0] < west + touched[:, 1].min()
+    assert axes.get_ylim()[0] < north - touched[:, 0].max() - 1.0
+    assert tuple(hits.get_extent()) == run.hits.extent
+    trees = geopandas.GeoDataFrame(
+        {"dbh_cm": [40.0, 30.0], "height_m": [20.0, 15.0]},
+        geometry=shapely.points([(west + 5.0, south + 8.0), (west + 30.0, south + 9.0)]),
+        crs=CRS,
+    )
+    axes = dw.slide_logs(dem=dem, releases=releases, trees=trees, friction=0.3, fidelity="draft").plot()
+    assert axes.get_legend().get_texts()[0].get_text() == "trees"
+    stems = next(each for each in axes.collections if each.get_label() == "trees")
+    assert stems.get_offsets().tolist() == [[each.x, each.y] for each in trees.geometry]
     assert run.hits.plot().images
 
 

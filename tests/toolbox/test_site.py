@@ -14,7 +14,7 @@ import pytest
 
 from deadwood_toolbox import cli
 from deadwood_toolbox.shelf import TOOLS
-from docs import generated
+from docs import generated, search
 from docs.staging import HERE, ROOT, pages, two_shells
 
 GUIDES = sorted(path for path in (HERE / "how-to").glob("*.md") if path.name != "index.md")
@@ -187,20 +187,94 @@ def test_no_link_of_the_site_is_broken_and_nothing_is_loaded_from_elsewhere(site
     assert sorted(broken) == []
 
 
-def test_the_site_is_searched_from_the_file_system(site: Path):
+# What readers type, and the page that should come first.
+QUESTIONS = {
+    "friction wet bark": "how-to/which-friction",
+    "which friction should I use": "how-to/which-friction",
+    "friction coefficient soil": "how-to/which-friction",
+    "how many logs": "how-to/accuracy",
+    "number of logs needed": "how-to/accuracy",
+    "draft or standard": "how-to/accuracy",
+    "house": "how-to/slide-logs",
+    "road": "how-to/slide-logs",
+    "railway": "how-to/slide-logs",
+    "snag": "how-to/after-a-storm",
+    "windthrow": "how-to/after-a-storm",
+    "storm damage": "how-to/after-a-storm",
+    "Totholz": "start/de",
+    "bois mort": "start/fr",
+    "legno morto": "start/it",
+    "barrier position": "how-to/site-a-barrier",
+    "where should a barrier stand": "how-to/site-a-barrier",
+    "barrier energy": "how-to/design-values",
+    "height of a barrier": "how-to/design-values",
+    "embankment": "how-to/embankments",
+    "ditch": "how-to/embankments",
+    "jump over barrier": "how-to/jumps",
+    "fell trees": "how-to/which-trees",
+    "which trees stop logs": "how-to/which-trees",
+    "compare with and without forest": "how-to/compare-scenarios",
+    "trees from lidar": "how-to/trees",
+    "canopy height model": "how-to/trees",
+    "random forest stand": "how-to/trees",
+    "release positions": "how-to/start-positions",
+    "where could logs start": "how-to/where-can-logs-start",
+    "return period intensity": "how-to/intensity",
+    "hazard map": "how-to/intensity",
+    "many sites": "how-to/many-sites",
+    "several machines cluster": "how-to/many-machines",
+    "sensitivity": "how-to/most-influential-input",
+    "calibrate friction": "tutorials/calibrate-an-event",
+    "repeat a run": "how-to/repeat",
+    "resume interrupted run": "how-to/slide-logs",
+    "report pdf": "how-to/report",
+    "install": "start/install",
+    "qgis plugin": "start/first-run-qgis",
+    "python": "reference/python",
+    "exit status": "reference/messages",
+    "units": "reference/units",
+    "how to cite": "explanation/cite",
+    "rockfall": "faq",
+    "check my terrain model": "how-to/inspect",
+    "tree breakage": "how-to/tree-breakage",
+    "point cloud of a log": "how-to/log-solid",
+    "published values": "how-to/presets",
+}
+
+
+def test_the_search_finds_the_page_that_answers_first_and_shows_where(site: Path):
+    """From the file system; nothing is fetched from elsewhere."""
     sys.path.append(str(ROOT / "tests" / "algorithms"))
     from browser import Browser  # pyright: ignore[reportMissingImports]
 
     browser = Browser()
     try:
         browser.open(site / "index.html")
-        browser.call("Page.navigate", url=(site / "search.html").resolve().as_uri() + "?q=windthrow")
+        browser.call("Page.navigate", url=(site / "search.html").resolve().as_uri() + "?q=friction+wet+bark")
         browser.wait("document.querySelectorAll('#search-results li a').length > 3")
-        told = browser.ask("[...document.querySelectorAll('#search-results li a')].map((a) => a.textContent).join('|')")
-        assert "windthrow" in told
+        first = "document.querySelector('#search-results li')"
+        assert browser.ask(f"{first}.querySelector('a').getAttribute('href')").startswith(
+            "./how-to/which-friction.html"
+        )
+        assert {"friction", "bark"} & set(browser.ask(f"[...{first}.querySelectorAll('mark')].map((e) => e.innerText)"))
+        found = browser.ask(f"{list(QUESTIONS)}.map((each) => deadwoodSearch.find(each)[0]?.place)")
+        expected = [f"{each}.html" for each in QUESTIONS.values()]
+        assert [each for each in zip(QUESTIONS, found, expected, strict=True) if each[1] != each[2]] == []
+        links = browser.ask("[...document.querySelectorAll('#search-results a')].map((e) => e.getAttribute('href'))")
+        assert all((site / each.partition("#")[0]).is_file() for each in links)
         assert {each for each in browser.requests if not each.startswith(("file:", "data:"))} == set()
     finally:
         browser.close()
+
+
+def test_a_section_is_read_without_what_surrounds_it():
+    html = (
+        "<main><article><nav><a>menu</a></nav><section id='top'><h1>Title<a class='headerlink'>#</a></h1><p>One &amp; "
+        "two</p><button>Copy</button><section id='low'><h2>Lower</h2> three<script>no</script></section></section>"
+        "</article><p>foot</p></main>"
+    )
+    assert search.sections(html) == [["top", "Title", "One & two"], ["low", "Lower", "three"]]
+    assert set(search.SUBJECTS) <= {each.rsplit(".", 1)[0] for each in pages().values()}
 
 
 @pytest.mark.slow

@@ -151,7 +151,8 @@ class Answer:
 
     layers : the original scene; edited : the changed one
     base, changed : the batches that have slid in either scene; hits, hits_changed : of all of these
-    at_friction : whether each of the first logs reached each line at `draft`, by scene (whether changed) and friction
+    at : whether each of the first logs reached each line at `draft`, by scene (whether changed), friction and posture
+    postures : the same logs at their start, by posture; that of the request among them
     spare : empty rasters that were used before, whose memory is reused
     """
 
@@ -166,7 +167,8 @@ class Answer:
     changed: list[Changed] = field(default_factory=list)
     hits: Hits = NOWHERE
     hits_changed: Hits = NOWHERE
-    at_friction: dict[tuple[bool, float], NDArray[np.bool_]] = field(default_factory=dict)
+    at: dict[tuple[bool, float, str], NDArray[np.bool_]] = field(default_factory=dict)
+    postures: dict[str, Start] = field(default_factory=dict)
     spare: list[Rasters] = field(default_factory=list)
 
     @property
@@ -175,22 +177,23 @@ class Answer:
 
     def with_changes(self, changes: Changes) -> None:
         self.changes, self.changed, self.hits_changed = changes, [], NOWHERE
-        self.at_friction = {key: reach for key, reach in self.at_friction.items() if not key[0]}
+        self.at = {key: reach for key, reach in self.at.items() if not key[0]}
         self.edited = changed_scene(self.layers, changes)
 
-    def slide_at(self, friction: float, edited: bool, logs: int, stop: Stale) -> None:
-        """Slide the first logs at `draft` with another friction, in the scene as it was read or as changed; what has
-        slid already is kept. In pieces, because the engine looks only five times a second whether to stop."""
+    def slide_at(self, friction: float, posture: str, edited: bool, logs: int, stop: Stale) -> None:
+        """Slide the first logs at `draft` with another friction or posture, in the scene as it was read or as changed;
+        what has slid already is kept. In pieces, because the engine looks only five times a second whether to stop."""
         layers = self.edited if edited else self.layers
         layers = replace(layers, friction=friction, scene=layers.scene.with_friction(friction))
         simulation = replace(self.simulation, fidelity=FIDELITIES["draft"], sinking=Sinking())
-        found = self.at_friction.get((edited, friction), np.zeros((0, len(layers.lines.ids)), bool))
+        key, all_logs = (edited, friction, posture), self.postures[posture]
+        found = self.at.get(key, np.zeros((0, len(layers.lines.ids)), bool))
         while len(found) < logs:
             part = slice(len(found), min(logs, len(found) + AGAIN))
-            start = Start(self.start.frame[part], self.start.state[part], self.start.body[part])
+            start = Start(all_logs.frame[part], all_logs.state[part], all_logs.body[part])
             result, _ = slide_once(layers, start, simulation, lambda _: stop())
             found = np.concatenate([found, self._what_became(layers, result, part)[0]])
-            self.at_friction[edited, friction] = found
+            self.at[key] = found
 
     def slide_base(self, part: slice, stop: Stale) -> None:
         """Slide a batch in the scene as it was read."""

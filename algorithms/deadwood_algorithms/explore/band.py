@@ -1,5 +1,5 @@
-"""The reach of a request's logs over the plausible friction, in the scene as it was read and as changed: paired logs at
-`draft`, as of `slide-logs --friction-range`.
+"""The reach of a request's logs over the plausible friction, and in another posture, in the scene as it was read and as
+changed: paired logs at `draft`, as of `slide-logs --friction-range`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from deadwood_algorithms.explore.answer import Answer, Batch, Stale
 from deadwood_algorithms.explore.facts import paired_facts, reach_facts, reach_of
 from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.params.presets import plausible_range
-from deadwood_algorithms.results.friction_band import Member, SlidBand, band_of_line, band_records
+from deadwood_algorithms.results.friction_band import OTHER_POSTURE, Member, SlidBand, band_of_line, band_records
 
+Place = tuple[float, str]  # friction and posture
 FRICTIONS = 5
 MOST_LOGS = 300  # that slide at each friction
 
@@ -23,6 +24,12 @@ def can_have_band(answer: Answer) -> bool:
     """Whether all logs have slid, at a friction that is a number, and there is a line that they can reach."""
     slid = len(answer.base) == len(answer.parts) and (not answer.changes or len(answer.changed) == len(answer.parts))
     return slid and answer.question.friction is not None and len(answer.layers.lines.ids) > 0
+
+
+def postures_of(answer: Answer) -> list[str]:
+    """The posture of a request's logs, and the other one of the band; logs of a shape that was measured have one."""
+    own = answer.question.sizes.orientation
+    return [own] if answer.layers.shape else [own, OTHER_POSTURE.get(own, "upright")]
 
 
 def frictions_of(own: float, preset: str | None) -> list[float]:
@@ -49,27 +56,29 @@ def band_frames(answer: Answer, preset: str | None, number: Any, stop: Stale) ->
     scenes: dict[bool, list[Batch]] = {False: [*answer.base]}
     if answer.changes:
         scenes[True] = [*answer.changed]
+    posture, *others = postures_of(answer)
     if at_draft:
-        answer.at_friction |= {(edited, own): reach_of(batches)[:n] for edited, batches in scenes.items()}
-    frictions, done = frictions_of(own, preset), []
-    for friction in [own, *frictions]:
+        answer.at |= {(edited, own, posture): reach_of(batches)[:n] for edited, batches in scenes.items()}
+    places, done = [(own, posture), *((each, posture) for each in frictions_of(own, preset))], []
+    places += [(own, each) for each in others if len(places) > 1]
+    for place in places:
         for edited in scenes:
-            answer.slide_at(friction, edited, n, stop)
-        done.append(friction)
-        yield band_frame(answer, scenes, done, number, final=len(done) == 1 + len(frictions))
+            answer.slide_at(*place, edited, n, stop)
+        done.append(place)
+        yield band_frame(answer, scenes, done, number, final=len(done) == len(places))
 
 
 def band_frame(
-    answer: Answer, scenes: dict[bool, list[Batch]], done: list[float], number: Any, *, final: bool
+    answer: Answer, scenes: dict[bool, list[Batch]], done: list[Place], number: Any, *, final: bool
 ) -> Frame:
-    """The reach at the frictions done so far, the request's own first, and the effect of the changes at each."""
-    ids, own = [str(each) for each in answer.layers.lines.ids], done[0]
-    n, log_id = len(answer.at_friction[False, own]), np.asarray(answer.releases.logs.log_id)
+    """The reach at the places done so far, the request's own first, and the effect of the changes at each."""
+    ids, (own, posture) = [str(each) for each in answer.layers.lines.ids], done[0]
+    n, log_id = len(answer.at[False, own, posture]), np.asarray(answer.releases.logs.log_id)
     records, reach = {}, {}
     for edited, batches in scenes.items():
-        members = tuple(Member(each, "", answer.at_friction[edited, each]) for each in done[1:])
-        unchanged = None if answer.question.fidelity == "draft" else answer.at_friction[edited, own]
-        band = SlidBand(log_id[:n], own, "", unchanged, members, 0.0)
+        members = tuple(Member(*each, answer.at[edited, *each]) for each in done[1:])
+        unchanged = None if answer.question.fidelity == "draft" else answer.at[edited, own, posture]
+        band = SlidBand(log_id[:n], own, posture, unchanged, members, 0.0)
         reach[edited] = [reach_of(batches), *(each.reach for each in members)]
         records[edited] = band_records(band, reach_facts(answer, batches), log_id, reach_of(batches))
     lines: dict[str, dict[str, Any]] = {each: {"line_id": each} for each in ids}
@@ -79,7 +88,13 @@ def band_frame(
     if True in scenes:
         effects = [paired_facts(ids, *both) for both in zip(reach[False], reach[True], strict=True)]
         for line, *each in zip(ids, *effects, strict=True):
-            lines[line]["effect"] = effect_over(done, each)
+            alike = [k for k, place in enumerate(done) if place[1] == posture]
+            lines[line]["effect"] = effect_over([done[k][0] for k in alike], [each[k] for k in alike])
+            lines[line]["effect_in_posture"] = [
+                {"posture": place[1], "effect": verdict_of(effect)}
+                for place, effect in zip(done, each, strict=True)
+                if place[1] != posture
+            ]
     facts = {"op": "band", "id": number, "friction": own, "n": n, "lines": list(lines.values()), "final": final}
     return Frame(facts)
 
@@ -88,14 +103,24 @@ def variant_facts(records: list[dict[str, Any]], line_id: str) -> dict[str, Any]
     """The band of a line in one scene: the points of its curve, and its range in percent, rounded as in a report."""
     band = band_of_line({"friction_band": records}, line_id)
     assert band is not None
-    points = sorted((each for each in records if each["line_id"] == line_id), key=lambda each: each["friction"])
+    points = [each for each in records if each["line_id"] == line_id and each["posture"] == band.own["posture"]]
     low, high = band.shares()
-    return {"points": points, "low": low, "high": high, "frictions": band.frictions}
+    return {
+        "points": sorted(points, key=lambda each: each["friction"]),
+        "low": low,
+        "high": high,
+        "frictions": band.frictions,
+        "postures": band.postures,
+    }
 
 
 def effect_over(frictions: list[float], effects: list[dict[str, Any]]) -> dict[str, list[float]]:
     """The frictions at which fewer or more logs reach a line after the changes, and at which chance explains both."""
     found: dict[str, list[float]] = {"less": [], "more": [], "chance": []}
     for friction, each in sorted(zip(frictions, effects, strict=True), key=lambda pair: pair[0]):
-        found["more" if each["ci_low"] > 0.0 else "less" if each["ci_high"] < 0.0 else "chance"].append(friction)
+        found[verdict_of(each)].append(friction)
     return found
+
+
+def verdict_of(effect: dict[str, Any]) -> str:
+    return "more" if effect["ci_low"] > 0.0 else "less" if effect["ci_high"] < 0.0 else "chance"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from deadwood_algorithms.explore.answer import Answer, Batch, Hits
 from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.explore.questions import (
+    LIKELY_FRICTION,
     LONGEST_LYING_M,
     MOST_DRAWN,
     MOST_FRICTION,
@@ -25,13 +26,14 @@ from deadwood_algorithms.explore.questions import (
     Defaults,
 )
 from deadwood_algorithms.explore.relief import TILE, Relief
+from deadwood_algorithms.explore.suggested import SKETCH, suggested_place
 from deadwood_algorithms.files.crs import crs_name
 from deadwood_algorithms.params.messages import Message
 from deadwood_algorithms.prepare.releases.logs import ORIENTATIONS
 from deadwood_algorithms.results.lost import reach_records
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
-from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS
+from deadwood_algorithms.simulate.fidelity_trade import DIFFERENCE_ERRORS, REACH_ERRORS
 from deadwood_algorithms.stats.endings import left_dem
 from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
@@ -48,6 +50,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults, warning
     west, south, east, north = dem.bounds
     corner = west, south
     step, heights = relief.coarse(COARSE)
+    facts_of_lines = line_facts(layers.lines, corner)
     facts = {
         "op": "scene",
         "origin": corner,
@@ -58,7 +61,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults, warning
         "crs": crs_name(dem.crs),
         "levels": relief.levels,
         "tile": TILE,
-        "lines": line_facts(layers.lines, corner),
+        "lines": facts_of_lines,
         "barriers": barrier_facts(layers, corner),
         "lying_logs": lying_log_facts(layers, corner),
         "blocks": block_facts(layers, corner),
@@ -79,6 +82,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults, warning
             "preview": PREVIEW,
             "radius_max": MOST_RADIUS_M,
             "friction_max": MOST_FRICTION,
+            "friction_likely": LIKELY_FRICTION,
             "rolling_friction_max": MOST_ROLLING,
             "drawn_max": MOST_DRAWN,
             "lying_length_max": LONGEST_LYING_M,
@@ -88,6 +92,7 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults, warning
         "reasons": STOP_REASONS,
         "heights_step": step,
         "warnings": [each.record() for each in warnings],
+        "suggested": suggested_place(*relief.coarse(SKETCH), facts_of_lines),
     }
     trees = layers.trees
     arrays = {
@@ -101,11 +106,13 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults, warning
 
 
 def fidelity_facts(name: str) -> dict[str, Any]:
-    """A fidelity, and its mean difference from the finest on the benchmark's slopes [points]."""
-    if name not in REACH_ERRORS:
-        return {"name": name, "error_points": None, "ci_low": None, "ci_high": None}
-    mean = REACH_ERRORS[name].mean
-    return {"name": name, "error_points": mean.value, "ci_low": mean.ci_low, "ci_high": mean.ci_high}
+    """A fidelity, its mean difference from the finest on the benchmark's slopes, and that in the effect of a change
+    [points]."""
+    facts: dict[str, Any] = {"name": name, "error_points": None, "ci_low": None, "ci_high": None}
+    if name in REACH_ERRORS:
+        mean = REACH_ERRORS[name].mean
+        facts |= {"error_points": mean.value, "ci_low": mean.ci_low, "ci_high": mean.ci_high}
+    return facts | {"difference": DIFFERENCE_ERRORS.get(name)}
 
 
 def local(points: NDArray[np.float64], corner: Corner) -> list[list[float]]:
@@ -217,6 +224,8 @@ def pictured(
     count = np.minimum(box.count, 65535) if most > 65535 else box.count
     reason = np.concatenate([each.reason for each in batches])
     ends = np.concatenate([each.end for each in batches]) - corner
+    logs = answer.releases.logs
+    moved = np.hypot(ends[:, 0] + corner[0] - logs.x[:done], ends[:, 1] + corner[1] - logs.y[:done])
     total = len(answer.releases)
     counted = np.bincount(reason[reason >= 0], minlength=len(STOP_REASONS)).tolist()
     content = {
@@ -225,6 +234,7 @@ def pictured(
         "n": total,
         "fidelity": answer.question.fidelity,
         "stopped": dict(zip(STOP_REASONS, counted, strict=True)),
+        "stayed": int((moved < logs.length[:done]).sum()),
         "holders": holder_facts(answer, batches),
         "at": [column, answer.layers.dem.shape[0] - south - box.count.shape[0]],
         "ms": round(1e3 * (time.perf_counter() - began), 1),

@@ -90,7 +90,9 @@ class Keeper:
         manifest, again = quoted(folder / name / "manifest.json"), quoted(folder / f"{name} again")
         command = f"deadwood-tool slide-logs --config {manifest} --output {again}"
         files = [name, beside.name]
-        return Told({"op": "kept", "name": name, "command": command, "files": files, "layers": list(kept)})
+        return Told(
+            {"op": "kept", "name": name, "command": command, "at": str(here), "files": files, "layers": list(kept)}
+        )
 
 
 def _holds_work(run: Path) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 PHRASES = {
     # the page
     "title": "Explore sliding deadwood",
+    "title_elsewhere": "(open elsewhere) Explore sliding deadwood",
     "skip": "Skip to the answers",
     "panel": "Question and answer",
     "scene_said": "{wide} × {tall} m, cells of {cell} m, {n} trees, {crs}",
@@ -35,6 +36,7 @@ PHRASES = {
     "north_letter": "N",
     "where": "E {x} · N {y}",
     "where_height": "E {x} · N {y} · {z} m",
+    "where_slope": "E {x} · N {y} · {z} m · {slope}°",
     # tools
     "tools": "Tools",
     "tool_options": "Options of the tool",
@@ -73,19 +75,36 @@ PHRASES = {
     "counted_short": "{done} logs have come to rest.",
     "reach_said": "{interval} ({reached} of {done} logs)",
     "reach_described": "{line}: {value} of {done} logs reach it, 95 % interval {interval}.",
-    "error_known": "{fidelity} itself: off by {value} points ({low} to {high})",
-    "error_unknown": "{fidelity} itself: error not measured",
-    "error_none": "{fidelity}: the fidelity with which the others are compared",
+    "error_known": "Fidelity {fidelity}: shares are off by {value} points ({low} to {high}), mean of the test slopes.",
+    "error_unknown": "Fidelity {fidelity}: its error was not measured.",
+    "error_none": "Fidelity {fidelity}: the one with which the others are compared.",
+    "error_difference": "Fidelity {fidelity}: such a difference is off by {value} points ({low} to {high}) on average.",
+    "endings": "How the logs ended",
+    "stayed_friction": (
+        "{n} of {done} logs stayed where they were: friction {friction} holds logs on slopes below {holds}°, and here "
+        "it is about {slope}°. Release them where it is steeper."
+    ),
+    "stayed_held": (
+        "{n} of {done} logs stayed where they were: trees, barriers or other logs hold {held} of them. Release them "
+        "elsewhere, or fell what holds them."
+    ),
+    "stayed_unknown": (
+        "{n} of {done} logs stayed where they were, on a slope of about {slope}°: the uneven ground holds them."
+    ),
     # over the plausible friction
     "band": "Over the plausible friction",
     "band_range": "{variant}between {low} and {high} % over friction {from} to {to}; at {own}: {value}.",
     "band_alike": "{variant}about {low} % over friction {from} to {to}; at {own}: {value}.",
     "band_variant": "{name}: ",
+    "band_posture": " {posture}: {value} (ring).",
     "band_going_on": "The same logs slide at more frictions …",
-    "band_paired": "{n} logs slide again at each friction, at draft.",
+    "band_paired": "The same {n} logs at each friction, at draft.",
     "effect_less": "With the change fewer logs reach it over the whole range.",
     "effect_more": "With the change more logs reach it over the whole range.",
     "effect_chance": "Over the whole range, chance alone can explain the difference.",
+    "effect_posture_less": "{posture}: fewer, too.",
+    "effect_posture_more": "{posture}: more.",
+    "effect_posture_chance": "{posture}: chance alone can explain the difference.",
     "effect_some_less": "With the change fewer logs reach it at friction {at}.",
     "effect_some_more": "With the change more logs reach it at friction {at}.",
     "effect_some_chance": "At {at} chance alone can explain the difference.",
@@ -117,7 +136,7 @@ PHRASES = {
     "gained": "{n} logs newly reach it",
     "gained_one": "1 log newly reaches it",
     "paired_note": "Paired: the same {done} logs, with and without the change, which affected {concerned} of them.",
-    "holders_note": "Trees that held most logs, ringed on the map:",
+    "holders_note": "Trees that hold the most logs, ringed on the map:",
     "holder": "{n} logs, DBH {dbh} cm",
     "holder_one": "1 log, DBH {dbh} cm",
     "fell_it": "Fell",
@@ -130,7 +149,7 @@ PHRASES = {
     "stand_again": "Let them stand",
     "all_away": "Undo all changes",
     # the question
-    "question": "Logs and laws",
+    "question": "Logs and friction",
     "q_n": "Logs",
     "q_dbh_cm": "DBH",
     "q_length_m": "Length",
@@ -189,6 +208,7 @@ PHRASES = {
     "no_webgl": "This browser has no WebGL 2, which the 3-D view needs. Everything else works without it.",
     "space_failed": "The 3-D view could not be drawn: {why}",
     "pick_hint": "Drag to turn, Shift and drag to move, wheel to zoom; click a log to follow it.",
+    "pick_hint_fingers": "Turn with one finger, move and zoom with two; tap a log to follow it.",
     "picked": "log {id}: {speed} m/s",
     # saving
     "keep": "Save as run",
@@ -198,12 +218,15 @@ PHRASES = {
     "saving": "Saving …",
     "kept": "Saved as {name}",
     "kept_files": "Files: {files}",
-    "repeat_it": "This command repeats it:",
+    "repeat_it": "Run in {folder}, this command repeats it:",
     "command": "Command that repeats the run",
     "copy": "Copy the command",
     "copied": "Copied",
     "copy_by_hand": "Selected: press Ctrl+C",
     "name_wanted": "Give the run a name first.",
+    "save_picture": "Save the map as a picture",
+    "copy_link": "Copy a link to this state",
+    "link_in_address": "The address of this page is the link: copy it from there.",
     # keys
     "keys": "Keyboard",
     "key_enter": "Enter",
@@ -220,7 +243,14 @@ PHRASES = {
     "connection_gone": (
         "The tool no longer answers. Start deadwood-tool explore again, and open the address that it prints."
     ),
-    "connection_elsewhere": "The page was opened elsewhere and continues there.",
+    "connection_elsewhere": (
+        "Another window has opened this page, and the calculation goes on there. This one keeps its state but no "
+        "longer calculates."
+    ),
+    "took_over": (
+        "This page was open in another window, which no longer calculates. Its release and changes are still there, "
+        "not here; a link to its state brings them here."
+    ),
     "again": "Connect again",
     "restarted": "The calculation stopped unexpectedly and was started again. The last request is being repeated.",
     "outside": "That is outside the terrain model.",
@@ -230,5 +260,7 @@ PHRASES = {
     "too_few_points": "A line needs at least two points.",
     "too_many_felled": "{n} trees are more than can be felled at once (at most {most}).",
     "out_of_range": "Give a number from {low} to {high}.",
+    "doubted": "{what} {value}? No source has more than {likely} for wood.",
+    "use": "Use {value}",
     "wrong_range": "Give two numbers from {low} to {high}, the smaller one first.",
 }

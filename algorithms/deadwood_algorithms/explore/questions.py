@@ -27,6 +27,7 @@ LONGEST_LYING_M = 150.0  # of a log that is drawn: no tree is longer
 MOST_POSED = 200  # logs whose poses are sent
 PREVIEW = 30  # logs while the mouse moves
 MOST_FRICTION, MOST_ROLLING = 5.0, 0.5
+LIKELY_FRICTION = 1.0  # above it, the page asks whether it is meant: no source has so much for wood
 
 Array = NDArray[np.float64]
 

@@ -294,6 +294,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
         if before:
             before.show({"op": "refused"}, refusal("the page was opened again elsewhere and continues there").packed())
             before.close(OPENED_ELSEWHERE)
+            self.show({"op": "took_over"}, Frame({"op": "took_over"}).packed())
 
     def on_message(self, message: str | bytes) -> None:
         try:

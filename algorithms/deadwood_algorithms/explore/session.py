@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from deadwood_algorithms.explore.answer import Answer, Stale, changed_scene
-from deadwood_algorithms.explore.band import band_frames, can_have_band
+from deadwood_algorithms.explore.band import band_frames, can_have_band, postures_of
 from deadwood_algorithms.explore.facts import BEFORE, VARIANTS, difference_frame, hits_frame, poses_frame
 from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.explore.questions import (
@@ -32,11 +32,11 @@ from deadwood_algorithms.explore.released import releases_layer
 from deadwood_algorithms.params.messages import Message
 from deadwood_algorithms.params.tool import Cancelled, Quiet, UserError
 from deadwood_algorithms.scene.layers import SceneLayers
-from deadwood_algorithms.scene.releases import releases_of
+from deadwood_algorithms.scene.releases import Releases, releases_of
 from deadwood_algorithms.scene.shape import as_shape
 from deadwood_algorithms.simulate.simulation import Simulation
 from deadwood_algorithms.simulate.sinking import Sinking
-from deadwood_engine import FIDELITIES, place_logs
+from deadwood_engine import FIDELITIES, Start, place_logs
 
 Send = Callable[[Frame], None]
 TRIED = 0.5, 0.25, 0.75, 0.1, 0.9  # shares of the terrain model's sides at which logs may be released for the warm-up
@@ -93,8 +93,13 @@ class Session:
         is missing. What has slid when it is interrupted is kept for the next time."""
         if self.answer is None or not can_have_band(self.answer):
             return True
+        answer = self.answer
+        for posture in postures_of(answer):
+            if posture not in answer.postures:
+                sizes = replace(answer.question.sizes, orientation=posture)
+                answer.postures[posture] = self._placed(answer.layers, replace(answer.question, sizes=sizes))[1]
         try:
-            for frame in band_frames(self.answer, self.defaults.preset, message.get("id"), stale):
+            for frame in band_frames(answer, self.defaults.preset, message.get("id"), stale):
                 send(frame)
         except Cancelled:
             return False
@@ -110,7 +115,7 @@ class Session:
 
     def _answer(self, question: Question) -> Answer:
         """An empty answer to a request."""
-        layers, defaults = self.layers, self.simulation.inputs.defaults
+        layers = self.layers
         laws = {"rolling_friction": question.rolling_friction, "restitution": question.restitution}
         simulation = replace(
             self.simulation,
@@ -120,12 +125,17 @@ class Session:
         )
         if question.friction is not None and question.friction != self.defaults.friction:
             layers = replace(layers, friction=question.friction, scene=layers.scene.with_friction(question.friction))
+        releases, start = self._placed(layers, question)
+        edited, postures = changed_scene(layers, self.changes), {question.sizes.orientation: start}
+        return Answer(question, self.changes, simulation, layers, edited, releases, start, postures=postures)
+
+    def _placed(self, layers: SceneLayers, question: Question) -> tuple[Releases, Start]:
+        """The logs of a request, and these at their start in the scene as it was read."""
+        defaults = self.simulation.inputs.defaults
         releases = releases_of(releases_layer(question, defaults, layers.dem), layers.dem, defaults, feedback=Quiet())
         if layers.shape:
             releases = as_shape(releases, layers.shape)
-        start = place_logs(layers.scene, releases.logs, layers.shape, layers.threads)
-        edited = changed_scene(layers, self.changes)
-        return Answer(question, self.changes, simulation, layers, edited, releases, start)
+        return releases, place_logs(layers.scene, releases.logs, layers.shape, layers.threads)
 
     def _go_on(self, receiver: Told, stale: Stale) -> None:
         """Slide what is missing, batch by batch, and report it.

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib import pyplot
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 
-from deadwood_algorithms.files.pictures import scale_and_north, show_quantity, show_scale
+from deadwood_algorithms.files.pictures import scale_and_north, show_quantity, show_relief, show_scale
 from deadwood_algorithms.schemas.files import RUN_RASTERS
-from deadwood_algorithms.schemas.looks import ENDS, HITS, LOOKS, ROAD, RUNS
+from deadwood_algorithms.schemas.looks import ENDS, HITS, LOOKS, ROAD, RUNS, TREE
 
 if TYPE_CHECKING:
     import geopandas
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 # Looks of a run's rasters, by the name of the first band
 LOOKED_AT = {each.bands[0].name: each.look for each in RUN_RASTERS if each.look in LOOKS}
 RAMP = LinearSegmentedColormap.from_list("hits", list(HITS))
+Extent = tuple[float, float, float, float]
 LONGEST_IN = 8.0  # of a map, in inches
 LINE_OF_BAR = 50  # characters per line beside a colour bar
 MARGIN = 0.05  # around the content, as a share of its longer side
@@ -41,7 +42,7 @@ class Raster(Protocol):
     def band(self) -> np.ndarray: ...
 
     @property
-    def extent(self) -> tuple[float, float, float, float]: ...
+    def extent(self) -> Extent: ...
 
 
 def map_axes() -> Axes:
@@ -79,15 +80,17 @@ def draw_raster(axes: Axes, raster: Raster) -> None:
     _finish(axes)
 
 
-def draw_layer(axes: Axes, layer: geopandas.GeoDataFrame, by: str | None = None) -> None:
+def draw_layer(axes: Axes, layer: geopandas.GeoDataFrame, by: str | None = None, label: str | None = None) -> None:
     """Draw points by the values of a text column, with a legend; lines and outlines of areas like the lines of a
-    run.
+    run, with a ``label`` in a legend that is drawn later.
     """
     if layer.empty:
         return
     if by is None or set(layer.geom_type) != {"Point"}:
         lines = layer.boundary if set(layer.geom_type) <= {"Polygon", "MultiPolygon"} else layer.geometry
-        lines.plot(ax=axes, color=ROAD, linewidth=2.0, markersize=6.0)
+        lines.plot(ax=axes, color=ROAD, linewidth=2.0, markersize=6.0, zorder=4)
+        if label:
+            axes.plot([], [], color=ROAD, linewidth=2.0, label=label)
     else:
         words = layer[by].value_counts()
         for k, (word, n) in enumerate(words.items()):
@@ -99,19 +102,27 @@ def draw_layer(axes: Axes, layer: geopandas.GeoDataFrame, by: str | None = None)
     _finish(axes)
 
 
-def zoom_to(axes: Axes, raster: Raster) -> None:
-    """Zoom to the cells with values, with a margin."""
+def frame_of(raster: Raster) -> Extent:
+    """West, east, south, north of the cells with values, with a margin; of the whole raster if there are none."""
     band = raster.band
     held = band != 0 if band.dtype.kind in "ui" else np.isfinite(band)
-    if not held.any():
-        return
-    rows, columns = np.flatnonzero(held.any(axis=1)), np.flatnonzero(held.any(axis=0))
     west, east, south, north = raster.extent
+    if not held.any():
+        return raster.extent
+    rows, columns = np.flatnonzero(held.any(axis=1)), np.flatnonzero(held.any(axis=0))
     across, up = (east - west) / band.shape[1], (north - south) / band.shape[0]
     left, right = west + across * columns[0], west + across * (columns[-1] + 1)
     top, bottom = north - up * rows[0], north - up * (rows[-1] + 1)
     margin = MARGIN * max(right - left, top - bottom)
-    axes.set(xlim=(left - margin, right + margin), ylim=(bottom - margin, top + margin))
+    return left - margin, right + margin, bottom - margin, top + margin
+
+
+def draw_ground(axes: Axes, relief: tuple[np.ndarray, float, Extent] | None, trees: np.ndarray) -> None:
+    """The relief (heights with row 0 south, their cell, west, east, south, north), and stems, shape (n, 2), on it."""
+    if relief is not None:
+        show_relief(axes, *relief)
+    if len(trees):
+        axes.scatter(*trees.T, s=3.0, color=TREE, linewidths=0.0, label="trees")
 
 
 def finish(axes: Axes) -> None:

@@ -21,8 +21,9 @@ from deadwood_algorithms.files.pictures import colours_of, hillshade, lines_of_s
 from deadwood_algorithms.report.markup import picture_address
 from deadwood_algorithms.report.plan import thinned_rows
 from deadwood_algorithms.report.sources import ReportedRun, lying_radii, mean_of_blocks, paths_by_log
-from deadwood_algorithms.schemas.looks import LOOKS, SOLIDS
+from deadwood_algorithms.schemas.looks import ENDS, LOOKS, SOLIDS, rgb
 from deadwood_algorithms.schemas.obstacles import STUMP_BELOW_M
+from deadwood_engine import STOP_REASONS
 
 GROUND_VERTICES = 260  # along the longer side
 MOST_TREES, MOST_DEPOSITS, MOST_BLOCKS = 20_000, 4_000, 2_000
@@ -59,6 +60,7 @@ class Space:
     lying: Array
     blocks: Array  # spheres as `SLICES` truncated cones each
     deposits: Array
+    ends: NDArray[np.uint8]  # of the deposits: how the logs ended, among `STOP_REASONS`
     barriers: list[tuple[Array, float]]  # base points along the line (n, 3), and height
     lines: list[Array]
     moving: list[Moving]
@@ -80,12 +82,16 @@ def space_of(source: ReportedRun, pages_share: int = 1) -> Space | None:
     moving, step_s = moving_logs(source, origin, MOST_POSES // pages_share)
     frame = source.layer("deposited_logs")
     radius, tip = source.run.radii()
-    deposits = np.zeros((0, 8))
+    deposits, reasons = np.zeros((0, 8)), np.zeros(0, np.uint8)
     if frame is not None and len(frame) == radius.size:
         rows = thinned_rows(len(frame), MOST_DEPOSITS)
         ends = shapely.get_coordinates(np.asarray(frame.geometry)[rows], include_z=True).reshape(-1, 6)
         deposits = np.column_stack([ends - np.tile(origin, 2), radius[rows], tip[rows]])
-        deposits = deposits[np.isfinite(deposits).all(axis=1)]
+        there = np.isfinite(deposits).all(axis=1)
+        reasons = np.array(
+            [STOP_REASONS.index(each) for each in source.run.deposits["stop_reason"].iloc[rows]], np.uint8
+        )
+        deposits, reasons = deposits[there], reasons[there]
     return Space(
         origin,
         heights - low,
@@ -95,6 +101,7 @@ def space_of(source: ReportedRun, pages_share: int = 1) -> Space | None:
         _lying(source, origin),
         _blocks(source, origin),
         deposits,
+        reasons,
         _barriers(source, origin),
         [_on_ground(source, string, origin) for string in _strings(source.lines)],
         moving,
@@ -260,6 +267,8 @@ def packed(space: Space, source: ReportedRun) -> dict[str, Any]:
         "lying": _base64(space.lying, "<f4"),
         "blocks": _base64(space.blocks, "<f4"),
         "deposits": _base64(space.deposits, "<f4"),
+        "ends": _base64(space.ends, "u1"),
+        "end_colours": [rgb(ENDS[each][1]) for each in STOP_REASONS],
         "barriers": [{"feet": _base64(feet, "<f4"), "height": height} for feet, height in space.barriers],
         "lines": [_base64(each, "<f4") for each in space.lines if len(each) > 1],
         "step": space.step_s,
@@ -310,5 +319,5 @@ def _picture(colours: Array) -> Image.Image:
     return Image.fromarray(np.uint8(np.clip(colours[::-1], 0.0, 1.0) * 255.0))
 
 
-def _base64(values: Array, kind: str) -> str:
+def _base64(values: NDArray[Any], kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(np.asarray(values), dtype=kind).tobytes()).decode("ascii")

@@ -10,6 +10,8 @@
 
 (function () {
   const SIDES = 14, ANGLE = 0.8, FILLED = 0.94; // of a solid; of the view [rad]; of the picture, at first
+  const CROWNED = 5, VEIL = 0.22; // [m] trees from this height on have a crown; its opacity
+  const WIDE = { trees: 0.1, moving: 2.4, deposits: 1.2 }; // least radius of solids [pixels]
   const FOLLOWED = [1.0, 0.9, 0.1], TRAIL = [1.0, 1.0, 1.0];
 
   const spoken = (value) => value.toLocaleString(document.documentElement.lang, { minimumFractionDigits: 1, maximumFractionDigits: 1 });
@@ -71,8 +73,8 @@
       normal = shape.z == 0.0 ? out_ : along * (end * 2.0 - 1.0);
       shade = tint; gl_Position = see * vec4(place, 1.0);
     }`, `#version 300 es
-    precision highp float; in vec3 normal; in vec3 shade; out vec4 colour; ${LIGHT}
-    void main() { colour = vec4(lit(shade, normal), 1.0); }`];
+    precision highp float; in vec3 normal; in vec3 shade; uniform float dense; out vec4 colour; ${LIGHT}
+    void main() { colour = vec4(lit(shade, normal), dense); }`];
   const PLAIN = [`#version 300 es
     in vec3 place; uniform mat4 see; void main() { gl_Position = see * vec4(place, 1.0); gl_Position.z -= 0.0004 * gl_Position.w; }`,
   `#version 300 es
@@ -164,6 +166,23 @@
     return out;
   }
 
+  /* Crowns of trees, as cones: what the logs meet are the stems, so the crowns only suggest the forest. */
+  function crowns(rows) {
+    const out = [];
+    for (let k = 0; k < rows.length; k += 8) {
+      const [x, y, foot, , , top] = rows.subarray(k, k + 6), high = top - foot;
+      if (rows[k + 6] !== rows[k + 7] && high > CROWNED) out.push(x, y, foot + 0.35 * high, x, y, top, Math.min(0.11 * high, 3), 0.1);
+    }
+    return new Float32Array(out);
+  }
+
+  /* Tints of deposits: by how the logs ended, where that is known. */
+  function ended(rows, spec) {
+    const out = tinted(rows.length / 8, spec.colours.deposits);
+    if (spec.ends) new Uint8Array(bytes(spec.ends)).forEach((each, k) => out.set(spec.end_colours[each], k * 3));
+    return out;
+  }
+
   function strip(gl, made, points) {
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
@@ -204,7 +223,7 @@
       return log;
     });
     const rows = { trees: floats(spec.trees), lying: floats(spec.lying), blocks: floats(spec.blocks), deposits: floats(spec.deposits) };
-    const textures = {};
+    const crowned = crowns(rows.trees), textures = {};
     for (const [name, address] of Object.entries(spec.drapes)) {
       const texture = textures[name] = gl.createTexture();
       gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -226,7 +245,8 @@
       trees: solids(gl, programs.solid, rows.trees, standing(rows.trees, spec.colours)),
       lying: solids(gl, programs.solid, rows.lying, tinted(rows.lying.length / 8, spec.colours.lying_logs)),
       blocks: solids(gl, programs.solid, rows.blocks, tinted(rows.blocks.length / 8, spec.colours.blocks)),
-      deposits: solids(gl, programs.solid, rows.deposits, tinted(rows.deposits.length / 8, spec.colours.deposits)),
+      deposits: solids(gl, programs.solid, rows.deposits, ended(rows.deposits, spec)),
+      crowns: solids(gl, programs.solid, crowned, tinted(crowned.length / 8, spec.colours.trees)),
       moving: solids(gl, programs.solid, moving, tinted(logs.length, spec.colours.moving)), rows: moving,
       barriers: spec.barriers.map((each) => strip(gl, programs.plain, plate(floats(each.feet), each.height))),
       lines: spec.lines.map((each) => strip(gl, programs.plain, ribbon(floats(each), 0.8))),
@@ -259,12 +279,12 @@
     const scene = () => ready[state.run] || (ready[state.run] = loaded(gl, programs, Object.assign(scenes[state.run], { changed: draw })));
     const chosen = (log) => !state.group || log.groups.includes(state.group);
 
-    function home() {
+    function home(round = corners(scenes[state.run])) {
       const { nx, ny, cell, first, top } = scenes[state.run].ground, wide = nx * cell, tall = ny * cell;
-      const middle = [first[0] + wide / 2, first[1] + tall / 2, top / 2], round = corners(scenes[state.run]);
+      const middle = [0, 1, 2].map((c) => (Math.min(...round.map((each) => each[c])) + Math.max(...round.map((each) => each[c]))) / 2);
       state.camera = { at: middle, turn: downhill(scenes[state.run]), tilt: 0.5, far: 0 };
       state.followed = -1;
-      let near = 0.2 * Math.hypot(wide, tall, top), far = 20 * near;
+      let near = 0.02 * Math.hypot(wide, tall, top), far = 200 * near;
       for (let k = 0; k < 24; k++) { // as near as possible with all of the slope in view
         state.camera.far = (near + far) / 2;
         const seen = box(round);
@@ -276,6 +296,14 @@
         const aside = size * canvas.clientWidth / canvas.clientHeight * (seen[0] + seen[1]) / 2, up = size * (seen[2] + seen[3]) / 2;
         state.camera.at = state.camera.at.map((each, c) => each + aside * see[4 * c] + up * see[4 * c + 1]);
       }
+    }
+
+    /* Ends of the logs all along their ways; the whole slope without any. */
+    function tracks(spec) {
+      const poses = shorts(spec.poses), found = [], rows = poses.length / 6, step = Math.max(1, Math.floor(rows / 600));
+      for (let row = 0; row < rows; row += step) for (const end of [0, 3]) found.push([0, 1, 2].map((c) => spec.low[c] + spec.scale[c] * poses[row * 6 + end + c]));
+      for (let log = 0, row = 0; log < spec.logs.length; row += spec.logs[log++].n) found.push([0, 1, 2].map((c) => spec.low[c] + spec.scale[c] * poses[row * 6 + 3 + c]));
+      return found.length ? found : corners(spec);
     }
 
     /* Points all over the ground, and the tops of the logs at their start. */
@@ -337,7 +365,7 @@
       const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
       if (!width) return;
       if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
-      if (!state.camera) home();
+      if (!state.camera) home(tracks(scenes[state.run]));
       const now = scene();
       place();
       const see = matrix(), on = (name) => state.shown[name] !== false;
@@ -352,12 +380,13 @@
       gl.drawElements(gl.TRIANGLES, now.ground.count, gl.UNSIGNED_INT, 0);
       gl.useProgram(programs.solid);
       gl.uniformMatrix4fv(gl.getUniformLocation(programs.solid, "see"), false, see);
-      const pixel = gl.getUniformLocation(programs.solid, "pixel");
+      const pixel = gl.getUniformLocation(programs.solid, "pixel"), dense = gl.getUniformLocation(programs.solid, "dense");
+      const instances = (name) => { gl.bindVertexArray(now[name].array); gl.drawArraysInstanced(gl.TRIANGLES, 0, SIDES * 12, now[name].count); };
+      gl.uniform1f(dense, 1);
       for (const name of ["trees", "lying", "blocks", "deposits", "moving"]) {
         if (!on(name) || !now[name].count) continue;
-        gl.uniform1f(pixel, 0.85 * (name === "moving" ? 1.8 : 0.35) / canvas.clientHeight);
-        gl.bindVertexArray(now[name].array);
-        gl.drawArraysInstanced(gl.TRIANGLES, 0, SIDES * 12, now[name].count);
+        gl.uniform1f(pixel, 0.85 * (WIDE[name] || 0.35) / canvas.clientHeight);
+        instances(name);
       }
       gl.useProgram(programs.plain);
       gl.uniformMatrix4fv(gl.getUniformLocation(programs.plain, "see"), false, see);
@@ -369,6 +398,19 @@
       if (on("barriers")) strips(now.barriers, gl.TRIANGLE_STRIP, now.spec.colours.barriers);
       if (on("lines")) strips(now.lines, gl.TRIANGLE_STRIP, now.spec.colours.lines);
       if (state.shown.trails) strips(now.trails.filter((_, k) => chosen(now.logs[k])), gl.LINE_STRIP, TRAIL);
+      if (on("trees") && now.crowns.count) { // last, because what is behind them shines through
+        gl.useProgram(programs.solid);
+        gl.uniform1f(dense, VEIL);
+        gl.uniform1f(pixel, 0);
+        gl.enable(gl.BLEND);
+        gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
+        gl.enable(gl.CULL_FACE);
+        gl.depthMask(false);
+        instances("crowns");
+        gl.depthMask(true);
+        gl.disable(gl.CULL_FACE);
+        gl.disable(gl.BLEND);
+      }
       gl.bindVertexArray(null);
       tell(now);
     }

@@ -23,6 +23,7 @@ from deadwood_algorithms.stats.statistics import (
 )
 
 SHARE = ("p", "ci_low", "ci_high")
+OTHER_POSTURE = {"upright": "random-lying"}  # else upright
 HOW = "--friction-range auto gives the reach over the plausible friction, too, for about a third more time"
 
 

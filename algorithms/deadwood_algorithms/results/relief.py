@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,6 +12,8 @@ from rasterio.enums import Resampling
 
 from deadwood_algorithms.files.dem_header import is_dem
 from deadwood_algorithms.files.tiles import open_to_draw
+from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.params.tool import Quiet
 from deadwood_algorithms.results.run_folder import Run, input_paths
 
 CELLS_DRAWN = 700  # along the longer side of the map
@@ -40,6 +43,15 @@ def read_relief(run: Run, frame: Extent) -> tuple[np.ndarray, float, Extent] | N
         return None
     extent = (bounds[0], bounds[2], bounds[1], bounds[3])
     return values, (extent[1] - extent[0]) / shape[1], extent
+
+
+def tree_places(run: Run) -> np.ndarray:
+    """Plan positions of the run's trees [m], shape (n, 2); none if there is no layer any more."""
+    for place in map(str, input_paths(run.path, run.manifest, "trees")):
+        if os.path.exists(place.split("|")[0]):
+            trees = read_vector(place, geometry=("point",), target_crs=run.grid.crs, what="trees", feedback=Quiet())
+            return shapely.get_coordinates(trees.geometry)
+    return np.zeros((0, 2))
 
 
 def coordinates_of(lines: Sequence[Any]) -> list[tuple[np.ndarray, np.ndarray]]:

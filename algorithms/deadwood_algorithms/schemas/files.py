@@ -58,14 +58,14 @@ DEM = RasterFile(
 RUN_RASTERS = (
     _one(
         "hit_count",
-        "Number of logs whose plan outline overlapped the cell at any time, each log once",
+        "Number of logs that touched the cell, in plan view, at any time; each log counts once",
         "logs",
         "uint32",
         "counts",
     ),
     _one(
         "reach_probability",
-        "Share of all logs whose plan outline overlapped the cell at any time",
+        "Share of all logs that touched the cell, in plan view, at any time",
         "1",
         look="shares",
     ),
@@ -108,7 +108,7 @@ DANGER = RasterFile(
         ),
         Band(
             name="logs_passed",
-            meaning="Number of logs that passed the cell, on which the shares are based",
+            meaning="Number of logs that touched the cell, on which the shares are based",
             unit="logs",
         ),
         Band(name="LINE", meaning="Share that reached this line; one band for each line", unit="1"),
@@ -121,7 +121,7 @@ DANGER_COUNT = RasterFile(
     bands=(
         Band(
             name="any_line",
-            meaning="Logs that passed the cell and reached any line with the same outline or a later one",
+            meaning="Logs that touched the cell and reached any line then or later",
             unit="logs",
             number="uint32",
         ),

@@ -43,6 +43,12 @@ REACH_ERRORS: dict[str, ReachError] = {
     "standard": ReachError(mean=Points(0.1, -0.3, 0.4), worst=Points(-0.8, -1.7, 0.0)),
     "fine": ReachError(mean=Points(0.2, -0.3, 0.7), worst=Points(1.2, 0.0, 2.4)),
 }
+# The effect of a change on reach (with minus without it, the same logs) minus that at fine: the mean of random slopes
+# (``benchmarks.what_if``)
+DIFFERENCE_ERRORS: dict[str, Points] = {
+    "draft": Points(-1.8, -3.5, -0.4),
+    "standard": Points(-1.1, -2.4, 0.2),
+}
 # Reach minus that of reference over random slopes, by kind (``scene.slope_kind``): mean, spread on nine slopes in ten,
 # and on the tenth [points]; fitted to two thirds of the slopes
 BETWEEN_SLOPES: dict[str, dict[str, Between]] = {

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from explore_case import LOGS as LOGS_OF_CASE
 from explore_case import Asked, opened, write_case
 
 from deadwood_algorithms.explore import answer
 from deadwood_algorithms.explore.band import effect_over, frictions_of
+from deadwood_algorithms.explore.facts import VARIANTS
 from deadwood_algorithms.explore.frames import Frame
 from deadwood_algorithms.explore.stdio import Front
 from deadwood_algorithms.params.tool import Quiet
@@ -54,8 +56,8 @@ def points_of(frame: Frame, variant: str) -> dict[tuple[str, float], dict[str, A
 def test_each_point_is_the_answer_at_that_friction(asked: Asked):
     asked.release()
     frames = band_of(asked)
-    assert [len(each.facts["lines"][0]["before"]["points"]) for each in frames] == [1, 2, 3, 4, 5]
-    assert [each.facts["final"] for each in frames] == [False, False, False, False, True]
+    assert [len(each.facts["lines"][0]["before"]["points"]) for each in frames] == [1, 2, 3, 4, 5, 5]
+    assert [each.facts["final"] for each in frames] == [False, False, False, False, False, True]
     found = points_of(frames[-1], "before")
     assert sorted({friction for _, friction in found}) == [0.2, 0.225, 0.25, 0.275, 0.3]
     for friction in (0.2, 0.25, 0.275, 0.3):
@@ -86,11 +88,12 @@ def test_the_band_is_that_of_slide_logs(asked: Asked):
     found = json.loads((runs[0] / "summary.json").read_text())["friction_band"]
     n = next(each["n"] for each in found if each["friction"] == ENDS[0])
     assert 20 <= n < 300
+    own_posture = answered.question.sizes.orientation
     part = hash_order(answered.releases.logs.log_id, asked.ask.seed)[:n]
     names = [str(each) for each in answered.layers.lines.ids]
     for each in found:
         k = names.index(each["line_id"])
-        own, there = answered.at_friction[False, OWN][:, k], answered.at_friction[False, each["friction"]][:, k]
+        own, there = (answered.at[False, friction, own_posture][:, k] for friction in (OWN, each["friction"]))
         moved = 0.0 if each["friction"] == OWN else there[part].mean() - own[part].mean()
         assert each["p"] == pytest.approx(own.mean() + moved, abs=1e-12)
 
@@ -115,6 +118,22 @@ def test_the_effect_of_a_change_over_the_range(asked: Asked):
     assert shown["road"]["less"], "a barrier across the way stops some"
 
 
+def test_the_other_posture_is_the_answer_to_that_question(asked: Asked):
+    """The same places and sizes, upright instead of lying: its reach, and the effect of the change in it."""
+    asked.release()
+    asked.edit(**BARRIER)
+    lines = {each["line_id"]: each for each in band_of(asked)[-1].facts["lines"]}
+    asked.session.answer = None
+    asked.edit(**BARRIER)
+    for each in asked.release(logs={**LOGS_OF_CASE, "orientation": "upright"}).facts["lines"]:
+        line = lines[each["line_id"]]
+        shares = [[(one["posture"], one["friction"], one["p"]) for one in line[name]["postures"]] for name in VARIANTS]
+        assert shares == [[("upright", OWN, each[name] / LOGS)] for name in VARIANTS]
+        low, high = paired_interval(each["lost"], each["gained"], LOGS)
+        verdict = "less" if high < 0 else "more" if low > 0 else "chance"
+        assert line["effect_in_posture"] == [{"posture": "upright", "effect": verdict}]
+
+
 def test_without_the_change_nothing_slides_again(asked: Asked, monkeypatch: pytest.MonkeyPatch):
     """An edit keeps the curve of the scene as it was read; at its own friction all have slid anyway."""
     slid: list[int] = []
@@ -125,12 +144,12 @@ def test_without_the_change_nothing_slides_again(asked: Asked, monkeypatch: pyte
     asked.release()
     slid.clear()
     band_of(asked)
-    assert sum(slid) == 4 * LOGS
+    assert sum(slid) == 5 * LOGS
     assert max(slid) <= 10, "in pieces, between which a newer request ends it"
     asked.edit(**BARRIER)
     slid.clear()
     band_of(asked)
-    assert sum(slid) == 4 * LOGS
+    assert sum(slid) == 5 * LOGS
     asked.edit()
     slid.clear()
     assert not any("effect" in each for each in band_of(asked)[-1].facts["lines"])
@@ -140,7 +159,7 @@ def test_without_the_change_nothing_slides_again(asked: Asked, monkeypatch: pyte
 def test_an_interrupted_band_goes_on_where_it_was(asked: Asked):
     asked.release()
     whole = band_of(asked)[-1]
-    asked.session.answer.at_friction.clear()  # type: ignore[union-attr]
+    asked.session.answer.at.clear()  # type: ignore[union-attr]
     frames: list[Frame] = []
     assert not asked.session.band({"id": 3}, frames.append, lambda: len(frames) >= 2)
     assert len(frames) == 2

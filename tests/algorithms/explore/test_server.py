@@ -255,6 +255,7 @@ def test_a_page_opened_again_continues_and_the_former_is_reported(page: Page):
         with page.socket() as second:
             assert "elsewhere" in first.next().facts["text"]
             assert first.socket.recv() == ""
+            assert second.next().facts["op"] == "took_over"
             assert second.ask(op="poses", max=3).facts["logs"] == 3  # the request is still there
 
 

@@ -62,7 +62,7 @@ def draw(
     ground(panels[2], best, layers, logs, observed, watched)
     cell = f"{layers.dem.cell:g} m cells"
     figure.suptitle(
-        textwrap.fill(f"{with_minus(sentence)} {counted(len(logs), 'log')} a coefficient, {cell}.", 150),
+        textwrap.fill(f"{with_minus(sentence)} {counted(len(logs), 'log')} at each coefficient, {cell}.", 150),
         x=0.01,
         ha="left",
         fontsize=11,
@@ -73,21 +73,13 @@ def draw(
 
 
 def likelihoods(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]]) -> None:
-    keys = ("likelihood", "ci_low", "ci_high")
-    value, low, high = (np.array([row[f"relative_{key}"] for row in rows]) for key in keys)
-    bars = np.clip([value - low, high - value], 0.0, None)
-    style = {"marker": "o", "markersize": 5, "linewidth": 1.2, "capsize": 2.5}
-    axes.errorbar(friction, value, bars, color=LIKELY, label="relative likelihood", **style)
-    axes.plot(
-        friction,
-        [row["p_range"] for row in rows],
-        color=TESTED,
-        marker="s",
-        markersize=4,
-        linewidth=1.0,
-        linestyle="--",
-        label="share of its own events\nthat are not more likely (p)",
-    )
+    """The test that decides on the range; the likelihood itself and its interval are in the table."""
+    tested = np.array([row["p_range"] for row in rows])
+    axes.vlines(friction, 0.0, tested, color=TESTED, linewidth=3.0)
+    for kept, face, words in ((True, TESTED, "not ruled out"), (False, "white", f"ruled out: below {LEVEL:g}")):
+        some = (tested >= LEVEL) == kept
+        looks = {"facecolors": face, "edgecolors": TESTED, "zorder": 3}
+        axes.scatter(friction[some], tested[some], s=36.0, label=words, **looks)
     axes.axhline(LEVEL, color="#777777", linewidth=0.8, linestyle=":")
     axes.annotate(
         f"{LEVEL:g}",
@@ -101,7 +93,7 @@ def likelihoods(axes: Axes, friction: np.ndarray, rows: list[dict[str, Any]]) ->
         color="#777777",
     )
     axes.set_ylim(-0.03, 1.08)
-    axes.set_title("how well it reproduces the event; green: range", fontsize=10, loc="left")
+    axes.set_title("simulated events that fit no better than the observed one;\ngreen: range", fontsize=10, loc="left")
     axes.legend(fontsize=8.5, framealpha=0.85, edgecolor="none")
 
 

@@ -18,7 +18,7 @@ from deadwood_algorithms.files.embedded import record_in
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.presets import plausible_range
 from deadwood_algorithms.params.tool import Feedback, UserError
-from deadwood_algorithms.results.friction_band import Member, SlidBand
+from deadwood_algorithms.results.friction_band import OTHER_POSTURE, Member, SlidBand
 from deadwood_algorithms.results.scenario import posture_shares
 from deadwood_algorithms.scene.friction import ends_of, number_of
 from deadwood_algorithms.simulate.fidelity_trade import COSTS
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 SHARE = 0.4  # of the time that as many logs of the run take, by the costs of the fidelities (0.3 took 22 % of a run's)
 FEWEST = 20  # logs: fewer show no difference
-OTHER_POSTURE = {"upright": "random-lying"}  # else upright
 
 
 def friction_ends(given: str | None, friction: str | float, preset: str | None) -> tuple[float, float] | None:

@@ -63,7 +63,7 @@ def write_variation(
     )
     if any(each.indices is not None and each.indices.crossed.any() for each in measured):
         note += (
-            " A first-order and a total index that are equal had been estimated in the wrong order: raise --samples."
+            " Where both indices of a factor are equal, the samples are too few to tell them apart: raise --samples."
         )
     draw(folder / PICTURE, measured, answers, order, logs, len(places), note)
     return facts

@@ -17,37 +17,51 @@ export function errorOf(fidelities, name) {
   return say("error_known", { fidelity: name, value, low, high });
 }
 
+/* That in the effect of a change, which is a difference of the same logs; nothing where it was not measured. */
+function errorOfDifference(fidelities, name) {
+  const found = fidelities.find((each) => each.name === name)?.difference;
+  if (!found) return "";
+  const [value, low, high] = found.map((each) => number(each, 1, true));
+  return say("error_difference", { fidelity: name, value, low, high });
+}
+
 /* The name of a line; a mere number gets the word for a line before it. */
 export function nameOf(line) {
   const name = String(line.name || line.line_id);
   return /^[\d.]+$/.test(name) ? say("line", { id: name }) : name;
 }
 
-export function showReach(scene, answer, variant) {
-  const place = $("reach");
+/* The reach of every line, one bar for each forest, all on one scale. */
+export function showReach(scene, answers) {
+  const place = $("reach"), several = answers.length > 1;
   if (!scene.lines.length) { place.replaceChildren(make("p", { class: "quiet" }, say("no_lines"))); return; }
-  if (!answer) { place.replaceChildren(make("p", { class: "quiet" }, say("no_answer_yet"))); return; }
-  const top = roundAbove(Math.max(...answer.reach.map((each) => each.ci_high), 0.01)), error = errorOf(scene.fidelities, answer.fidelity);
-  const rows = answer.reach.map((each) => {
-    const line = scene.lines.find((one) => one.line_id === each.line_id) || each, { value, interval } = share(each);
-    const words = say("reach_described", { line: nameOf(line), value, interval, n: each.n_reach, done: answer.done });
-    return make("div", { class: "line" },
-      make("div", { class: "named" }, make("b", {}, nameOf(line)), make("span", { class: "value" }, value)),
-      make("div", { class: "gauge", role: "img", "aria-label": words },
-        make("i", { style: { width: `${100 * each.p / top}%` } }),
-        make("u", { style: { left: `${100 * each.ci_low / top}%`, width: `${100 * (each.ci_high - each.ci_low) / top}%` } })),
-      make("div", { class: "ci" }, say("reach_said", { interval, reached: each.n_reach, done: answer.done })),
-      make("div", { class: "ci" }, error));
+  if (!answers.length) { place.replaceChildren(make("p", { class: "quiet" }, say("no_answer_yet"))); return; }
+  const top = roundAbove(Math.max(...answers.flatMap((each) => each.reach).map((each) => each.ci_high), 0.01));
+  const bar = (answer, name, each) => {
+    const { value, interval } = share(each), line = nameOf(name), words = say("reach_described", { line, value, interval, n: each.n_reach, done: answer.done });
+    const gauge = make("div", { class: "gauge", role: "img", "aria-label": several ? `${variantOf(answer)}. ${words}` : words },
+      make("i", { class: answer.edited ? "after" : "before", style: { width: `${100 * each.p / top}%` } }),
+      make("u", { style: { left: `${100 * each.ci_low / top}%`, width: `${100 * (each.ci_high - each.ci_low) / top}%` } }));
+    const said = make("div", { class: "ci" }, say("reach_said", { interval, reached: each.n_reach, done: answer.done }));
+    const named = make("div", { class: "named" }, several ? make("span", { class: "variant" }, variantOf(answer)) : make("b", {}, line), make("span", { class: "value" }, value));
+    return [named, gauge, said];
+  };
+  const rows = answers[0].reach.map(({ line_id }) => {
+    const name = scene.lines.find((one) => one.line_id === line_id) || { line_id };
+    const bars = answers.flatMap((answer) => bar(answer, name, answer.reach.find((each) => each.line_id === line_id)));
+    return make("div", { class: "line" }, ...(several ? [make("b", {}, nameOf(name))] : []), ...bars, scaleTo(top));
   });
-  const scale = make("div", { class: "scale", "aria-hidden": "true" }, ...[0, 0.5, 1].map((each) => make("span", {}, say("percent", { p: number(100 * each * top, top < 0.02 ? 1 : 0) }))));
-  place.replaceChildren(...(variant ? [make("p", { class: "variant" }, variant)] : []), ...rows, scale);
+  place.replaceChildren(...rows, make("p", { class: "quiet" }, errorOf(scene.fidelities, answers[0].fidelity)));
 }
+
+const variantOf = ({ edited }) => say(edited ? "variant_b" : "variant_a");
+const scaleTo = (top) => make("div", { class: "scale", "aria-hidden": "true" }, ...[0, 0.5, 1].map((each) => make("span", {}, say("percent", { p: number(100 * each * top, top < 0.02 ? 1 : 0) }))));
 
 /* Reach against friction, with its interval, in both forests; the friction of the question is marked. */
 export function showBand(scene, band) {
   const place = $("band");
   if (!band || band.lines[0].before.points.length < 2) { place.replaceChildren(); return; }
-  const every = band.lines.flatMap((each) => [...each.before.points, ...(each.after?.points || [])]);
+  const every = band.lines.flatMap((each) => [each.before, each.after].filter(Boolean)).flatMap((each) => [...each.points, ...each.postures]);
   const top = roundAbove(Math.max(0.01, ...every.map((each) => each.ci_high)));
   const lines = band.lines.map((each) => {
     const words = bandWords(band, each);
@@ -59,16 +73,16 @@ export function showBand(scene, band) {
 
 const friction = (value) => String(Number(value.toFixed(3)));
 
-function bandWords(band, { before, after, effect }) {
+function bandWords(band, { before, after, effect, effect_in_posture }) {
   const ranges = [[before, "A"], [after, "B"]].filter(([each]) => each).map(([each, name]) => {
     const [from, to] = each.frictions.map(friction), own = each.points.find((point) => point.friction === band.friction);
-    const variant = after ? say("band_variant", { name }) : "";
-    return capital(say(each.low === each.high ? "band_alike" : "band_range", { variant, low: each.low, high: each.high, from, to, own: friction(band.friction), value: share(own).value }));
+    const variant = after ? say("band_variant", { name }) : "", others = each.postures.map((other) => say("band_posture", { posture: capital(say(`posture_${other.posture}`)), value: share(other).value }));
+    return capital(say(each.low === each.high ? "band_alike" : "band_range", { variant, low: each.low, high: each.high, from, to, own: friction(band.friction), value: share(own).value })) + others.join("");
   });
   if (!effect) return ranges;
   const shown = ["less", "more", "chance"].filter((way) => effect[way].length);
-  if (shown.length === 1) return [...ranges, say(`effect_${shown[0]}`)];
-  return [...ranges, shown.map((way) => say(`effect_some_${way}`, { at: effect[way].map(friction).join(", ") })).join(" ")];
+  const over = shown.length === 1 ? say(`effect_${shown[0]}`) : shown.map((way) => say(`effect_some_${way}`, { at: effect[way].map(friction).join(", ") })).join(" ");
+  return [...ranges, [over, ...effect_in_posture.map((each) => capital(say(`effect_posture_${each.effect}`, { posture: say(`posture_${each.posture}`) })))].join(" ")];
 }
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
@@ -81,10 +95,11 @@ function bandChart(band, { before, after }, top, words) {
   };
   const [from, to] = before.frictions, x = (value) => left + 8 + (wide - left - 28) * (value - from) / (to - from);
   const y = (value) => 8 + (high - low - 8) * (1 - value / top), at = (points, name) => points.map((each) => `${x(each.friction).toFixed(1)},${y(each[name]).toFixed(1)}`);
-  const curve = (variant, name, { points }) => [
+  const curve = (variant, name, { points, postures }) => [
     svg("polygon", { class: `${name} interval`, points: [...at(points, "ci_low"), ...at(points, "ci_high").reverse()].join(" ") }),
     svg("polyline", { class: name, points: at(points, "p").join(" ") }),
     ...points.map((each) => svg("circle", { class: name, cx: x(each.friction), cy: y(each.p), r: 2.5 })),
+    ...postures.map((each) => svg("circle", { class: `${name} other`, cx: x(each.friction), cy: y(each.p), r: 4.5 })),
     ...(after ? [svg("text", { x: wide - 15, y: y(points.at(-1).p) + 4 }, variant)] : []),
   ];
   const ticks = [0, top / 2, top].map((value) => svg("g", {}, svg("line", { class: "grid", x1: left, x2: wide - 18, y1: y(value), y2: y(value) }),
@@ -95,13 +110,17 @@ function bandChart(band, { before, after }, top, words) {
     ...curve("A", "before", before), ...(after ? curve("B", "after", after) : []));
 }
 
-export function showStops(stopped) {
-  const place = $("stops"), all = stopped ? Object.values(stopped).reduce((sum, each) => sum + each, 0) : 0;
-  if (!all) { place.replaceChildren(); return; }
-  const there = config.stops.filter((each) => stopped[each.reason]);
+/* How the logs ended, one bar for each forest, and why they stayed where they were, if they did. */
+export function showStops(answers, stillness) {
+  const place = $("stops");
+  if (!answers.length) { place.replaceChildren(); return; }
+  const there = config.stops.filter(({ reason }) => answers.some(({ stopped }) => stopped[reason]));
+  const part = ({ stopped, done }, { reason }) => 100 * (stopped[reason] || 0) / done;
   place.replaceChildren(
-    make("div", { class: "stacked", "aria-hidden": "true" }, ...there.map((each) => make("i", { style: { width: `${100 * stopped[each.reason] / all}%`, background: each.colour } }))),
-    make("ul", { class: "keys" }, ...there.map((each) => make("li", {}, signOf(each), make("span", {}, each.label), make("b", {}, say("percent", { p: number(100 * stopped[each.reason] / all, 0) }))))));
+    make("h3", {}, say("endings")), ...(stillness ? [make("p", { class: "stillness" }, stillness)] : []),
+    ...answers.map((answer) => make("div", { class: "ended", "aria-hidden": "true" }, ...(answers.length > 1 ? [make("span", {}, answer.edited ? "B" : "A")] : []),
+      make("div", { class: "stacked" }, ...there.map((each) => make("i", { style: { width: `${part(answer, each)}%`, background: each.colour } }))))),
+    make("ul", { class: "keys" }, ...there.map((each) => make("li", {}, signOf(each), make("span", {}, each.label), make("b", {}, answers.map((answer) => say("percent", { p: number(part(answer, each), 0) })).join(" → "))))));
 }
 
 /* The symbol of a way to end, as on the map. */
@@ -123,7 +142,7 @@ export function showDifference(scene, answer, { fell, look }) {
   const place = $("difference");
   if (!answer) { place.replaceChildren(); return; }
   const far = roundAbove(Math.max(0.01, ...answer.lines.flatMap((each) => [Math.abs(each.ci_low), Math.abs(each.ci_high)])));
-  const error = errorOf(scene.fidelities, answer.fidelity), at = (value) => 50 + 50 * Math.max(-1, Math.min(1, value / far));
+  const at = (value) => 50 + 50 * Math.max(-1, Math.min(1, value / far));
   const lines = answer.lines.map((each) => {
     const line = scene.lines.find((one) => one.line_id === each.line_id) || each, { value, interval } = difference(each), verdict = verdictOf(each);
     const [from, to] = [Math.min(at(0), at(each.difference)), Math.max(at(0), at(each.difference))];
@@ -135,11 +154,11 @@ export function showDifference(scene, answer, { fell, look }) {
         make("i", { class: verdict, style: { left: `${from}%`, width: `${to - from}%` } }), make("s", { style: { left: "50%" } }),
         make("u", { style: { left: `${at(each.ci_low)}%`, width: `${at(each.ci_high) - at(each.ci_low)}%` } })),
       make("div", { class: "ci" }, `${interval} · ${share(each.before)} → ${share(each.after)}`),
-      make("div", { class: "ci" }, error),
       make("div", { class: `verdict ${verdict}` }, say(`verdict_${verdict}`)),
       make("div", { class: "pair" }, make("span", {}, say("lost", { n: each.lost })), make("span", {}, say("gained", { n: each.gained }))));
   });
-  const note = make("p", { class: "quiet" }, say("paired_note", { concerned: answer.concerned, done: answer.done }));
+  const error = answer.lines.some((each) => each.difference) ? errorOfDifference(scene.fidelities, answer.fidelity) : "";
+  const note = make("p", { class: "quiet" }, `${say("paired_note", { concerned: answer.concerned, done: answer.done })} ${error}`);
   const held = (answer.holders || []).filter((each) => each.n > 0 && each.tree < scene.data.trees_x.length).slice(0, 5);
   const holders = held.length ? [
     make("p", { class: "quiet" }, say("holders_note")),

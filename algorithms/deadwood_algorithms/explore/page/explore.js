@@ -5,7 +5,8 @@ import { boxOf, differencePicture, hitsPicture } from "./layers.js";
 import { connect } from "./link.js";
 import { SlopeMap } from "./map.js";
 import { drapesOf, Motion, spaceOf } from "./motion.js";
-import { Terrain } from "./terrain.js";
+import { numberIn, numeric, showNumber } from "./numbers.js";
+import { canvasOf, rgb, Terrain } from "./terrain.js";
 import { Hand, toolbar, TOOLS } from "./tools.js";
 import { coordinate, count, difference, fill, make, number, say, share, config } from "./words.js";
 
@@ -27,20 +28,24 @@ const state = {
 };
 
 let connected = false;
+const PAUSE_MS = 800; // between two changes of the same kind that are undone one by one
+const MOST_PAST = 200;
+const MOST_LINK = 20_000; // characters of a link that restores the state
 
 // --- the connection ---------------------------------------------------------------------------------------------------
 
 const link = connect(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${location.pathname.replace(/[^/]*$/, "")}socket`, {
   answered(message) {
-    const work = { scene: opened, hits: hits, difference: differed, band: banded, poses: posed, kept, refused, restarted }[message.op];
+    const work = { scene: opened, hits: hits, difference: differed, band: banded, poses: posed, kept, refused, restarted, took_over }[message.op];
     if (work) work(message);
   },
   changed(how) {
-    if (how === "open") { connected = true; warn("");
+    if (how === "open") { connected = true; warn(""); document.title = say("title");
       $("again").hidden = true; link.send({ op: "open" }); return; }
     connected = false;
     busy(false);
     Object.assign(state, { preview: null, full: 0, editing: 0 });
+    document.title = say(how === "elsewhere" ? "title_elsewhere" : "title");
     warn(say(`connection_${how}`), true);
     $("again").hidden = how === "lost";
   },
@@ -61,7 +66,9 @@ function warn(text, stays = false) {
 function calm() { if (!staying) warn(""); }
 function forgive() { staying = false; } // the user continues: the next answer may remove the message
 $("alert-close").addEventListener("click", () => warn(""));
-$("again").addEventListener("click", () => link.again());
+let asked_back = false; // the user knows that this page takes over
+$("again").addEventListener("click", () => { asked_back = true; link.again(); });
+function took_over() { if (!asked_back) warn(say("took_over"), true); asked_back = false; }
 
 function busy(on) {
   state.busy = on;
@@ -82,6 +89,7 @@ function opened(scene) {
   if (!state.settings) {
     state.settings = settingsOf(scene);
     restore();
+    if (!state.shape && scene.suggested) state.shape = { circle: scene.suggested };
     questions();
     layerBoxes();
   }
@@ -104,12 +112,14 @@ const pairOf = (given, otherwise) => (Array.isArray(given) ? given.slice() : Num
 /* A reload restores the state of the page, as long as the scene is the same. */
 const sceneKey = () => JSON.stringify([state.scene.crs, state.scene.origin, state.scene.extent, state.scene.data.trees_x.length]);
 function remember() {
-  const { shape, settings, edits, mode } = state;
-  try { sessionStorage.setItem("explore", JSON.stringify({ key: sceneKey(), shape, settings, edits, mode, view: map.view, layers: map.shown })); } catch { /* a full or forbidden store costs only the memory of a reload */ }
+  const { shape, settings, edits, mode } = state, text = JSON.stringify({ key: sceneKey(), shape, settings, edits, mode, view: map.view, layers: map.shown });
+  try { sessionStorage.setItem("explore", text); } catch { /* a full or forbidden store costs only the memory of a reload */ }
+  const code = encodeURIComponent(text);
+  history.replaceState(null, "", code.length > MOST_LINK ? location.pathname + location.search : `#${code}`); // the address restores it, too
 }
 function restore() {
   try {
-    const kept = JSON.parse(sessionStorage.getItem("explore") || "null");
+    const kept = JSON.parse(decodeURIComponent(location.hash.slice(1)) || sessionStorage.getItem("explore") || "null");
     if (!kept || kept.key !== sceneKey()) return;
     Object.assign(state, { shape: kept.shape, settings: { ...state.settings, ...kept.settings }, edits: { ...NOTHING, ...kept.edits }, mode: kept.mode });
     Object.assign(map.shown, kept.layers);
@@ -259,7 +269,7 @@ function refused(answer) {
   busy(false);
   const changed = Boolean(answer.id) && answer.id === state.editing;
   if (changed) state.editing = 0;
-  if (changed && state.past.length) take(state.past.pop()); // an invalid change is not kept
+  if (changed && state.past.length) take({ ...now(), edits: state.past.pop().edits }); // an invalid change is not kept
   $("keep").querySelector("button").disabled = !complete();
   if ($("kept").textContent === say("saving")) $("kept").replaceChildren();
   warn(answer.text, changed);
@@ -278,14 +288,38 @@ function change(next) {
   forgive();
   const limits = state.scene.limits || {}, most = limits.felled_max || MOST_FELLED;
   if (next.fell.length > most) { warn(say("too_many_felled", { n: next.fell.length, most })); return; }
-  state.past.push(state.edits);
-  if (state.past.length > 200) state.past.shift();
-  state.future = [];
-  take(Object.freeze(next));
+  toUndo("edits");
+  take({ ...now(), edits: Object.freeze(next) });
 }
 
-function take(edits) {
-  state.edits = edits;
+/* What undo restores. */
+const now = () => ({ edits: state.edits, settings: state.settings, shape: state.shape });
+let latest = { kind: "", at: 0 };
+/* The state before a change is kept; a movement of the pointer or a slider is one change. */
+function toUndo(kind) {
+  const at = performance.now(), goes_on = kind !== "edits" && kind === latest.kind && at - latest.at < PAUSE_MS;
+  latest = { kind, at };
+  if (goes_on) return;
+  state.past.push(now());
+  if (state.past.length > MOST_PAST) state.past.shift();
+  state.future = [];
+  canUndo();
+}
+function canUndo() { $("undo").disabled = !state.past.length; $("redo").disabled = !state.future.length; }
+
+function take(next) {
+  const asks = next.settings !== state.settings || next.shape !== state.shape, forest = next.edits !== state.edits;
+  Object.assign(state, next);
+  latest = { kind: "", at: 0 };
+  canUndo();
+  if (asks) { questions(); stopMoving(); }
+  if (forest) replaced();
+  if (asks && state.shape) full();
+  else if (asks) { Object.assign(state, { base: null, full: 0 }); forget(); noBand(); busy(false); shown(); remember(); }
+}
+
+/* The forest was replaced by another one. */
+function replaced() {
   if (!edited()) { forget(); state.mode = "before"; }
   stopMoving();
   noBand();
@@ -296,8 +330,8 @@ function take(edits) {
   else if (!edited() && state.base.final) { map.content.holders = holdersOf(state.base); busy(false); askBand(); }
 }
 
-function undo() { if (state.past.length) { state.future.push(state.edits); take(state.past.pop()); } }
-function redo() { if (state.future.length) { state.past.push(state.edits); take(state.future.pop()); } }
+function undo() { if (state.past.length) { state.future.push(now()); take(state.past.pop()); } }
+function redo() { if (state.future.length) { state.past.push(now()); take(state.future.pop()); } }
 
 const changes = {
   fell(trees) {
@@ -311,27 +345,27 @@ const changes = {
     else changes.fell([tree]);
   },
   plant([x, y]) {
-    const dbh_cm = valueOf("plant-dbh"), height_m = valueOf("plant-height");
+    const dbh_cm = valueOf($("plant-dbh")), height_m = valueOf($("plant-height"));
     if (dbh_cm && height_m) change({ ...state.edits, plant: [...state.edits.plant, { x, y, dbh_cm, height_m }] });
   },
   barrier(points) {
-    const height_m = valueOf("barrier-height");
+    const height_m = valueOf($("barrier-height"));
     if (height_m) change({ ...state.edits, barriers: [...state.edits.barriers, { points, height_m }] });
   },
   lay(points) {
-    const diameter_cm = valueOf("lay-diameter");
+    const diameter_cm = valueOf($("lay-diameter"));
     if (diameter_cm) change({ ...state.edits, lying_logs: [...state.edits.lying_logs, { points, diameter_cm }] });
   },
 };
 
 /* The number in a field; an invalid one is reported and gives NaN. */
-function valueOf(id) {
-  const field = $(id);
-  if (field.value !== "" && field.checkValidity()) return field.valueAsNumber;
-  warn(say("out_of_range", { low: count(Number(field.min)), high: count(Number(field.max)) }));
-  field.focus();
-  return NaN;
+function valueOf(field) {
+  const value = numberIn(field), wrong = Number.isNaN(value);
+  field.setAttribute("aria-invalid", String(wrong));
+  if (wrong) warn(say("out_of_range", { low: count(Number(field.dataset.low)), high: count(Number(field.dataset.high)) }));
+  return value;
 }
+for (const field of document.querySelectorAll("#strip input.number")) numeric(field);
 
 const lengthOf = (points) => points.slice(1).reduce((sum, b, k) => sum + Math.hypot(b[0] - points[k][0], b[1] - points[k][1]), 0);
 
@@ -340,8 +374,7 @@ function refresh() {
   map.felled = new Set(edits.fell);
   map.overview = null;
   map.content.edits = edits;
-  $("undo").disabled = !state.past.length;
-  $("redo").disabled = !state.future.length;
+  canUndo();
   $("no-edits").hidden = edited();
   const without = (kind, k) => () => change({ ...edits, [kind]: edits[kind].filter((_, n) => n !== k) });
   const row = (words, away, name) => make("li", {}, make("span", {}, words), make("button", { type: "button", onclick: away, "aria-label": `${say(name)}: ${words}` }, say(name)));
@@ -398,9 +431,10 @@ function shown() {
   const part = doing ? 100 * doing.done / Math.max(1, doing.preview ? state.settings.n : doing.n) : 0;
   $("bar").firstElementChild.style.width = `${part}%`;
   $("bar").setAttribute("aria-valuenow", String(Math.round(part)));
-  showReach(scene, seen && { ...seen, reach: seen.reach || base.reach }, edited() && seen ? say(seen.edited ? "variant_b" : "variant_a") : "");
+  const both = [base, after].filter(Boolean);
+  showReach(scene, both);
   showBand(scene, state.band);
-  showStops(stopsOf(seen) || base?.stopped);
+  showStops(both, base?.final && !base.preview ? stillness() : "");
   showDifference(scene, after, { fell: (tree) => changes.fell([tree]), look });
   const on = map.content.variants[0];
   showLegend(scene, state.terrain, map.shown, on?.kind ? on : null, seen);
@@ -416,14 +450,15 @@ function shown() {
   map.draw();
 }
 
-/* How the logs of a variant ended, counted from its deposits if it is not in the answer. */
-function stopsOf(answer) {
-  if (!answer) return null;
-  if (answer.stopped) return answer.stopped;
-  if (!answer.deposits) return null;
-  const found = {};
-  for (const each of answer.deposits.reason) { const { reason } = config.stops[each] || {}; if (reason) found[reason] = (found[reason] || 0) + 1; }
-  return found;
+/* Why most logs stayed where they were, in words; nothing if they moved. */
+function stillness() {
+  const { base, settings, terrain } = state, { stayed, done, stopped } = base;
+  if (!(stayed > done / 2)) return "";
+  const points = base.shape.polygon || [base.shape.circle], middle = [0, 1].map((c) => points.reduce((sum, each) => sum + each[c], 0) / points.length);
+  const slope = terrain ? terrain.slopeAt(...middle) : NaN, holds = Math.atan(settings.friction) * 180 / Math.PI;
+  const held = ["tree", "barrier", "lying_log"].reduce((sum, each) => sum + (stopped[each] || 0), 0);
+  const why = held > done / 2 ? "held" : settings.friction !== null && slope < holds ? "friction" : "unknown";
+  return say(`stayed_${why}`, { n: stayed, done, held, friction: count(settings.friction ?? 0), holds: number(holds, 0), slope: Number.isFinite(slope) ? number(slope, 0) : "?" });
 }
 
 function look(tree) {
@@ -455,6 +490,7 @@ const act = {
   release([x, y], moving) {
     const r = Number($("radius").value);
     forgive();
+    toUndo("place");
     state.shape = { circle: [x, y, r] };
     map.content.release = { shape: state.shape };
     map.draw();
@@ -465,7 +501,7 @@ const act = {
     setRadius(Math.min(Number($("radius").max), Math.max(1, Math.round(Math.hypot(x - cx, y - cy)))), moving);
   },
   rest() { full(); },
-  area(points) { state.shape = { polygon: points }; shown(); full(); },
+  area(points) { toUndo("area"); state.shape = { polygon: points }; shown(); full(); },
   ...changes,
 };
 
@@ -475,6 +511,7 @@ function setRadius(r, moving) {
   $("radius").value = r;
   $("radius-said").textContent = `${r} m`;
   if (!state.shape?.circle) return;
+  toUndo("radius");
   state.shape = { circle: [state.shape.circle[0], state.shape.circle[1], r] };
   map.content.release = { shape: state.shape };
   map.draw();
@@ -513,7 +550,8 @@ function where(at) {
   pointed = at;
   if (!at || !state.scene || !map.within(...at)) { $("where").textContent = ""; return; }
   const [east, north] = state.scene.origin, z = state.terrain ? state.terrain.at(...at) : NaN;
-  $("where").textContent = say(Number.isFinite(z) ? "where_height" : "where", { x: coordinate(east + at[0]), y: coordinate(north + at[1]), z: coordinate(z) });
+  const slope = state.terrain ? state.terrain.slopeAt(...at) : NaN;
+  $("where").textContent = say(Number.isFinite(slope) ? "where_slope" : Number.isFinite(z) ? "where_height" : "where", { x: coordinate(east + at[0]), y: coordinate(north + at[1]), z: coordinate(z), slope: number(slope, 0) });
 }
 map.moved = () => { if (map.content.cross) where([map.view.x, map.view.y]); else if (pointed) where(pointed); };
 
@@ -535,57 +573,67 @@ addEventListener("keydown", (event) => {
 
 // --- the question's numbers ---------------------------------------------------------------------------------------------------
 
-function another() { state.settings.seed++; const field = $("q-seed"); if (field) field.value = state.settings.seed; full(); }
+/* One of the question's numbers is another one. */
+function setting(name, value, moving = false) {
+  toUndo(name);
+  state.settings = { ...state.settings, [name]: value };
+  if (moving) preview(); else full();
+}
+function another() { setting("seed", state.settings.seed + 1); const field = $("q-seed"); if (field) showNumber(field, state.settings.seed); }
 
 function questions() {
   const { scene, settings } = state, { limits = {}, defaults = {} } = scene, form = $("question");
-  const slider = (name, low, high, step, { at = [low, high] } = {}) => {
-    const range = make("input", { type: "range", min: at[0], max: at[1], step, value: settings[name] ?? 0.25, "aria-hidden": "true", tabindex: "-1" });
-    const field = make("input", { type: "number", min: low, max: high, step: "any", value: settings[name] ?? "", id: `q-${name}`, placeholder: settings[name] === null ? say("of_layer") : null });
-    const set = (value, moving) => { settings[name] = value; if (moving && name !== "n") preview(); else full(); };
-    range.addEventListener("input", () => { field.value = range.value; row.classList.remove("wrong"); if (name !== "n") set(Number(range.value), true); });
-    range.addEventListener("change", () => { field.value = range.value; set(Number(range.value), false); });
-    field.addEventListener("change", () => {
-      const value = field.valueAsNumber, whole = name !== "n" || Number.isInteger(value), wrong = !(value >= low && value <= high) || !whole;
-      row.classList.toggle("wrong", wrong);
-      if (wrong) { warn(say("out_of_range", { low: count(low), high: count(high) })); return; }
-      warn("");
-      range.value = value;
-      set(value, false);
-    });
-    const row = make("div", { class: "field" }, make("label", { for: `q-${name}` }, say(`q_${name}`)), range, field);
-    return row;
+  const field = (id, [low, high], value, more = {}) => {
+    const made = numeric(make("input", { type: "text", class: "number", id: `q-${id}`, "data-low": low, "data-high": high, ...more }));
+    if (value !== null) showNumber(made, value);
+    return made;
   };
-  const between = (name, unit, low, high) => {
-    const fields = [0, 1].map((k) => make("input", { type: "number", min: low, max: high, step: "any", value: settings[name][k], id: `q-${name}-${k}`, "aria-label": say(k ? "at_most" : "at_least", { what: say(`q_${name}`) }) }));
+  const slider = (name, bounds, step, { at = bounds, likely = Infinity, whole = false } = {}) => {
+    const range = make("input", { type: "range", min: at[0], max: at[1], step, value: settings[name] ?? 0.25, "aria-hidden": "true", tabindex: "-1" });
+    const typed = field(name, bounds, settings[name], { "data-step": step, "data-whole": whole, placeholder: settings[name] === null ? say("of_layer") : null });
+    const doubt = make("p", { class: "doubt", role: "status" });
+    const set = (value, moving) => { doubt.replaceChildren(); setting(name, value, moving); };
+    const take = (value) => { range.value = value; showNumber(typed, value); set(value, false); };
+    range.addEventListener("input", () => { showNumber(typed, Number(range.value)); typed.setAttribute("aria-invalid", "false"); if (name !== "n") set(Number(range.value), true); });
+    range.addEventListener("change", () => take(Number(range.value)));
+    typed.addEventListener("change", () => {
+      const value = valueOf(typed);
+      if (Number.isNaN(value)) return;
+      warn("");
+      if (value <= likely) { take(value); return; }
+      const rather = [value / 10, value / 100].find((each) => each <= likely), answer = (each) => make("button", { type: "button", onclick: () => take(each) }, say("use", { value: count(each) }));
+      doubt.replaceChildren(say("doubted", { what: say(`q_${name}`), value: count(value), likely: count(likely) }), " ", ...[rather, value].filter(Number.isFinite).flatMap((each) => [answer(each), " "]));
+    });
+    return make("div", { class: "field" }, make("label", { for: `q-${name}` }, say(`q_${name}`)), range, typed, doubt);
+  };
+  const between = (name, unit, [low, high]) => {
+    const fields = [0, 1].map((k) => field(`${name}-${k}`, [low, high], settings[name][k], { "aria-label": say(k ? "at_most" : "at_least", { what: say(`q_${name}`) }) }));
     const set = () => {
-      const [a, b] = fields.map((each) => each.valueAsNumber), wrong = !(a >= low && b <= high && a <= b);
-      row.classList.toggle("wrong", wrong);
+      const pair = fields.map(numberIn), wrong = !(pair[0] <= pair[1]);
+      for (const each of fields) each.setAttribute("aria-invalid", String(wrong));
       if (wrong) { warn(say("wrong_range", { low: count(low), high: count(high) })); return; }
       warn("");
-      settings[name] = [a, b];
-      full();
+      setting(name, pair);
     };
     for (const each of fields) each.addEventListener("change", set);
-    const row = make("div", { class: "field", role: "group", "aria-label": say(`q_${name}`) }, make("span", {}, say(`q_${name}`)), make("span", { class: "between" }, fields[0], make("span", {}, say("to")), fields[1], make("span", {}, unit)));
-    return row;
+    return make("div", { class: "field", role: "group", "aria-label": say(`q_${name}`) }, make("span", {}, say(`q_${name}`)), make("span", { class: "between" }, fields[0], make("span", {}, say("to")), fields[1], make("span", {}, unit)));
   };
   const chooser = (name, options) => {
     const select = make("select", { id: `q-${name}` }, ...options.map(([value, words]) => make("option", { value, selected: value === settings[name] }, words)));
-    select.addEventListener("change", () => { settings[name] = select.value; full(); });
+    select.addEventListener("change", () => setting(name, select.value));
     return make("div", { class: "field" }, make("label", { for: `q-${name}` }, say(`q_${name}`)), select);
   };
-  const seed = make("input", { type: "number", min: 0, max: 999999, step: 1, value: settings.seed, id: "q-seed" });
-  seed.addEventListener("change", () => { if (seed.value !== "" && seed.checkValidity()) { settings.seed = seed.valueAsNumber; full(); } else warn(say("out_of_range", { low: "0", high: count(999999) })); });
+  const seed = field("seed", [0, 999999], settings.seed, { "data-whole": true });
+  seed.addEventListener("change", () => { const value = valueOf(seed); if (!Number.isNaN(value)) { warn(""); setting("seed", value); } });
   const orientations = defaults.orientations || ["upright", "lying"];
   const most = limits.n_max || 3000;
   form.replaceChildren(
-    slider("n", 30, most, 10, { at: [30, most] }),
-    between("dbh_cm", "cm", ...(limits.dbh_cm || [5, 200])),
-    between("length_m", "m", ...(limits.length_m || [1, 60])),
+    slider("n", [30, most], 10, { whole: true }),
+    between("dbh_cm", "cm", limits.dbh_cm || [5, 200]),
+    between("length_m", "m", limits.length_m || [1, 60]),
     chooser("orientation", orientations.map((each) => [each, say(`posture_${each}`)])),
-    slider("friction", 0, limits.friction_max || 1, 0.01, { at: [0, 0.8] }),
-    slider("rolling_friction", 0, limits.rolling_friction_max || 0.5, 0.01),
+    slider("friction", [0, limits.friction_max || 1], 0.01, { at: [0, 0.8], likely: limits.friction_likely }),
+    slider("rolling_friction", [0, limits.rolling_friction_max || 0.5], 0.01),
     chooser("fidelity", scene.fidelities.length ? scene.fidelities.map((each) => [each.name, say(`fidelity_${each.name}`)]) : [[settings.fidelity, settings.fidelity]]),
     make("div", { class: "field" }, make("label", { for: "q-seed" }, say("q_seed")), seed, make("button", { type: "button", title: `${say("another_draw")} (N)`, onclick: another }, say("another"))),
   );
@@ -683,10 +731,10 @@ async function fillSpace() {
   const variant = map.content.variants[0], rather = Boolean(variant?.edited);
   const drapes = await drapesOf(map, state.terrain, variant);
   if ($("space").hidden) return;
-  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: config.colours.solids, stumpBelow: config.stump_below_m });
+  const scene = spaceOf(state.scene, state.terrain, state.motion, { edits: state.edits, felled: map.felled, edited: rather, deposits: variant?.deposits, drapes, colours: config.colours.solids, endColours: config.stops.map((each) => rgb(each.colour).map((part) => part / 255)), stumpBelow: config.stump_below_m });
   try {
     if (view) view.replace([scene]);
-    else view = window.DeadwoodView($("space"), [scene], { play: say("play"), pause: say("pause"), hint: say("pick_hint"), picked: say("picked") });
+    else view = window.DeadwoodView($("space"), [scene], { play: say("play"), pause: say("pause"), hint: say(matchMedia("(pointer: coarse)").matches ? "pick_hint_fingers" : "pick_hint"), picked: say("picked") });
     if (view) { view.state.pace = Number($("space").querySelector('[data-part="pace"]').value); view.draw(); }
     window.deadwoodView = view;
   } catch (error) {
@@ -734,8 +782,31 @@ function kept(answer) {
   } }, say("copy"));
   $("kept").replaceChildren(
     make("p", {}, make("b", {}, say("kept", { name: answer.name }))),
-    make("p", { class: "quiet" }, say("kept_files", { files: (answer.files || []).join(", ") })), make("p", { class: "quiet" }, say("repeat_it")), command, copy);
+    make("p", { class: "quiet" }, say("kept_files", { files: (answer.files || []).join(", ") })), make("p", { class: "quiet" }, say("repeat_it", { folder: answer.at })), command, copy);
 }
+
+/* The map as it is, with the answers below it, as a picture. */
+function savePicture() {
+  const lines = [$("counted").textContent, ...Array.from($("reach").querySelectorAll(".gauge"), (each) => each.getAttribute("aria-label")), ...Array.from($("difference").querySelectorAll(".gauge"), (each) => each.getAttribute("aria-label"))];
+  const source = $("map"), ratio = source.width / source.clientWidth, step = Math.round(20 * ratio), sheet = canvasOf(source.width, source.height + step * (lines.length + 1)), brush = sheet.getContext("2d");
+  brush.fillStyle = "#ffffff";
+  brush.fillRect(0, 0, sheet.width, sheet.height);
+  brush.drawImage(source, 0, 0);
+  brush.fillStyle = "#1b1f23";
+  brush.font = `${Math.round(13 * ratio)}px system-ui, Arial, sans-serif`;
+  lines.forEach((each, k) => brush.fillText(each, step / 2, source.height + (k + 1) * step, sheet.width - step));
+  sheet.toBlob((picture) => {
+    const address = URL.createObjectURL(picture);
+    make("a", { href: address, download: "explore.png" }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 1000);
+  });
+}
+$("save-picture").addEventListener("click", savePicture);
+$("copy-link").addEventListener("click", async () => {
+  remember();
+  try { await navigator.clipboard.writeText(location.href); $("copy-link").textContent = say("copied"); } catch { warn(say("link_in_address")); }
+});
+addEventListener("hashchange", () => location.reload()); // another link was pasted
 
 // --- help --------------------------------------------------------------------------------------------------------------------------
 

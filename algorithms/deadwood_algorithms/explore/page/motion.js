@@ -49,7 +49,7 @@ export class Motion {
 }
 
 /* The scene in the form of the report's view: metres from the middle, heights above the lowest, including `edits`. */
-export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposits, drapes, colours, stumpBelow }) {
+export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposits, drapes, colours, endColours, stumpBelow }) {
   const { columns: nx, rows: ny, cell, z: heights } = terrain, [, , , top] = scene.extent;
   let low = Infinity, high = -Infinity;
   for (const each of heights) if (Number.isFinite(each)) { low = Math.min(low, each); high = Math.max(high, each); }
@@ -93,11 +93,11 @@ export function spaceOf(scene, terrain, motion, { edits, felled, edited, deposit
   const down = deposits ? Array.from(deposits.x, (x, k) => {
     const y = deposits.y[k], h = ground(x, y) + 0.4;
     return [x - middle[0] - 0.9, y - middle[1], h, x - middle[0] + 0.9, y - middle[1], h, 0.45, 0.45];
-  }) : [];
+  }) : [], ends = deposits ? deposits.reason.filter((_, k) => down[k].every(Number.isFinite)) : new Uint8Array(0);
   const ways = motion ? evenly(motion, [middle[0], middle[1], low]) : { step: STEP_S, low: [0, 0, 0], scale: [1, 1, 1], poses: new Uint16Array(0), speed: new Uint16Array(0), logs: [] };
   return {
     ground: { nx, ny, cell, first: [cell / 2 - middle[0], top - (ny - 0.5) * cell - middle[1]], top: rise, z: z.buffer },
-    colours, drapes, trees: rows(trees), lying: rows(lying), blocks: rows(boulders), deposits: rows(down),
+    colours, drapes, end_colours: endColours, ends: Uint8Array.from(ends).buffer, trees: rows(trees), lying: rows(lying), blocks: rows(boulders), deposits: rows(down),
     barriers: barriers.map((each) => ({ feet: onGround(each.points, 0), height: each.height_m || 3 })),
     lines: scene.lines.flatMap((each) => each.parts).map((each) => onGround(each, 0.4)).filter((each) => each.byteLength > 24),
     step: ways.step, low: ways.low, scale: ways.scale, poses: ways.poses.buffer, speed: ways.speed.buffer, logs: ways.logs,

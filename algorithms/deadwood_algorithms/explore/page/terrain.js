@@ -18,6 +18,12 @@ export class Terrain {
     return (1 - v) * ((1 - u) * z[k] + u * z[k + 1]) + v * ((1 - u) * z[k + this.columns] + u * z[k + this.columns + 1]);
   }
 
+  /* Slope at a place [deg], over two cells; NaN outside. */
+  slopeAt(x, y) {
+    const d = this.cell, east = (this.at(x + d, y) - this.at(x - d, y)) / (2 * d), north = (this.at(x, y + d) - this.at(x, y - d)) / (2 * d);
+    return Math.atan(Math.hypot(east, north)) * 180 / Math.PI;
+  }
+
   /* The round step of about 25 contours over the relief. */
   get step() {
     if (!this._step) {

@@ -360,26 +360,32 @@ def test_a_candidate_that_brings_more_logs_is_reported_to():
     assert "would let more logs reach a line, the best 28 more" in worse
 
 
-def test_the_chart_has_the_lengths_that_were_requested():
-    """Marks of two heights are side by side only within the drawing's accuracy; before, up to 4 % too far right."""
-    asked = [20.0, 40.0]
-    rows = [
-        {"length_m": length, "height_m": height, "p": 0.5, "ci_low": 0.4, "ci_high": 0.6}
-        for length in asked
-        for height in (2.0, 4.0, 6.0)
+def test_the_chart_has_a_row_for_each_place_and_a_mark_for_each_height():
+    """A place's marks stand at its row, those of two heights side by side on paper, in the order of the places."""
+    reach = {1: 0.1, 2: 0.4, 3: 0.25}
+    places = [
+        (
+            None,
+            pandas.DataFrame(
+                [
+                    {"length_m": 10.0 * n, "height_m": h, "p": p - 0.01 * h, "ci_low": p - 0.06, "ci_high": p + 0.2}
+                    for h in (2.0, 4.0)
+                ]
+            ),
+        )
+        for n, p in reach.items()
     ]
     figure, axes = plt.subplots()
-    _chart(axes, pandas.DataFrame(rows))
-    assert len(axes.containers) == 3
-    shown = [each.lines[0] for each in axes.containers]
-    assert [np.asarray(each.get_xdata()).tolist() for each in shown] == [asked] * 3
+    _chart(axes, places)
     figure.canvas.draw()
-    assert axes.get_xticks().tolist() == asked
-    frame = axes.get_window_extent()
-    for each in shown:  # all marks lie within the frame
-        x, y = each.get_transform().transform(each.get_xydata()).T
-        assert ((x > frame.x0) & (x < frame.x1) & (y > frame.y0) & (y < frame.y1)).all()
-    on_paper = [each.get_transform().transform(each.get_xydata())[:, 0] for each in shown]
-    assert np.diff(on_paper, axis=0) == pytest.approx(np.full((2, 2), ASIDE_IN * figure.dpi))
-    assert on_paper[1] == pytest.approx(axes.transData.transform([(x, 0.0) for x in asked])[:, 0])
+    shown = [each.lines[0] for each in axes.containers]
+    assert [np.asarray(each.get_ydata()).tolist() for each in shown] == [[1, 2, 3]] * 2
+    for each, height in zip(shown, (2.0, 4.0), strict=True):
+        assert each.get_xdata() == pytest.approx([100.0 * (p - 0.01 * height) for p in reach.values()])
+    on_paper = [each.get_transform().transform(each.get_xydata())[:, 1] for each in shown]
+    assert on_paper[0] - on_paper[1] == pytest.approx(np.full(3, ASIDE_IN * figure.dpi))
+    assert (on_paper[0] > axes.transData.transform([(0.0, n) for n in reach])[:, 1]).all()
+    assert [each.get_text() for each in axes.get_yticklabels()] == [f"{n}: {10 * n} m long" for n in reach]
+    rows = axes.get_ylim()
+    assert rows[0] > rows[1], "the first is at the top"
     plt.close(figure)
