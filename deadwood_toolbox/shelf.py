@@ -40,6 +40,7 @@ NAMES = (
     "site-barriers",
     "map-intensity",
     "map-origins",
+    "age",
     "lateral-spread",
     "fit-flight",
     "compare-scenarios",

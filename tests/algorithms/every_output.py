@@ -240,6 +240,8 @@ def run_every_tool(folder: Path) -> list[Found]:
     run("site-barriers", run=without, **above, output=folder / "site-barriers")
     run("map-intensity", run=slid, events_per_year=0.1, output=folder / "map-intensity")
     run("map-origins", run=without, least=1, output=folder / "map-origins")
+    dead = at("import-trees", "trees.gpkg")
+    run("age", dead_trees=dead, storm_return_years="10,20", draws=50, output=folder / "age")
     run("lateral-spread", deposits=str(slid), output=at("lateral-spread", "spread.gpkg"))
     jumps = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="flights")
     west, south, east, north = jumps.total_bounds

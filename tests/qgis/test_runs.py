@@ -61,6 +61,7 @@ CASES: dict[str, dict[str, object]] = {
     },
     "map-intensity": {"run": "{work}/slide-logs", "events_per_year": 0.1},
     "map-origins": {"run": "{work}/slide-logs-bare", "least": 1},
+    "age": {"dead_trees": "{work}/import-trees.gpkg", "storm_return_years": "15", "draws": 50},
     "lateral-spread": {"deposits": "{work}/slide-logs/run.gpkg|layername=deposits"},
     "compare-scenarios": {"runs": "{work}/slide-logs,{work}/slide-logs-bare"},
     "calibrate-friction": {

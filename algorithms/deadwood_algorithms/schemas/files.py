@@ -1122,3 +1122,30 @@ SITED_PICTURE = OtherFile(
 )
 ORIGIN_PICTURE = OtherFile(name="origins.png", meaning="A map of the shares and of the ends of their intervals")
 DEMO_PICTURE = OtherFile(name="demo.png", meaning="The three forests, where logs passed and where they ended")
+AGED_STATES = TableFile(
+    name="states.csv",
+    meaning="One row for each year and state of dead trees",
+    columns=(
+        a_number("year", "Years from now", 0),
+        a_text("state", "standing, broken, lying, gone; critical (of any of these), critical_standing"),
+        a_number("share", "Mean share of the trees", 0, 1),
+        a_number("ci_low", "Lower end of the range that contains it in 95 % of the draws", 0, 1),
+        a_number("ci_high", "Upper end", 0, 1),
+    ),
+)
+PROCESSES = TableFile(
+    name="processes.csv",
+    meaning="One row for each number of the life of dead trees, with the range from which it was drawn",
+    columns=(
+        a_text("name", "Its name, for --ranges"),
+        a_text("about", "What it is"),
+        a_text("unit", "Its unit"),
+        a_number("low", "Low end of its range", 0),
+        a_number("high", "High end", 0),
+        a_number("given_by_user", "1 if the range is yours, 0 if it is that of the source", 0, 1),
+        a_text("species", "The species that was observed"),
+        a_text("source", "Who published it"),
+        a_text("known", "How well it was observed"),
+    ),
+)
+AGED_PICTURE = OtherFile(name="shares.png", meaning="Shares of the states and of the critical trees over the years")

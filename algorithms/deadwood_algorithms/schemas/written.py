@@ -142,6 +142,8 @@ WRITTEN = (
     *_layers("map-intensity", "process_area.gpkg", [results.PROCESS_AREA]),
     *_in_folder("map-origins", files.ORIGIN_REACH, files.ORIGIN_FACTS, files.ORIGIN_PICTURE, files.MANIFEST),
     *_layers("map-origins", "origins.gpkg", [results.SOURCES, results.AFFECTED]),
+    *_in_folder("age", files.AGED_STATES, files.PROCESSES, files.AGED_PICTURE, files.MANIFEST),
+    *_layers("age", "aged.gpkg", [results.AGED]),
     *_layers("lateral-spread", "--output", [results.SPREAD, results.AZIMUTHS]),
     *_layers("fit-flight", "--output", [results.FLIGHTS, results.CLEARANCES]),
     *_in_folder("fit-flight", files.PROFILE, files.MANIFEST, folder="--plots/"),
