@@ -41,6 +41,7 @@ NAMES = (
     "map-intensity",
     "map-origins",
     "age",
+    "decide",
     "lateral-spread",
     "fit-flight",
     "compare-scenarios",

@@ -62,6 +62,18 @@ CASES: dict[str, dict[str, object]] = {
     "map-intensity": {"run": "{work}/slide-logs", "events_per_year": 0.1},
     "map-origins": {"run": "{work}/slide-logs-bare", "least": 1},
     "age": {"dead_trees": "{work}/import-trees.gpkg", "storm_return_years": "15", "draws": 50},
+    "decide": {
+        "dead_trees": "{work}/import-trees.gpkg",
+        "dem": DEM,
+        "lines": f"{LAYERS}|layername=lines",
+        "friction": 0.3,
+        "storm_return_years": "15",
+        "start_share": "0.2,0.4",
+        "mobilised_per_year": "0.01",
+        "most_trees": 3,
+        "repeats": 2,
+        "draws": 20,
+    },
     "lateral-spread": {"deposits": "{work}/slide-logs/run.gpkg|layername=deposits"},
     "compare-scenarios": {"runs": "{work}/slide-logs,{work}/slide-logs-bare"},
     "calibrate-friction": {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import geopandas
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import schema_column, where_of
+from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import read_vector
 from deadwood_algorithms.params.presets import OF_SPECIES, SPRUCE
 from deadwood_algorithms.params.species import species_of
@@ -18,6 +19,7 @@ from deadwood_algorithms.params.tool import Feedback, UserError
 from deadwood_algorithms.prepare.trees.throwing import item_numbers
 from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, say_left_out, shared_words, why_left_out
 from deadwood_algorithms.schemas import DEAD_TREES
+from deadwood_algorithms.stats import draws
 
 if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_blocks import DemBlocks
@@ -41,9 +43,15 @@ class DeadTrees:
     def __len__(self) -> int:
         return self.item.size
 
+    def sample(self, most: int, seed: int) -> DeadTrees:
+        """At most this many of the trees, drawn at random by their ids."""
+        rows = np.sort(np.lexsort((self.item, draws.uniforms(seed, self.item, draws.SLID_TREE)[0]))[:most])
+        arrays = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "frame"}
+        return DeadTrees(self.frame.iloc[rows].reset_index(drop=True), **arrays)  # type: ignore[arg-type]
+
 
 def read_dead_trees(
-    path: str, years_dead: float, ground: DemBlocks | None, crs: str | None, feedback: Feedback
+    path: str, years_dead: float, ground: Grid | DemBlocks | None, crs: str | None, feedback: Feedback
 ) -> DeadTrees:
     """The trees of a layer, on the terrain if there is one; a duplicate id is rejected."""
     target = ground.crs if ground else None

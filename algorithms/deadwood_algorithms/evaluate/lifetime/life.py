@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from deadwood_algorithms.params.presets import WEAKEST
-from deadwood_algorithms.params.snag_dynamics import Spans
+from deadwood_algorithms.params.snag_dynamics import PROCESSES, Spans
 from deadwood_algorithms.stats import draws
 
 Array = NDArray[np.float64]
@@ -35,11 +35,11 @@ class Kinds:
 
 def drawn(spans: Spans, count: int, seed: int) -> dict[str, Array]:
     """Numbers of the processes, uniform in their ranges and independent; shape (count, 1) each."""
-    names = sorted(spans)
     items = np.arange(count, dtype=np.uint64)
     return {
         name: (spans[name][0] + np.ptp(spans[name]) * draws.uniforms(seed, items, draws.PROCESS, turn)[0])[:, None]
-        for turn, name in enumerate(names)
+        for turn, name in enumerate(PROCESSES)
+        if name in spans
     }
 
 
