@@ -43,9 +43,10 @@ class AgingOptions:
         help="With dbh_cm and height_m; optional species, years_dead, and standing (1, or 0 for a lying one).",
     )
     years_dead: float = tool.number(
-        "Years since their death, where the layer has none", unit="years", default=0.0, minimum=0.0, maximum=200.0
+        "Years since their death, where the layer has none", default=0.0, minimum=0.0, maximum=200.0
     )
-    storm_return_years: tuple[float, ...] = tool.numbers(
+    storm_return_years: tuple[float, ...] = tool.ask(
+        "numbers",
         "Mean time between storms that break snags on this site",
         minimum=0.0,
         exclusive=True,

@@ -48,9 +48,10 @@ INFLUENCE, PROCESSES, PICTURE, FACTS = "influence.csv", "processes.csv", "decisi
 def input_range(name: str, *default: float) -> Any:
     """A number that the user must know, or its range."""
     process = TABLE[name]
-    more = {"maximum": 1.0} if process.unit == "1" else {}
+    more: dict[str, Any] = {"maximum": 1.0} if process.unit == "1" else {}
+    more |= {"default": default} if default else {}
     help_text = f"One number, or the two ends of a range. Known: {process.source}."
-    return tool.numbers(process.about, *default, minimum=0.0, most_count=2, ascending=True, help=help_text, **more)
+    return tool.ask("numbers", process.about, minimum=0.0, most_count=2, ascending=True, help=help_text, **more)
 
 
 @dataclass(frozen=True, kw_only=True)
