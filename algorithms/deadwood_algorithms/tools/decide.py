@@ -33,13 +33,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from deadwood_algorithms.evaluate.lifetime.options import REPORT_YEARS, AgingOptions, process_rows
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.final_place import moving_to
 from deadwood_algorithms.params.snag_dynamics import PROCESSES as TABLE
 from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, Tool, UserError
 from deadwood_algorithms.tools import slide_logs
-from deadwood_algorithms.tools.age import REPORT_YEARS, AgingOptions, process_rows
 
 EVENTS, TOTALS, PERIODS, DIFFERENCES = "events.csv", "totals.csv", "periods.csv", "differences.csv"
 INFLUENCE, PROCESSES, PICTURE, FACTS = "influence.csv", "processes.csv", "decision.png", "decision.json"
