@@ -97,7 +97,7 @@ def difference_rows(answer: Answer) -> Iterator[dict[str, Any]]:
             for name in names[k + 1 :]:
                 record = mean_record(answer.total(name, line) - answer.total(other, line), "difference")
                 said = verdict_of(record["difference"], record["ci_low"], record["ci_high"])
-                yield {"line_id": line_id, "treatment": name, "against": other} | record | {"verdict": said}
+                yield {"treatment": name, "line_id": line_id, "against": other} | record | {"verdict": said}
 
 
 def verdict_of(difference: float, low: float, high: float) -> str:
