@@ -124,8 +124,8 @@ def influence_rows(answer: Answer, numbers: Mapping[str, Array]) -> Iterator[dic
 def _rank_correlation(one: Array, other: Array) -> float:
     if np.ptp(one) == 0.0 or np.ptp(other) == 0.0:
         return 0.0
-    ranks: list[Array] = [each.argsort(kind="stable").argsort(kind="stable") for each in (one, other)]
-    return np.corrcoef(ranks)[0, 1].item()
+    first, second = (each.argsort(kind="stable").argsort(kind="stable").astype(float) for each in (one, other))
+    return float(np.asarray(np.corrcoef(first, second))[0, 1])
 
 
 def treatment_sentences(answer: Answer, line: int) -> list[str]:
