@@ -241,6 +241,11 @@ def run_every_tool(folder: Path) -> list[Found]:
     run("site-barriers", run=without, **above, output=folder / "site-barriers")
     run("map-intensity", run=slid, events_per_year=0.1, output=folder / "map-intensity")
     run("map-origins", run=without, least=1, output=folder / "map-origins")
+    dead = at("import-trees", "trees.gpkg")
+    run("age", dead_trees=dead, storm_return_years="10,20", draws=50, output=folder / "age")
+    few = {"most_trees": 3, "repeats": 2, "draws": 20, "fidelity": "draft", "friction": 0.3, "lines": sample("lines")}
+    unknown = {"storm_return_years": "10,20", "start_share": "0.5", "mobilised_per_year": "0,0.01"}
+    run("decide", dead_trees=dead, dem=DEM, **few, **unknown, output=folder / "decide")
     run("lateral-spread", deposits=str(slid), output=at("lateral-spread", "spread.gpkg"))
     jumps = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="flights")
     west, south, east, north = jumps.total_bounds

@@ -37,6 +37,8 @@ NAMES = [
     "site-barriers",
     "map-intensity",
     "map-origins",
+    "age",
+    "decide",
     "lateral-spread",
     "fit-flight",
     "compare-scenarios",

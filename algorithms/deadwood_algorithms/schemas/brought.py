@@ -174,6 +174,7 @@ LYING_LOGS = Layer(
             0,
             exclusive=True,
         ),
+        a_number("height_m", "Height above ground at which it lies, from windthrow; logs are slid as if it were 0", 0),
     ),
 )
 
@@ -250,4 +251,15 @@ DEADWOOD = Layer(
     ),
 )
 
-BROUGHT = (RELEASES, TREES, BARRIERS, LYING_LOGS, BLOCKS, LINES, STRUCTURES, DEADWOOD)
+DEAD_TREES = Layer(
+    name="dead_trees",
+    geometry=TREES.geometry,
+    meaning="Dead trees whose future age and decide estimate",
+    columns=(
+        *(TREES.column(name) for name in ("tree_id", "dbh_cm", "height_m", "species")),
+        a_number("years_dead", "Years since death. Missing: the option of that name", 0, 200.0, default=0.0),
+        a_number("standing", "1 if it stands, 0 if it lies. Missing: it stands", 0, 1, default=1.0),
+    ),
+)
+
+BROUGHT = (RELEASES, TREES, BARRIERS, LYING_LOGS, BLOCKS, LINES, STRUCTURES, DEADWOOD, DEAD_TREES)

@@ -11,7 +11,17 @@ from collections.abc import Iterator
 from deadwood_algorithms.schemas.brought import ORIENTATIONS
 from deadwood_algorithms.schemas.obstacles import OBSTACLES, Obstacle
 from deadwood_algorithms.schemas.results import BARRIER_CLASS, IF_LOST, SITE_COLUMNS, SITED_GAIN, SITED_HITS
-from deadwood_algorithms.schemas.words import Band, JsonFile, Key, OtherFile, RasterFile, TableFile, a_number, a_text
+from deadwood_algorithms.schemas.words import (
+    Band,
+    Column,
+    JsonFile,
+    Key,
+    OtherFile,
+    RasterFile,
+    TableFile,
+    a_number,
+    a_text,
+)
 
 # --- rasters --------------------------------------------------------------------------------------------------------
 
@@ -1130,3 +1140,106 @@ SITED_PICTURE = OtherFile(
 )
 ORIGIN_PICTURE = OtherFile(name="origins.png", meaning="A map of the shares and of the ends of their intervals")
 DEMO_PICTURE = OtherFile(name="demo.png", meaning="The three forests, where logs passed and where they ended")
+AGED_STATES = TableFile(
+    name="states.csv",
+    meaning="One row for each year and state of dead trees",
+    columns=(
+        a_number("year", "Years from now", 0),
+        a_text("state", "standing, broken, lying, gone; critical (of any of these), critical_standing"),
+        a_number("share", "Mean share of the trees", 0, 1),
+        a_number("ci_low", "Lower end of the range that contains it in 95 % of the draws", 0, 1),
+        a_number("ci_high", "Upper end", 0, 1),
+    ),
+)
+PROCESSES = TableFile(
+    name="processes.csv",
+    meaning="One row for each number of the life of dead trees, with the range from which it was drawn",
+    columns=(
+        a_text("name", "Its name, for --ranges"),
+        a_text("about", "What it is"),
+        a_text("unit", "Its unit"),
+        a_number("low", "Low end of its range", 0),
+        a_number("high", "High end", 0),
+        a_number("given_by_user", "1 if the range is yours, 0 if it is that of the source", 0, 1),
+        a_text("species", "The species that was observed"),
+        a_text("source", "Who published it"),
+        a_text("known", "How well it was observed"),
+    ),
+)
+AGED_PICTURE = OtherFile(name="shares.png", meaning="Shares of the states and of the critical trees over the years")
+
+
+def _treated(name: str, meaning: str, *columns: Column) -> TableFile:
+    head = (a_text("treatment", "The treatment"), a_text("line_id", "The line or polygon"))
+    return TableFile(name=name, meaning=meaning, columns=(*head, *columns))
+
+
+_DRAWN = (
+    a_number("ci_low", "Lower end of the range that contains 95 % of the draws"),
+    a_number("ci_high", "Upper end"),
+)
+DECIDE_TABLES = (
+    _treated(
+        "events.csv",
+        "One row for each treatment, line, energy and year",
+        a_number("at_least_kj", "Logs with at least this energy at their first touch", 0),
+        a_number("year", "The year that begins so many years from now", 0),
+        a_number("events_per_year", "Logs that arrive in that year, mean of the draws", 0, unit="1/a"),
+        *_DRAWN,
+    ),
+    _treated(
+        "totals.csv",
+        "One row for each treatment, line and class of intensity, over all years",
+        a_text("intensity", "Class of energy, from 1; any: all together"),
+        a_number("from_kj", "Lower bound of the class, which belongs to it", 0),
+        a_number("events", "Logs that arrive in all years, mean of the draws", 0),
+        *_DRAWN,
+        a_number("events_per_year", "The same in a mean year", 0, unit="1/a"),
+        a_number("rate_ci_low_per_year", "Lower end of its range", 0, unit="1/a"),
+        a_number("rate_ci_high_per_year", "Upper end", 0, unit="1/a"),
+    ),
+    _treated(
+        "periods.csv",
+        "One row for each treatment, line and return period",
+        a_number("return_period_years", "The return period, in the mean of all years", 0),
+        a_number("energy_kj", "Energy that arrives at least once in it, median of the draws; 0: none does", 0),
+        *_DRAWN,
+    ),
+    _treated(
+        "differences.csv",
+        "One row for each line and pair of treatments",
+        a_text("against", "The treatment with which it is compared"),
+        a_number("difference", "Events over all years, minus those of the other, mean of the draws"),
+        *_DRAWN,
+        a_text(
+            "verdict",
+            "What the range decides; not more, not fewer: in some draws neither has events",
+            choices=("fewer", "not more", "not decided", "not fewer", "more"),
+        ),
+    ),
+    TableFile(
+        name="influence.csv",
+        meaning="One row for each line and number, the most influential first",
+        columns=(
+            a_text("line_id", "The line or polygon"),
+            a_text("process", "The number, as in processes.csv"),
+            a_number("rank_correlation", "Its rank correlation with the events of the first treatment", -1, 1),
+        ),
+    ),
+)
+DECISION_PICTURE = OtherFile(name="decision.png", meaning="Events a year over the years, one band for each treatment")
+DECISION_FACTS = JsonFile(
+    name="decision.json",
+    meaning="The comparison, in numbers and sentences",
+    keys=(
+        _key("trees", "Dead trees"),
+        _key("trees_slid", "Of these, the trees that slid"),
+        _key("slides", "Slides without lying stems"),
+        _whole("picked", "The trees that anchor and remove-part pick"),
+        _whole("critical_years", "Years between which more than a tenth of the trees are critical; null: never"),
+        _whole("totals", "The rows of totals.csv"),
+        _whole("periods", "The rows of periods.csv"),
+        _whole("differences", "The rows of differences.csv"),
+        _whole("sentences", "The conclusions"),
+    ),
+)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from deadwood_algorithms.schemas.brought import BARRIERS, LOG, RELEASE, STRUCTURE
+from deadwood_algorithms.schemas.brought import BARRIERS, LOG, RELEASE, STRUCTURE, TREES
 from deadwood_algorithms.schemas.words import FULL_CIRCLE, Column, Layer, a_count, a_number, a_text, an_id
 
 STOP_REASONS = ("rest", "tree", "barrier", "left_dem", "time_limit", "failed", "lying_log", "block")
@@ -805,5 +805,20 @@ MAPPED_FLIGHT = Layer(
         a_text("flight_id", "Its name"),
         a_number("dbh_cm", "Diameter of the log", 0),
         a_number("length_m", "Its length", 0),
+    ),
+)
+
+AGED = Layer(
+    name="aged",
+    geometry=TREES.geometry,
+    meaning="Dead trees, one row for each reported year: the share of the draws in which each is in a state",
+    columns=(
+        TREES.column("tree_id"),
+        a_count("year", "Years from now"),
+        a_number("p_standing", "Probability that it stands", 0, 1),
+        a_number("p_broken", "That it is broken: its upper part lies beside the snag", 0, 1),
+        a_number("p_lying", "That it lies whole", 0, 1),
+        a_number("p_gone", "That it has disappeared", 0, 1),
+        a_number("p_critical", "That it is smooth and still strong, standing or lying", 0, 1),
     ),
 )

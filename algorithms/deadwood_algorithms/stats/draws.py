@@ -17,6 +17,8 @@ STEM_THROWN, STEM_FALL, STEM_LOST = range(32, 35)
 LATIN_ORDER, LATIN_PLACE, HEIGHT_NOISE = range(48, 51)
 # For the evaluating tools, separate from those for the placing of objects.
 BOOTSTRAP, HALVES, EVENT_LOG, EVENT_ERROR, ROW_DRAW = range(64, 69)
+# Of dead trees: the numbers of their processes, the storms, what becomes of each, and the weights of its slides
+PROCESS, STORM_YEAR, STEM_FATE, STEM_REST, FALL_WAY, BREAK_HEIGHT, SLIDE_WEIGHT, PRIOR_WEIGHT, SLID_TREE = range(80, 89)
 
 _LOW = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)

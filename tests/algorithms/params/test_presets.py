@@ -218,8 +218,6 @@ def test_the_decay_of_a_wood_thins_lying_logs_by_its_mass(tmp_path, said):
     windthrow.TOOL(output=str(tmp_path / "s"), wood="beech", thinner=0.5, **given)
     later = gpd.read_file(tmp_path / "s" / "lying_later.gpkg")["diameter_cm"]
     assert (later / after).to_numpy() == pytest.approx(np.full(4, 0.5), rel=1e-3)
-    with pytest.raises(UserError, match="--years is computed with the decay of a species"):
-        windthrow.TOOL(output=str(tmp_path / "s"), years=20.0, **given)
 
 
 def test_the_class_of_a_barrier_is_the_weakest_that_holds():

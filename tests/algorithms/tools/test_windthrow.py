@@ -192,12 +192,27 @@ def test_later_some_are_gone_and_the_rest_is_thinner(place, tmp_path):
 def test_what_is_assumed_is_said(place, tmp_path):
     done = windthrow.TOOL(
         trees=str(place / "trees.gpkg"), dem=str(place / "slope.tif"), fall_deg=90.0, share=0.5, thinner=0.1,
-        stump_m=0.0, output=str(tmp_path / "s"),
+        stump_m=0.0, lost=0.3, output=str(tmp_path / "s"),
     )  # fmt: skip
     assert any(each == (
         "assumed: stems fall towards 90 degrees, with a standard deviation of 20; no stumps, the stems are uprooted; "
-        "later 30 % of the lying logs have disappeared, and the others are 10 % thinner"
+        "later 18 of 60 lying logs have disappeared (--lost), and the others are 10 % thinner"
     ) for each in done.lines)  # fmt: skip
+
+
+def test_lying_logs_disappear_and_settle_with_the_years(place, tmp_path):
+    """By class of DBH the nearest whole number of the published law; the height falls by its own."""
+    for years in (1.0, 20.0, 100.0):
+        found = throw(place, tmp_path / "s", share=0.8, years=years, height_m=2.1)
+        thrown = found["trees_before"].set_index("tree_id").loc[found["lying_after"]["lying_id"], "dbh_cm"].to_numpy()
+        left = 0
+        for low, high, mean in ((0.0, 23.0, 71.0), (23.0, 35.0, 90.0), (35.0, 999.0, 113.0)):
+            of_class = int(((thrown >= low) & (thrown < high)).sum())
+            left += of_class - int(np.floor(of_class * (1.0 - np.exp(-years / mean)) + 0.5))
+        assert len(found["lying_later"]) == left
+        assert (found["lying_after"]["height_m"] == 2.1).all()
+        assert found["lying_later"]["height_m"].to_numpy() == pytest.approx(2.1 * np.exp(-0.048 * years))
+    assert "height_m" not in throw(place, tmp_path / "s", share=0.8)["lying_later"]
 
 
 def test_at_the_edge_of_the_terrain_stems_are_cut_or_left_out_and_counted(tmp_path, said):

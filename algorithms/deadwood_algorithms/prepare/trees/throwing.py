@@ -124,13 +124,15 @@ def class_shares(text: str, most_cm: float) -> tuple[Array, Array]:
     return bounds, shares
 
 
-def assumed_words(fall_deg: float, scatter_deg: float, stump_m: float, lost: float, thinner: float) -> str:
-    """What decides how the stems lie, and what is left of them years later."""
+def assumed_words(
+    fall_deg: float, scatter_deg: float, stump_m: float, lost: tuple[int, int, str], thinner: float
+) -> str:
+    """What decides how the stems lie, and what is left of them years later; ``lost`` : how many, of how many, why."""
     stumps = f"stumps of {stump_m:g} m stay" if stump_m else "no stumps, the stems are uprooted"
     return (
         f"assumed: stems fall towards {fall_deg:g} degrees, with a standard deviation of {scatter_deg:g}; {stumps}; "
-        f"later {100.0 * lost:.3g} % of the lying logs have disappeared, and the others are {100.0 * thinner:.3g} % "
-        "thinner"
+        f"later {lost[0]} of {lost[1]} lying logs have disappeared ({lost[2]}), and the others are "
+        f"{100.0 * thinner:.3g} % thinner"
     )
 
 

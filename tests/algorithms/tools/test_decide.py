@@ -1,0 +1,86 @@
+"""decide on a small slope: its tables against its own slides, its treatments against each other, wrong inputs."""
+
+from __future__ import annotations
+
+import json
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pytest
+from slope_case import Case, points, write_layer
+
+from deadwood_algorithms.params.tool import UserError
+from deadwood_algorithms.tools import decide
+
+# A stem slides from its first year on, and nothing else is uncertain
+SURE = (
+    "lag_years=0,fall_per_year=0.2,storm_share=0,broken_share=0,bark_off_years=0,weak_years=10,strength_needed=0.2,"
+    "residence_years=1000,hold_loss_per_year=0"
+)
+
+
+@pytest.fixture(scope="module")
+def slope(tmp_path_factory) -> tuple[Case, str]:
+    """Five dead trees on the slope above a road, and one below it, whose logs cannot reach it."""
+    case = Case(tmp_path_factory.mktemp("slope"))
+    places = [(12.0, 70.0), (22.0, 60.0), (30.0, 75.0), (38.0, 55.0), (47.0, 65.0), (30.0, 6.0)]
+    sizes = {"dbh_cm": [40.0] * 6, "height_m": [14.0] * 6}
+    return case, write_layer(case.folder / "dead.gpkg", points(*places), tree_id=list("abcdef"), **sizes)
+
+
+def given(case: Case, dead: str, **more) -> dict:
+    asked = {"storm_return_years": (20.0,), "start_share": (0.5,), "mobilised_per_year": (0.05,)}
+    scene = {"dead_trees": dead, "dem": case.dem, "lines": case.lines, "friction": 0.2}
+    return scene | asked | {"ranges": SURE, "draws": 60, "repeats": 4} | more
+
+
+def test_the_answer_of_a_slope_is_that_of_its_slides(slope, tmp_path):
+    case, dead = slope
+    outcome = decide.TOOL(**given(case, dead), output=str(tmp_path / "decision"))
+    folder = tmp_path / "decision"
+    facts = json.loads((folder / "decision.json").read_text(encoding="utf-8"))
+    totals = pd.read_csv(folder / "totals.csv").set_index(["treatment", "line_id", "intensity"])
+    line = totals.index[0][1]
+    states = gpd.read_file(folder / "states.gpkg", layer="releases")
+    reached = gpd.read_file(folder / "run" / "run.gpkg", layer="reached_by")
+    whole = states["release_id"] == "whole"
+    second = (states["log_id"] // 18) >= 2  # half of the repeats picks the worst, and is not counted
+    share = np.isin(states["log_id"][whole & second], reached["log_id"][reached["line_id"] == line]).mean()
+    assert 0.2 < share < 1.0  # the tree below the road never reaches it
+    # all fall within the critical years (0 to 7.3), a fifth of those that stand in each year; lying stems hold nothing
+    bare = decide.TOOL(
+        **given(case, dead, treatments="remove,leave", mobilised_per_year=(0.0,)), output=str(tmp_path / "b")
+    )
+    events = {(each["treatment"], each["intensity"]): each["events"] for each in bare.facts["totals"]}
+    end = 10.0 * np.log(0.2) / np.log(0.11)
+    falls = (1.0 - np.exp(-0.2 * 7)) + np.exp(-0.2 * 7) * (1.0 - np.exp(-0.2)) * (end - 7.0)
+    assert events["leave", "any"] <= 6 * falls * 0.5 * share * 1.35  # among lying stems fewer arrive
+    assert events["remove", "any"] == 0.0
+    assert totals.loc[("remove", line, "any"), "events"] == 0.0
+    order = [totals.loc[(name, line, "any"), "events"] for name in ("remove", "remove-part", "leave")]
+    assert order == sorted(order)
+    assert totals.loc[("anchor", line, "any"), "events"] <= totals.loc[("leave", line, "any"), "events"]
+    classes = totals.loc["leave"].loc[line]["events"]
+    assert classes.drop("any").sum() == pytest.approx(classes["any"])
+    assert "f" not in facts["picked"]
+    assert len(facts["picked"]) == 2
+    verdicts = {(each["treatment"], each["against"]): each["verdict"] for each in facts["differences"]}
+    assert verdicts["remove", "leave"] == "fewer"
+    assert any("leave" in each and "events in 30 years" in each for each in outcome.lines)
+    for name in ("events.csv", "periods.csv", "influence.csv", "processes.csv", "decision.png"):
+        assert (folder / name).is_file()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"treatments": "leave,burn"}, "'burn' is not one of leave, fell-across"),
+        ({"treatments": "leave,leave"}, "must name each treatment once"),
+        ({"report_years": (0.5,)}, "--report-years names no whole year"),
+        ({"ranges": "start_share=0.1:0.2"}, "'start_share' is not one of"),
+    ],
+)
+def test_wrong_inputs_are_refused(slope, tmp_path, changes, words):
+    with pytest.raises(UserError, match=words):
+        decide.TOOL(**given(*slope, **changes), output=str(tmp_path / "d"))
