@@ -245,7 +245,10 @@ def run_every_tool(folder: Path) -> list[Found]:
     run("age", dead_trees=dead, storm_return_years="10,20", draws=50, output=folder / "age")
     few = {"most_trees": 3, "repeats": 2, "draws": 20, "fidelity": "draft", "friction": 0.3, "lines": sample("lines")}
     unknown = {"storm_return_years": "10,20", "start_share": "0.5", "mobilised_per_year": "0,0.01"}
-    run("decide", dead_trees=dead, dem=DEM, **few, **unknown, output=folder / "decide")
+    some = pyogrio.read_dataframe(dead, layer="trees").iloc[::9]
+    some.to_file(folder / "dead.gpkg", layer="dead", driver="GPKG")
+    scene = {"dead_trees": str(folder / "dead.gpkg"), "dem": DEM, "trees": dead}
+    run("decide", **scene, **few, **unknown, output=folder / "decide")
     run("lateral-spread", deposits=str(slid), output=at("lateral-spread", "spread.gpkg"))
     jumps = pyogrio.read_dataframe(SAMPLE / "sample.gpkg", layer="flights")
     west, south, east, north = jumps.total_bounds

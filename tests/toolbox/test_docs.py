@@ -45,7 +45,6 @@ def test_the_code_of_the_python_page_runs_in_its_order(tmp_path: Path, monkeypat
     said = capsys.readouterr().out
     assert "20 logs: " in said
     assert "friction is -1, but must be at least 0" in said
-    assert "--friction" not in said
     assert sorted(each.name for each in tmp_path.iterdir()) == ["map.png", "run"]
     assert len(blocks) >= 6
 

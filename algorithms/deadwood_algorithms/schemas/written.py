@@ -182,6 +182,7 @@ WRITTEN = (
         files.MANIFEST,
     ),
     *_layers("decide", "states.gpkg", [brought.RELEASES]),
+    *_layers("decide", "living.gpkg", [brought.TREES]),
     *_layers("lateral-spread", "--output", [results.SPREAD, results.AZIMUTHS]),
     *_layers("fit-flight", "--output", [results.FLIGHTS, results.CLEARANCES]),
     *_in_folder("fit-flight", files.PROFILE, files.MANIFEST, folder="--plots/"),

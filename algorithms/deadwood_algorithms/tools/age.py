@@ -41,7 +41,7 @@ class Ask(AgingOptions):
     )
     seed: int = tool.seed()
     crs: str | None = tool.crs()
-    output: str = tool.output_folder("Folder of the states", parts=(STATES, f"{TREES}|layername=aged", PICTURE))
+    output: str = tool.output_folder("Folder of the states")
     overwrite: bool = tool.overwrite()
 
 

@@ -42,6 +42,7 @@ from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, Too
 from deadwood_algorithms.tools import slide_logs
 
 EVENTS, TOTALS, PERIODS, DIFFERENCES = "events.csv", "totals.csv", "periods.csv", "differences.csv"
+LIVING = "living.gpkg"
 INFLUENCE, PROCESSES, PICTURE, FACTS = "influence.csv", "processes.csv", "decision.png", "decision.json"
 
 
@@ -59,7 +60,12 @@ class Ask(AgingOptions):
     start_share: tuple[float, ...] = input_range("start_share")
     mobilised_per_year: tuple[float, ...] = input_range("mobilised_per_year")
     dem: str = tool.terrain("Terrain model")
-    trees: str | None = tool.vector("Living trees", "point", default=None)
+    trees: str | None = tool.vector(
+        "Living trees",
+        "point",
+        default=None,
+        help="Trees that stand where a dead one stands are left out; the others are then in living.gpkg.",
+    )
     lines: str = tool.vector("Roads, railways, houses", "line", "polygon")
     friction: str | float = tool.number_or_layer(
         "Friction coefficient", minimum=0.0, help="A number, a raster, or polygons with a field 'friction' or 'mu'."
@@ -84,7 +90,7 @@ class Ask(AgingOptions):
     threads: int | None = tool.integer("Threads (default: every core)", default=None, minimum=1, advanced=True)
     seed: int = tool.seed()
     crs: str | None = tool.crs()
-    output: str = tool.output_folder("Folder of the decision", parts=(EVENTS, TOTALS, PERIODS, PICTURE, FACTS))
+    output: str = tool.output_folder("Folder of the decision")
     overwrite: bool = tool.overwrite()
 
 
@@ -92,7 +98,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     import numpy as np
 
     from deadwood_algorithms.evaluate.lifetime import decision, decision_figure, events, life, state_slides
-    from deadwood_algorithms.evaluate.lifetime.dead_trees import read_dead_trees
+    from deadwood_algorithms.evaluate.lifetime.dead_trees import living_of, read_dead_trees
     from deadwood_algorithms.evaluate.lifetime.treatments import scenes_of, treatments_of
     from deadwood_algorithms.files.accounts import account
     from deadwood_algorithms.files.dem_blocks import open_ground
@@ -109,13 +115,20 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     with result_folder(TOOL, ask, feedback) as folder, tempfile.TemporaryDirectory(dir=folder.parent) as made:
         with open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
             trees = read_dead_trees(ask.dead_trees, ask.years_dead, ground, ask.crs, feedback)
+            living = ask.trees and living_of(ask.trees, trees, ask.crs, Path(made) / LIVING, feedback)
             stand, trees = trees, trees.sample(ask.most_trees, ask.seed)
             states = state_slides.states_of(trees, ground, ask.repeats, ask.density_kg_m3, ask.seed)
             laid = {each: state_slides.lying_in(each, stand, ground, ask.seed) for each in scenes_of(treatments)}
 
         def slide(releases: Path, output: Path, lying: Path | None) -> None:
-            values = {name: getattr(ask, name) for name in ("dem", "trees", "lines", "friction", "fidelity", "crs")}
-            values |= {"threads": ask.threads, "seed": ask.seed, "trajectories": "all", "own_slope": "none"}
+            values = {name: getattr(ask, name) for name in ("dem", "lines", "friction", "fidelity", "crs")}
+            values |= {
+                "trees": living,
+                "threads": ask.threads,
+                "seed": ask.seed,
+                "trajectories": "all",
+                "own_slope": "none",
+            }
             told = feedback if lying is None else ProgressOnly(feedback)
             lies = None if lying is None else str(lying)
             given = values | {"releases": str(releases), "lying_logs": lies, "output": str(output)}
@@ -123,7 +136,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
         with moving_to(made, ask.output):
             lines, energies = state_slides.energies_of(states, laid, Path(made), slide, ProgressOnly(feedback))
-        for each in ("run", "states.gpkg"):
+        for each in ("run", "states.gpkg", *([LIVING] if living != ask.trees and living else [])):
             shutil.move(Path(made) / each, folder / each)
         for name, count in (
             read_run(str(folder / "run"), feedback=ProgressOnly(feedback)).summary("counted")["counted"].items()

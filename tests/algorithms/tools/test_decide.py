@@ -84,3 +84,23 @@ def test_the_answer_of_a_slope_is_that_of_its_slides(slope, tmp_path):
 def test_wrong_inputs_are_refused(slope, tmp_path, changes, words):
     with pytest.raises(UserError, match=words):
         decide.TOOL(**given(*slope, **changes), output=str(tmp_path / "d"))
+
+
+def test_a_dead_tree_among_the_living_does_not_hold_its_own_log(slope, tmp_path, said):
+    """The stand as one layer gives what the living alone give; the dead ones are 0.3 m off, as two surveys are."""
+    case, dead = slope
+    living = {"dbh_cm": [50.0, 45.0], "height_m": [20.0, 19.0]}
+    alone = write_layer(case.folder / "alone.gpkg", points((25.0, 40.0), (41.0, 33.0)), tree_id=["u", "v"], **living)
+    both = {name: [*values, 40.0, 40.0] for name, values in living.items()}
+    places = points((25.0, 40.0), (41.0, 33.0), (12.3, 70.0), (22.0, 60.0))
+    stand = write_layer(case.folder / "stand.gpkg", places, tree_id=["u", "v", "a", "b"], **both)
+    few = {"treatments": "leave,remove", "repeats": 2, "draws": 20}
+    totals = {}
+    for name, trees in (("alone", alone), ("stand", stand)):
+        asked = decide.Ask(**given(case, dead, trees=trees, **few), output=str(tmp_path / name))
+        decide.TOOL(asked, said)
+        totals[name] = pd.read_csv(tmp_path / name / "totals.csv")
+    pd.testing.assert_frame_equal(totals["alone"], totals["stand"])
+    assert gpd.read_file(tmp_path / "stand" / "living.gpkg")["tree_id"].tolist() == ["u", "v"]
+    assert not (tmp_path / "alone" / "living.gpkg").exists()
+    assert sum("2 trees of 4 stand where a dead tree stands" in line for line in said.notes) == 1

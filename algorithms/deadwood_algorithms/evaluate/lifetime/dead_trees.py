@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import geopandas
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.files.accounts import account, count_of
 from deadwood_algorithms.files.columns import schema_column, where_of
 from deadwood_algorithms.files.grid import Grid
-from deadwood_algorithms.files.vectors import read_vector
+from deadwood_algorithms.files.vectors import read_vector, write_vector
+from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.presets import OF_SPECIES, SPRUCE
 from deadwood_algorithms.params.species import species_of
-from deadwood_algorithms.params.tool import Feedback, UserError
+from deadwood_algorithms.params.tool import Feedback, Quiet, UserError
 from deadwood_algorithms.prepare.trees.throwing import item_numbers
 from deadwood_algorithms.scene.items import extent_words, ids_of, plan_of, say_left_out, shared_words, why_left_out
 from deadwood_algorithms.schemas import DEAD_TREES
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
     from deadwood_algorithms.files.dem_blocks import DemBlocks
 
 Array = NDArray[np.float64]
+
+SAME_PLACE_M = 0.5  # two stems closer than this are one tree of two layers
 
 
 @dataclass(frozen=True)
@@ -92,3 +97,28 @@ def _speeds(frame: geopandas.GeoDataFrame, feedback: Feedback) -> Array:
             code="species-unknown",
         )
     return np.array([(woods[name] or SPRUCE).rate / SPRUCE.rate for name in names])
+
+
+def living_of(path: str, dead: DeadTrees, crs: str | None, place: Path, feedback: Feedback) -> str | None:
+    """The layer of living trees without those that stand where a dead one stands; None if none is left.
+
+    One layer of a whole stand is what people have; a dead tree among the living would hold its own log. Written to
+    ``place`` if any has to be left out.
+    """
+    target = dead.frame.crs
+    frame = read_vector(path, geometry=("point",), target_crs=target, crs=crs, what="trees", feedback=Quiet())
+    same = shapely.STRtree(frame.geometry.values).query(dead.frame.geometry.values, "dwithin", SAME_PLACE_M)[1]
+    if not same.size:
+        return path
+    living: Any = frame.drop(index=frame.index[np.unique(same)])
+    fewer = len(frame) - len(living)
+    feedback.note(
+        f"{where_of(frame)}: {counted(fewer, 'tree')} of {len(frame)} stand where a dead tree stands, "
+        "and are not counted among the living",
+        code="dead-among-living",
+        trees=fewer,
+    )
+    if not len(living):
+        return None
+    write_vector(place, {"trees": living})
+    return f"{place}|layername=trees"
