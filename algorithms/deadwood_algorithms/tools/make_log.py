@@ -63,7 +63,7 @@ class Ask:
         default=None,
         minimum=0.0,
         exclusive=True,
-        help=f"if it is not given, {LOG_KG_M3:g} for a log and {ROCK_KG_M3:g} (granite) for a rock",
+        help=f"If it is not given, {LOG_KG_M3:g} for a log and {ROCK_KG_M3:g} (granite) for a rock.",
     )
     vertices: int = tool.integer("Vertices of each ring", default=16, minimum=3, maximum=1000)
     ring_spacing_m: float = tool.number(
@@ -78,7 +78,7 @@ class Ask:
         default=None,
         minimum=0.0,
         exclusive=True,
-        help="with it and a height a rock is made instead of a log: options of logs do not count",
+        help="With it and a height a rock is made instead of a log: options of logs do not count.",
     )
     height_m: float | None = tool.number("Height of a rock", unit="m", default=None, minimum=0.0, exclusive=True)
     output: str = tool.output_folder("Folder of the log")
