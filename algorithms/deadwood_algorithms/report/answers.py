@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,7 +44,7 @@ def places_of(named: str) -> list[Path]:
     found, name = [], ""
     for part in named.split(","):
         name = f"{name},{part}" if name else part
-        if Path(name.strip()).exists():
+        if os.path.exists(name.strip()):
             found.append(Path(name.strip()))
             name = ""
     if name.strip() or not found:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -124,7 +125,7 @@ class Compared:
 def folders_of(runs: str, names: str | None) -> tuple[list[str], list[str]]:
     """The folders of the runs, whose names may contain commas, and what the scenarios are called."""
     folders = [str(each) for each in places_of(runs)]
-    if not all(Path(each).exists() for each in folders):
+    if not all(map(os.path.exists, folders)):  # False also of names that no file can have
         folders = [each.strip() for each in runs.split(",") if each.strip()]
     if len(folders) < 2:
         raise UserError(f"--runs is '{runs}', but must name at least two folders of slide-logs, separated by commas")
