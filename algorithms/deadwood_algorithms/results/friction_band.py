@@ -1,8 +1,9 @@
 """The reach of a run over the friction that is plausible, from a part of its logs that slid again at ``draft``.
 
 The share at another friction is that of the run plus the difference of the same logs, slid at both frictions: pairs
-show the difference better than two samples, and most of the error of ``draft`` cancels. The interval combines the
-run's and that of the difference (Zou and Donner 2008), as if they were independent.
+show the difference better than two samples. The interval combines the run's and that of the difference (Zou and Donner
+2008), as if they were independent. It does not contain the error of ``draft``, which does not cancel in differences of
+forests (``benchmarks.what_if``); between frictions it was not measured.
 """
 
 from __future__ import annotations
