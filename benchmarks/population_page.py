@@ -27,6 +27,7 @@ PAGE = study.HERE / "population.md"
 DOCS = study.HERE.parent / "docs" / "explanation"
 TRADE = study.HERE.parent / "algorithms/deadwood_algorithms/simulate/fidelity_trade.py"
 MARKS = re.compile(r"(<!-- measured: population (\w+)\b[^>]*-->\n).*?(<!-- end of measured: population -->)", re.S)
+SLOPES = re.compile(r"(SLOPE_ERRORS: [^\n]*\{\n).*?(^\}\n)", re.S | re.M)
 RECORD = re.compile(r"(BETWEEN_SLOPES: [^\n]*\{\n).*?(^\}\n)", re.S | re.M)
 COARSER = SLID[:-1]
 WORST = 6  # slopes listed for a fidelity
@@ -187,14 +188,18 @@ def promise_table(records: list[Row], record: dict[str, dict[str, Between]]) -> 
     return table(["kind of slope", "slopes fitted", *(f"`{name}` [points]" for name in record)], rows)
 
 
+def ordinary(records: list[Row]) -> dict[str, dict[str, Any]]:
+    """What differs from fine on the slopes of all kinds, by fidelity."""
+    rows = {name: with_both([r for r in records if CLASSES["all"](r)], name, "fine") for name in COARSER}
+    return {
+        name: between.summary(*differences(each, name, "fine")) for name, each in rows.items() if len(each) >= LEAST
+    }
+
+
 def headline(records: list[Row]) -> str:
     """A line for each of draft and standard."""
     lines = []
-    for name in COARSER:
-        rows = with_both([r for r in records if CLASSES["all"](r)], name, "fine")
-        if len(rows) < LEAST:
-            continue
-        found = between.summary(*differences(rows, name, "fine"))
+    for name, found in ordinary(records).items():
         d, _ = differences(with_both(records, name, "fine"), name, "fine")
         lines.append(
             f"- `{name}` differs from `fine` by {_interval(found['mean'], _points)} points in the mean of "
@@ -265,7 +270,12 @@ def with_record(source: str, records: list[Row]) -> str:
             for kind, each in mine.items()
         )
         lines.append(f'    "{name}": {{\n{rows}    }},\n')
-    return RECORD.sub(lambda found: found[1] + "".join(lines) + found[2], source)
+    source = RECORD.sub(lambda found: found[1] + "".join(lines) + found[2], source)
+    rows = []
+    for name, each in ordinary(records).items():
+        mean, sd = (f"Points({', '.join(str(round(value, 1)) for value in each[what])})" for what in ("mean", "sd"))
+        rows.append(f'    "{name}": SlopesError(mean={mean}, sd={sd}),\n')
+    return SLOPES.sub(lambda found: found[1] + "".join(rows) + found[2], source)
 
 
 def places() -> list[Path]:

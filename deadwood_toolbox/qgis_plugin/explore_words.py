@@ -77,7 +77,11 @@ class Words:
         if found is None or found["error_points"] is None:
             return _quiet(self.say("error_unknown", fidelity=name))
         value, low, high = (_number(found[each], 1, signed=True) for each in ("error_points", "ci_low", "ci_high"))
-        return _quiet(self.say("error_known", fidelity=name, value=value, low=low, high=high))
+        if not found.get("sd"):
+            return _quiet(self.say("error_known", fidelity=name, value=value, low=low, high=high))
+        sd, sd_low, sd_high = (_number(each, 1) for each in found["sd"])
+        more = {"sd": sd, "sd_low": sd_low, "sd_high": sd_high}
+        return _quiet(self.say("error_slopes", fidelity=name, value=value, low=low, high=high, **more))
 
     def legend(self, answer: Mapping[str, Any]) -> str:
         """The meaning of the colours: hits of cells, and where logs ended."""

@@ -33,7 +33,7 @@ from deadwood_algorithms.prepare.releases.logs import ORIENTATIONS
 from deadwood_algorithms.results.lost import reach_records
 from deadwood_algorithms.scene.items import Items
 from deadwood_algorithms.scene.layers import SceneLayers
-from deadwood_algorithms.simulate.fidelity_trade import DIFFERENCE_ERRORS, REACH_ERRORS
+from deadwood_algorithms.simulate.fidelity_trade import DIFFERENCE_ERRORS, REACH_ERRORS, SLOPE_ERRORS
 from deadwood_algorithms.stats.endings import left_dem
 from deadwood_algorithms.stats.statistics import paired_interval
 from deadwood_engine import FIDELITIES, STOP_REASONS, Barriers, LyingLogs
@@ -106,12 +106,12 @@ def scene_frame(layers: SceneLayers, relief: Relief, defaults: Defaults, warning
 
 
 def fidelity_facts(name: str) -> dict[str, Any]:
-    """A fidelity, its mean difference from the finest on the benchmark's slopes, and that in the effect of a change
-    [points]."""
-    facts: dict[str, Any] = {"name": name, "error_points": None, "ci_low": None, "ci_high": None}
-    if name in REACH_ERRORS:
-        mean = REACH_ERRORS[name].mean
-        facts |= {"error_points": mean.value, "ci_low": mean.ci_low, "ci_high": mean.ci_high}
+    """A fidelity, and what is known of its error [points]: over random slopes or else on the benchmark's, and in the
+    effect of a change."""
+    slopes, scenes = SLOPE_ERRORS.get(name), REACH_ERRORS.get(name)
+    mean = slopes.mean if slopes else scenes.mean if scenes else None
+    value, low, high = mean or (None, None, None)
+    facts = {"name": name, "error_points": value, "ci_low": low, "ci_high": high, "sd": slopes.sd if slopes else None}
     return facts | {"difference": DIFFERENCE_ERRORS.get(name)}
 
 

@@ -76,6 +76,10 @@ PHRASES = {
     "reach_said": "{interval} ({reached} of {done} logs)",
     "reach_described": "{line}: {value} of {done} logs reach it, 95 % interval {interval}.",
     "error_known": "Fidelity {fidelity}: shares are off by {value} points ({low} to {high}), mean of the test slopes.",
+    "error_slopes": (
+        "Fidelity {fidelity}: over random slopes shares are off by {value} points ({low} to {high}) in the mean, with "
+        "a standard deviation between slopes of {sd} ({sd_low} to {sd_high})."
+    ),
     "error_unknown": "Fidelity {fidelity}: its error was not measured.",
     "error_none": "Fidelity {fidelity}: the one with which the others are compared.",
     "error_difference": "Fidelity {fidelity}: such a difference is off by {value} points ({low} to {high}) on average.",

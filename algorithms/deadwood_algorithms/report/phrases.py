@@ -195,6 +195,9 @@ PHRASES = {
     "calculation_known": (
         "{mean} points on average over five synthetic slopes, {worst} on the worst, against the finest preset"
     ),
+    "calculation_slopes": (
+        "{mean} points in the mean of random slopes, with a standard deviation between slopes of {sd}, against fine"
+    ),
     "calculation_none": "is the reference: none by definition",
     "calculation_unknown": "unknown: the time step or spacing is not that of a preset (compare-fidelity measures it)",
     "calculation_bound": "within ±{bound} points on 95 of 100 slopes of this kind",

@@ -33,7 +33,7 @@ from deadwood_algorithms.results.capacity import as_share
 from deadwood_algorithms.results.own_slope import interval_of
 from deadwood_algorithms.results.passages import UNITS, design_rows
 from deadwood_algorithms.schemas.looks import LOOKS
-from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, Points
+from deadwood_algorithms.simulate.fidelity_trade import REACH_ERRORS, SLOPE_ERRORS, Points
 from deadwood_algorithms.stats.order_statistics import missing, quantiles
 from deadwood_algorithms.stats.statistics import to_decimals
 
@@ -203,6 +203,10 @@ def calculation_words(accuracy: Mapping[str, Any], parameters: Mapping[str, Any]
         return words.say("calculation_unknown")
     if fidelity == "reference":
         return words.say("calculation_none")
+    if slopes := SLOPE_ERRORS.get(fidelity):
+        sd, low, high = (in_signs(to_decimals(each, 1), words) for each in slopes.sd)
+        spread = f"{sd} ({low} {words.say('to')} {high})"
+        return words.say("calculation_slopes", mean=points_words(slopes.mean, words), sd=spread)
     if fidelity not in REACH_ERRORS:
         return words.say("calculation_unknown")
     mean, worst = (points_words(each, words) for each in REACH_ERRORS[fidelity])

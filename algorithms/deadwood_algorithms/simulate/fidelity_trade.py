@@ -30,6 +30,13 @@ class ReachError(NamedTuple):
     worst: Points
 
 
+class SlopesError(NamedTuple):
+    """Reach minus that at fine over random slopes: the mean, and the standard deviation between slopes [points]."""
+
+    mean: Points
+    sd: Points
+
+
 # From the cheapest to the finest, the cost of a log relative to standard: it determines which one `auto` tries first,
 # but no promise
 COSTS: dict[str, float] = {
@@ -48,6 +55,11 @@ REACH_ERRORS: dict[str, ReachError] = {
 DIFFERENCE_ERRORS: dict[str, Points] = {
     "draft": Points(-1.8, -3.5, -0.4),
     "standard": Points(-1.1, -2.4, 0.2),
+}
+# Over random slopes (``benchmarks.population``)
+SLOPE_ERRORS: dict[str, SlopesError] = {
+    "draft": SlopesError(mean=Points(1.6, 0.5, 2.7), sd=Points(2.8, 0.0, 3.9)),
+    "standard": SlopesError(mean=Points(1.0, 0.1, 1.8), sd=Points(0.0, 0.0, 1.8)),
 }
 # Reach minus that of reference over random slopes, by kind (``scene.slope_kind``): mean, spread on nine slopes in ten,
 # and on the tenth [points]; fitted to two thirds of the slopes

@@ -21,7 +21,7 @@ from deadwood_algorithms.params.tool import UserError
 from deadwood_algorithms.report import rounded
 from deadwood_algorithms.report.figures import Drawing
 from deadwood_algorithms.report.markup import LONG, element, embedded_json, remarked, table
-from deadwood_algorithms.report.sections import points_words
+from deadwood_algorithms.report.sections import calculation_words, points_words
 from deadwood_algorithms.report.words import Words
 from deadwood_algorithms.simulate import fidelity_trade
 from deadwood_algorithms.stats.statistics import paired_interval
@@ -564,3 +564,14 @@ def test_wrong_names_of_runs(run, tmp_path):
 def test_a_folder_with_a_comma(run, tmp_path):
     place = shutil.copytree(run, tmp_path / "a,b")
     assert page_of(place)[1]["runs"][0]["name"] == "a,b"
+
+
+def test_the_error_of_draft_and_standard_is_that_of_random_slopes():
+    said = {name: calculation_words({"fidelity": name}, {}, Words("en")) for name in ("draft", "standard", "fine")}
+    for name, slopes in fidelity_trade.SLOPE_ERRORS.items():
+        assert said[name].startswith(points_words(slopes.mean, Words("en")))
+        assert (
+            f"of {slopes.sd.value:.1f} ({slopes.sd.ci_low:.1f} to {slopes.sd.ci_high:.1f}), against fine" in said[name]
+        )
+    assert "five synthetic slopes" in said["fine"]
+    assert "random" not in said["fine"]

@@ -14,7 +14,9 @@ export function errorOf(fidelities, name) {
   const found = fidelities.find((each) => each.name === name);
   if (!Number.isFinite(found?.error_points)) return say("error_unknown", { fidelity: name });
   const [value, low, high] = [found.error_points, found.ci_low, found.ci_high].map((each) => number(each, 1, true));
-  return say("error_known", { fidelity: name, value, low, high });
+  if (!found.sd) return say("error_known", { fidelity: name, value, low, high });
+  const [sd, sd_low, sd_high] = found.sd.map((each) => number(each, 1));
+  return say("error_slopes", { fidelity: name, value, low, high, sd, sd_low, sd_high });
 }
 
 /* That in the effect of a change, which is a difference of the same logs; nothing where it was not measured. */
