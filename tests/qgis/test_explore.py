@@ -36,7 +36,7 @@ def test_a_click_gives_a_picture_and_a_reach(seen):
     assert line["n_total"] == LOGS
     assert line["ci_low"] <= line["p"] <= line["ci_high"]
     assert f"({line['n_reach']} of {LOGS} logs)" in told["answer"]
-    assert "Fidelity draft: shares are off by" in told["answer"]
+    assert "Fidelity draft: over random slopes shares are off by" in told["answer"]
     assert f"{LOGS} logs, fidelity draft" in told["state"]
     assert told["sum"] > LOGS
     assert "held by a tree" in told["legend"]

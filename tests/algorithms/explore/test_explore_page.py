@@ -180,7 +180,7 @@ def test_a_click_slides_logs_and_tells_which_logs_reach_what(page, shared):
     assert page.words("#reach .value") == f"{100 * road['p']:.{digits}f} %"
     assert f"{road['n_reach']} of 300 logs" in page.words("#reach .ci")
     assert page.words("#counted").startswith("300 logs, fidelity draft")
-    assert page.words("#reach").count("Fidelity draft: shares are off by") == 1
+    assert page.words("#reach").count("Fidelity draft: over random slopes shares are off by") == 1
     changed = np.abs(page.picture() - before).max(axis=2) > 24.0
     assert changed[:, :880].mean() > 0.005
     assert complaints(shared) == []
