@@ -15,10 +15,12 @@ SCRIPT = "_static/search_pages.js"
 SUBJECTS = {
     "faq": "rockfall rock boulder commercial hazard",
     "how-to/accuracy": "fidelity draft standard fine reference sample",
-    "how-to/after-a-storm": "windthrow windfall snag deadwood lying",
+    "how-to/after-a-storm": "windthrow windfall snag deadwood lying storm damage",
+    "how-to/dead-trees": "leave fell anchor remove decay age years",
     "how-to/design-values": "barrier height energy",
     "how-to/intensity": "hazard map return period",
     "how-to/log-solid": "point cloud mesh shape stl obj",
+    "how-to/most-influential-input": "sensitivity uncertainty parameter",
     "how-to/repeat": "manifest reproducible reproduce",
     "how-to/site-a-barrier": "barrier position place",
     "how-to/slide-logs": "house building road railway line reach resume interrupted unfinished",

@@ -239,6 +239,7 @@ QUESTIONS = {
     "tree breakage": "how-to/tree-breakage",
     "point cloud of a log": "how-to/log-solid",
     "published values": "how-to/presets",
+    "leave or remove dead trees": "how-to/dead-trees",
 }
 
 

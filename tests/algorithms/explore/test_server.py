@@ -229,6 +229,7 @@ def test_a_hundred_megabytes_are_refused_and_the_engine_lives(page: Page):
 def test_what_is_no_question_is_refused_in_words_and_the_engine_lives(page: Page):
     engine = page.engine().pid
     with page.socket() as asker:
+        assert asker.is_answered()  # there are logs to keep
         for text, words in (
             ('{"op": "release", "id": 1, "shape": {"circle": [NaN, 1, 1]}}', "NaN is not a number"),
             ('{"op": "release", "id": 1, "shape": {"circle": [1e999, 1, 1]}}', "1e999 is not a number"),
