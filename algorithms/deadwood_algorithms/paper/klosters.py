@@ -27,18 +27,18 @@ from deadwood_algorithms.paper.twin import (
 NAME = "klosters"
 NUMBERS = (
     Number("foot_m", 1050.0, "m", "2.1", "height of the road; the forest lies between 1050 and 1300 m"),
-    Number("top_m", 1300.0, "m", "2.1", "minimum height of the terrain's upper edge"),
+    Number("top_m", 1300.0, "m", "2.1", "minimum height of the terrain's upper edge", compared=True),
     Number("slope_deg", 35.0, "°", "2.1", "of the forested slope"),
     Number("dbh_cm", 75.0, "cm", "2.1, 4", "of all four logs; tip 0.5 DBH (3)"),
     Number("length_m", 30.0, "m", "2.1, 4", "of all four logs"),
     Number("density_kg_m3", 300.0, "kg/m³", "4", ""),
     Number("friction", 0.25, "", "5.1", "on cells of 0.5 m (4)"),
     Number("release_radius_m", 10.0, "m", "4", "circles around the mapped places, logs upright"),
-    Number("event_1_path_m", 120.0, "m", "2.1", "slid by event 1 down to the road"),
+    Number("event_1_path_m", 120.0, "m", "2.1", "slid by event 1 down to the road", compared=True),
     Number("stems_per_ha", 300.0, "1/ha", "4", "over the whole forest, gullies included"),
     Number("dbh_mean_cm", 60.23, "cm", "4", "of the standing trees"),
     Number("dbh_sd_cm", 18.64, "cm", "4", "of the standing trees"),
-    Number("embankments", 2, "", "5.1", "in the section shown"),
+    Number("embankments", 2, "", "5.1", "in the section shown", compared=True),
     Number("barriers", 6, "", "5.1", "in the section shown"),
     Number("width_m", 600.0, "m", CHOSEN, "room for four releases and their spread"),
     Number("extent_m", 520.0, "m", CHOSEN, "along v: the valley floor, the road and 250 m of altitude"),
@@ -96,39 +96,46 @@ VERSION_1: dict[str, Any] = twin.VERSION_1 | {
     "cliff_height_m": (6.0, 10.0),
 }
 K = twin.numbers_by_name(NUMBERS)
-FRAME = Frame(2_786_000.0, 1_196_000.0, K["width_m"], K["extent_m"])
 
 
-def gully_beds(v: ArrayLike) -> list[NDArray[np.float64]]:
+def frame_of(k: Mapping[str, Any]) -> Frame:
+    return Frame(2_786_000.0, 1_196_000.0, k["width_m"], k["extent_m"])
+
+
+FRAME = frame_of(K)
+
+
+def gully_beds(v: ArrayLike, k: Mapping[str, Any] = K) -> list[NDArray[np.float64]]:
     """East coordinate of the bed of each gully [m]."""
     v = np.asarray(v, float)
-    return [u + K["gully_wind_m"] * np.sin(v / 52.0 + 2.1 * k) for k, u in enumerate(K["gully_u_m"])]
+    return [u + k["gully_wind_m"] * np.sin(v / 52.0 + 2.1 * turn) for turn, u in enumerate(k["gully_u_m"])]
 
 
-def _profile(v: ArrayLike) -> NDArray[np.float64]:
+def _profile(v: ArrayLike, k: Mapping[str, Any]) -> NDArray[np.float64]:
     """Height of the smooth slope: valley floor, level road, talus, then 35 degrees [m]."""
     v = np.asarray(v, float)
-    edge = K["road_v_m"] + 0.5 * K["road_width_m"]
-    top = K["talus_top_v_m"]
-    floor = K["floor_slope"] * np.maximum(edge - K["road_width_m"] - v, 0.0)
-    talus = np.tan(np.radians(K["talus_deg"])) * np.clip(v - edge, 0.0, top - edge)
-    return K["foot_m"] + floor + talus + np.tan(np.radians(K["slope_deg"])) * np.maximum(v - top, 0.0)
+    edge = k["road_v_m"] + 0.5 * k["road_width_m"]
+    top = k["talus_top_v_m"]
+    floor = k["floor_slope"] * np.maximum(edge - k["road_width_m"] - v, 0.0)
+    talus = np.tan(np.radians(k["talus_deg"])) * np.clip(v - edge, 0.0, top - edge)
+    return k["foot_m"] + floor + talus + np.tan(np.radians(k["slope_deg"])) * np.maximum(v - top, 0.0)
 
 
 def _terrain(k: Mapping[str, Any]) -> twin.Grid:
     """Heights of the slope."""
-    u, v = FRAME.axes()
+    frame = frame_of(k)
+    u, v = frame.axes()
     rng = np.random.default_rng(k["seed"])
-    gully = sum(np.exp(-(((u - bed) / k["gully_width_m"]) ** 2)) for bed in gully_beds(v))
-    lower = K["road_v_m"] - 0.5 * K["road_width_m"]
-    fade = np.clip((v - K["road_v_m"] - 6.0) / 25.0, 0.0, 1.0)  # the relief fades out towards the road
+    gully = sum(np.exp(-(((u - bed) / k["gully_width_m"]) ** 2)) for bed in gully_beds(v, k))
+    lower = k["road_v_m"] - 0.5 * k["road_width_m"]
+    fade = np.clip((v - k["road_v_m"] - 6.0) / 25.0, 0.0, 1.0)  # the relief fades out towards the road
     bands = zip(k["cliff_v_m"], k["cliff_height_m"], strict=True)
-    heights = _profile(v) + sum((_cliff(u, v, *band) for band in bands), np.zeros(FRAME.shape)) * (1.0 - gully)
-    short, long = twin.relief(rng, FRAME, k)
+    heights = _profile(v, k) + sum((_cliff(u, v, *band) for band in bands), np.zeros(frame.shape)) * (1.0 - gully)
+    short, long = twin.relief(rng, frame, k)
     rough = short * (1.0 - k["gully_calm"] * gully) + long
     heights = heights + fade * (rough - k["gully_depth_m"] * gully)
-    heights = heights + np.clip((lower - v) / 5.0, 0.0, 1.0) * twin.roughness(rng, FRAME, FLOOR_ROUGHNESS)
-    return FRAME.grid(heights + (1.0 - fade) * twin.roughness(rng, FRAME, ((1.5, NOISE),)), NAME)
+    heights = heights + np.clip((lower - v) / 5.0, 0.0, 1.0) * twin.roughness(rng, frame, FLOOR_ROUGHNESS)
+    return frame.grid(heights + (1.0 - fade) * twin.roughness(rng, frame, ((1.5, NOISE),)), NAME)
 
 
 def _cliff(u: NDArray[np.float64], v: NDArray[np.float64], foot: float, height: float) -> NDArray[np.float64]:
@@ -142,7 +149,7 @@ def _free_of_trees(k: Mapping[str, Any]) -> Callable[[float, float], bool]:
     rng = np.random.default_rng(k["seed"] + 2)
 
     def free(u: float, v: float) -> bool:
-        distance = min(abs(u - float(bed)) for bed in gully_beds(v))
+        distance = min(abs(u - float(bed)) for bed in gully_beds(v, k))
         if distance < k["gully_free_m"]:
             return True
         return distance < k["gully_edge_m"] and bool(rng.random() >= k["gully_edge_density"])
@@ -153,29 +160,30 @@ def _free_of_trees(k: Mapping[str, Any]) -> Callable[[float, float], bool]:
 def releases(k: Mapping[str, Any]) -> list[tuple[float, float]]:
     """u and v of the centres of the four release circles [m]."""
     places = zip(k["release_gully"], k["release_off_gully_m"], k["release_v_m"], strict=True)
-    return [(float(gully_beds(v)[gully - 1]) + off, v) for gully, off, v in places]
+    return [(float(gully_beds(v, k)[gully - 1]) + off, v) for gully, off, v in places]
 
 
 def klosters(version: int = 2, **changes: Any) -> Twin:
     """The twin, computed from its numbers, of which some may be changed to see what depends on them."""
     k = twin.changed(NUMBERS, VERSION_1, version, **changes)
-    edge = K["road_v_m"] + 0.5 * K["road_width_m"]
-    below = edge - K["road_width_m"] - K["beyond_m"]
-    dams = [("west", 30.0, 310.0, K["dam_v_m"][0]), ("east", 300.0, 570.0, K["dam_v_m"][1])]
-    nets = [(f"net_{k + 1}", 90.0 + 70.0 * k, 157.0 + 70.0 * k) for k in range(K["barriers"])]
-    sides = {"kind": "embankment", "height_m": K["dam_height_m"], "crest_width_m": 2.0}
+    frame = frame_of(k)
+    edge = k["road_v_m"] + 0.5 * k["road_width_m"]
+    below = edge - k["road_width_m"] - k["beyond_m"]
+    dams = [("west", 30.0, 310.0, k["dam_v_m"][0]), ("east", 300.0, 570.0, k["dam_v_m"][1])]
+    nets = [(f"net_{n + 1}", 90.0 + 70.0 * n, 157.0 + 70.0 * n) for n in range(k["barriers"])]
+    sides = {"kind": "embankment", "height_m": k["dam_height_m"], "crest_width_m": 2.0}
     layers = {
-        "trees": twin.forest_layer(FRAME, k, _free_of_trees(k)),
-        "forest": layer({"name": ["forest"]}, [FRAME.strip(*K["forest_v_m"])]),
-        "releases": layer({"release_id": [1, 2, 3, 4]}, [FRAME.point(*place) for place in releases(k)]),
-        "lines": layer({"line_id": ["road", "beyond"]}, [FRAME.across(edge), FRAME.across(below)]),
+        "trees": twin.forest_layer(frame, k, _free_of_trees(k)),
+        "forest": layer({"name": ["forest"]}, [frame.strip(*k["forest_v_m"])]),
+        "releases": layer({"release_id": [1, 2, 3, 4]}, [frame.point(*place) for place in releases(k)]),
+        "lines": layer({"line_id": ["road", "beyond"]}, [frame.across(edge), frame.across(below)]),
         "barriers": layer(
-            {"barrier_id": [row[0] for row in nets], "height_m": K["barrier_height_m"]},
-            [FRAME.across(K["barrier_v_m"], *row[1:]) for row in nets],
+            {"barrier_id": [row[0] for row in nets], "height_m": k["barrier_height_m"]},
+            [frame.across(k["barrier_v_m"], *row[1:]) for row in nets],
         ),
         "dams": layer(
             {"structure_id": [row[0] for row in dams], **sides, "slope_left_deg": 65.0, "slope_right_deg": 40.0},
-            [FRAME.across(v, a, b) for _, a, b, v in dams],
+            [frame.across(v, a, b) for _, a, b, v in dams],
         ),
     }
     facts = {"title": "Klosters-like twin", **{name: k[name] for name in FACTS}, "road": "road", "beyond": "beyond"}

@@ -31,7 +31,14 @@ NUMBERS = (
     Number("fall_m", 200.0, "m", "2.2", "from the release down to the road"),
     Number("barrier_height_m", 3.5, "m", "2.2", "of the barrier that was jumped; of all of them here"),
     Number("terrace_above_m", 20.0, "m", "2.2", "from the barrier up to the terrace's edge, in plan"),
-    Number("takeoff_ms", 24.0, "m/s", "5.2", "of the paper's parabola; sets how far the wall is from the terrace"),
+    Number(
+        "takeoff_ms",
+        24.0,
+        "m/s",
+        "5.2",
+        "of the paper's parabola; sets how far the wall is from the terrace",
+        compared=True,
+    ),
     Number("dbh_cm", 30.0, "cm", "4", "of the log; tip 0.5 DBH (3)"),
     Number("length_m", 15.0, "m", "4", "of the log"),
     Number("density_kg_m3", 300.0, "kg/m³", "4", ""),
@@ -40,7 +47,7 @@ NUMBERS = (
     Number("stems_per_ha", 315.0, "1/ha", "4", ""),
     Number("dbh_mean_cm", 44.0, "cm", "4", "of the standing trees"),
     Number("dbh_sd_cm", 22.0, "cm", "4", "of the standing trees"),
-    Number("gullies", 0, "", "6.2", "no clear preferential paths in gullies"),
+    Number("gullies", 0, "", "6.2", "no clear preferential paths in gullies", compared=True),
     Number("width_m", 360.0, "m", CHOSEN, "room for one release and its spread"),
     Number("extent_m", 400.0, "m", CHOSEN, "along v: valley floor, rail, road, and the slope to above the release"),
     Number("seed", 2202, "", CHOSEN, "of the relief; the trees have the next one. The month of the event"),
@@ -98,79 +105,95 @@ NUMBERS = (
 )
 VERSION_1: dict[str, Any] = twin.VERSION_1 | {"rock_friction": 0.5, "rock_slip": None}
 K = twin.numbers_by_name(NUMBERS)
-FRAME = Frame(2_752_000.0, 1_181_000.0, K["width_m"], K["extent_m"])
-LIP_V = K["road_v_m"][1] + K["terrace_to_wall_m"]  # lower edge of the terrace
-BARRIER_V = LIP_V - K["terrace_above_m"]
-SLOPE = np.tan(np.radians(K["slope_deg"]))
-RELEASE_V = K["road_v_m"][1] + (K["fall_m"] - K["wall_m"]) / SLOPE
 
 
-def _profile(v: ArrayLike) -> NDArray[np.float64]:
+def frame_of(k: Mapping[str, Any]) -> Frame:
+    return Frame(2_752_000.0, 1_181_000.0, k["width_m"], k["extent_m"])
+
+
+FRAME = frame_of(K)
+
+
+def lip_of(k: Mapping[str, Any]) -> float:
+    """Where the lower edge of the terrace is, along v [m]."""
+    return k["road_v_m"][1] + k["terrace_to_wall_m"]
+
+
+def slope_of(k: Mapping[str, Any]) -> float:
+    return np.tan(np.radians(k["slope_deg"]))
+
+
+def _profile(v: ArrayLike, k: Mapping[str, Any]) -> NDArray[np.float64]:
     """Height of the smooth slope: valley floor, level road, retaining wall, then 37.5 degrees [m]."""
     v = np.asarray(v, float)
-    low, high = K["road_v_m"]
-    floor = K["floor_slope"] * np.maximum(low - v, 0.0)
-    return K["foot_m"] + floor + K["wall_m"] * (v >= high) + SLOPE * np.maximum(v - high, 0.0)
+    low, high = k["road_v_m"]
+    floor = k["floor_slope"] * np.maximum(low - v, 0.0)
+    return k["foot_m"] + floor + k["wall_m"] * (v >= high) + slope_of(k) * np.maximum(v - high, 0.0)
 
 
-def _terrace(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+def _terrace(u: NDArray[np.float64], v: NDArray[np.float64], k: Mapping[str, Any]) -> NDArray[np.float64]:
     """Height that the terrace adds to the smooth slope: a wedge, highest at its lower edge [m]."""
-    rise = K["terrace_deep_m"] * (SLOPE - np.tan(np.radians(K["terrace_deg"])))
-    above = rise * (1.0 - (v - LIP_V) / K["terrace_deep_m"])
-    below = rise - (LIP_V - v) * (1.0 - SLOPE)  # 45 degrees
-    return _along_terrace(u) * np.maximum(np.where(v >= LIP_V, above, below), 0.0)
+    rise = k["terrace_deep_m"] * (slope_of(k) - np.tan(np.radians(k["terrace_deg"])))
+    above = rise * (1.0 - (v - lip_of(k)) / k["terrace_deep_m"])
+    below = rise - (lip_of(k) - v) * (1.0 - slope_of(k))  # 45 degrees
+    return _along_terrace(u, k) * np.maximum(np.where(v >= lip_of(k), above, below), 0.0)
 
 
-def _along_terrace(u: NDArray[np.float64], ease: float = 10.0) -> NDArray[np.float64]:
+def _along_terrace(u: NDArray[np.float64], k: Mapping[str, Any], ease: float = 10.0) -> NDArray[np.float64]:
     """1 on the terrace, fading out to 0 beside it [m]."""
-    first, last = K["terrace_u_m"]
+    first, last = k["terrace_u_m"]
     return np.clip((u - first) / ease + 1.0, 0.0, 1.0) * np.clip((last - u) / ease + 1.0, 0.0, 1.0)
 
 
-def _calm(u: NDArray[np.float64], v: NDArray[np.float64], along: float, down: float) -> NDArray[np.float64]:
+def _calm(
+    u: NDArray[np.float64], v: NDArray[np.float64], k: Mapping[str, Any], along: float, down: float
+) -> NDArray[np.float64]:
     """The share of the relief that remains around the terrace; it returns over these lengths [m]."""
-    beside = np.maximum(np.abs(v - LIP_V) - 8.0, 0.0) / down
-    return 1.0 - K["terrace_calm"] * _along_terrace(u, along) * np.clip(1.0 - beside, 0.0, 1.0)
+    beside = np.maximum(np.abs(v - lip_of(k)) - 8.0, 0.0) / down
+    return 1.0 - k["terrace_calm"] * _along_terrace(u, k, along) * np.clip(1.0 - beside, 0.0, 1.0)
 
 
 def _terrain(k: Mapping[str, Any]) -> twin.Grid:
     """Heights of the slope."""
-    u, v = FRAME.axes()
+    frame = frame_of(k)
+    u, v = frame.axes()
     rng = np.random.default_rng(k["seed"])
-    _, high = K["road_v_m"]
+    _, high = k["road_v_m"]
     fade = np.clip((v - high - 2.0) / 25.0, 0.0, 1.0)  # the relief fades out towards the road
-    short, long = twin.relief(rng, FRAME, k)
-    heights = _profile(v) + _terrace(u, v) + fade * _calm(u, v, 10.0, 12.0) * short
-    heights = heights + fade * _calm(u, v, K["terrace_ease_m"], K["terrace_ease_m"]) * long
-    heights = heights + np.clip((K["rail_v_m"] - 5.0 - v) / 5.0, 0.0, 1.0) * twin.roughness(rng, FRAME, FLOOR_ROUGHNESS)
-    return FRAME.grid(heights + (1.0 - fade) * twin.roughness(rng, FRAME, ((1.5, NOISE),)), NAME)
+    short, long = twin.relief(rng, frame, k)
+    heights = _profile(v, k) + _terrace(u, v, k) + fade * _calm(u, v, k, 10.0, 12.0) * short
+    heights = heights + fade * _calm(u, v, k, k["terrace_ease_m"], k["terrace_ease_m"]) * long
+    heights = heights + np.clip((k["rail_v_m"] - 5.0 - v) / 5.0, 0.0, 1.0) * twin.roughness(rng, frame, FLOOR_ROUGHNESS)
+    return frame.grid(heights + (1.0 - fade) * twin.roughness(rng, frame, ((1.5, NOISE),)), NAME)
 
 
 def rothenbrunnen(version: int = 2, **changes: Any) -> Twin:
     """The twin, computed from its numbers, of which some may be changed to see what depends on them."""
     k = twin.changed(NUMBERS, VERSION_1, version, **changes)
-    low, high = K["road_v_m"]
-    ends = K["barrier_u_m"]
-    names = ["south", *(f"net_{k}" for k in range(2, len(ends)))]
+    frame, lip = frame_of(k), lip_of(k)
+    release = k["road_v_m"][1] + (k["fall_m"] - k["wall_m"]) / slope_of(k)
+    low, high = k["road_v_m"]
+    ends = k["barrier_u_m"]
+    names = ["south", *(f"net_{n}" for n in range(2, len(ends)))]
     lines = {
-        "road": FRAME.across(high),
-        "guard_rail": FRAME.across(low),
-        "railway": FRAME.across(K["rail_v_m"]),
-        "terrace": FRAME.across(LIP_V, *K["terrace_u_m"]),
+        "road": frame.across(high),
+        "guard_rail": frame.across(low),
+        "railway": frame.across(k["rail_v_m"]),
+        "terrace": frame.across(lip, *k["terrace_u_m"]),
     }
     middle = 0.5 * (ends[0] + ends[1])
     layers = {
-        "trees": twin.forest_layer(FRAME, k),
-        "forest": layer({"name": ["forest"]}, [FRAME.strip(*K["forest_v_m"])]),
-        "releases": layer({"release_id": [1]}, [FRAME.point(k["release_u_m"], RELEASE_V)]),
+        "trees": twin.forest_layer(frame, k),
+        "forest": layer({"name": ["forest"]}, [frame.strip(*k["forest_v_m"])]),
+        "releases": layer({"release_id": [1]}, [frame.point(k["release_u_m"], release)]),
         "lines": layer({"line_id": list(lines)}, list(lines.values())),
         "barriers": layer(
-            {"barrier_id": names, "height_m": K["barrier_height_m"]},
-            [FRAME.across(BARRIER_V, a + 0.5, b - 0.5) for a, b in pairwise(ends)],
+            {"barrier_id": names, "height_m": k["barrier_height_m"]},
+            [frame.across(lip - k["terrace_above_m"], a + 0.5, b - 0.5) for a, b in pairwise(ends)],
         ),
         "flight": layer(
-            {"flight_id": ["event"], "dbh_cm": [K["dbh_cm"]], "length_m": [K["length_m"]]},
-            [FRAME.line((middle, LIP_V), (middle, high + 0.75))],
+            {"flight_id": ["event"], "dbh_cm": [k["dbh_cm"]], "length_m": [k["length_m"]]},
+            [frame.line((middle, lip), (middle, high + 0.75))],
         ),
     }
     facts = {

@@ -38,13 +38,17 @@ NOISE = 0.03  # [m] of the heights even on the road, as in any laser scan
 
 @dataclass(frozen=True)
 class Number:
-    """One number of a twin, its source (a section of the paper, ``real ground`` or ``chosen``), and the reason."""
+    """One number of a twin, its source (a section of the paper, ``real ground`` or ``chosen``), and the reason.
+
+    compared : the twin is not made of it but compared with it, so it cannot be changed
+    """
 
     name: str
     value: Any
     unit: str
     source: str
     why: str
+    compared: bool = False
 
 
 # Relief and heights of trees of both twins.
@@ -113,6 +117,8 @@ def changed(numbers: Sequence[Number], first: Mapping[str, Any], version: int, *
     unknown = set(changes) - set(of)
     if unknown or version not in VERSIONS:
         raise ValueError(f"a twin of version {version} has no {', '.join(sorted(unknown))}")
+    if fixed := {each.name for each in numbers if each.compared} & set(changes):
+        raise ValueError(f"the twin is compared with {', '.join(sorted(fixed))}, and not made of it")
     return of | changes
 
 

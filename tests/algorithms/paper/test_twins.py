@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from deadwood_algorithms.paper import klosters, page, rothenbrunnen
+from deadwood_algorithms.paper import klosters, page, rothenbrunnen, twin
 from deadwood_algorithms.paper.twin import Twin
 
 
@@ -203,6 +203,47 @@ def test_a_number_of_a_twin_can_be_changed_and_an_unknown_one_cannot(k):
     assert (wider.dem.values == k.dem.values).all()
     with pytest.raises(ValueError, match="no gully_fee_m"):
         klosters.klosters(gully_fee_m=3.0)
+
+
+class Watched(dict):
+    """Numbers that remember which of them were used."""
+
+    def __init__(self, *given) -> None:
+        super().__init__(*given)
+        self.used: set[str] = set()
+
+    def __getitem__(self, name):
+        self.used.add(name)
+        return super().__getitem__(name)
+
+
+@pytest.mark.parametrize("of", [klosters, rothenbrunnen])
+def test_a_twin_is_made_of_every_number_that_can_be_changed(of, monkeypatch):
+    made, plain = [], twin.changed
+
+    def watched(*given, **more):
+        made.append(Watched(plain(*given, **more)))
+        return made[-1]
+
+    monkeypatch.setattr(twin, "changed", watched)
+    getattr(of, of.NAME)()
+    assert made[0].used == {each.name for each in of.NUMBERS if not each.compared}
+    compared = next(each.name for each in of.NUMBERS if each.compared)
+    with pytest.raises(ValueError, match=f"compared with {compared}"):
+        plain(of.NUMBERS, of.VERSION_1, 2, **{compared: 1.0})
+
+
+def test_ground_and_structures_follow_their_numbers(k, r):
+    """At the height of the talus and far up the slope, in columns without a gully, against the profile by hand."""
+    other = klosters.klosters(talus_deg=30.0, dam_height_m=7.0, gully_u_m=(130.0, 300.0, 430.0))
+    rise = 33.5 * (np.tan(np.radians(30.0)) - np.tan(np.radians(22.0)))  # of 83.5 to 117 m
+    far = other.dem.values[-40:-20, 1000:1150] - k.dem.values[-40:-20, 1000:1150]
+    assert far == pytest.approx(np.full(far.shape, rise), abs=1e-3)
+    assert set(other.layers["dams"]["height_m"]) == {7.0}
+    changed = rothenbrunnen.rothenbrunnen(wall_m=5.0, slope_deg=33.0)
+    place = changed.layers["releases"].geometry.iloc[0].y - rothenbrunnen.FRAME.north
+    assert place == pytest.approx(67.0 + 195.0 / np.tan(np.radians(33.0)))
+    assert changed.dem.values.max() < r.dem.values.max() - 20.0
 
 
 def test_releases_stand_at_the_middles_of_equal_parts_of_the_spacing(k):
