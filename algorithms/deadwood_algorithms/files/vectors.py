@@ -157,6 +157,7 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
             dbase = Path(name).suffix.lower() in (".shp", ".dbf")
             frame = dbf.read_encoded(read, Path(name), what) if dbase else read(None)
             others = _layers_that_hold_rows(place) if frame.empty else []
+            ours = record_in(place) is not None  # of what another program has open, too: not in its place
     except (DataSourceError, DataLayerError, FeatureError, CRSError, UnicodeDecodeError) as error:
         if is_raster(name):
             raise UserError(ways_out.of_raster(name, what, geometry)) from error
@@ -175,8 +176,8 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
-    others_file = what != "releases" and record_in(Path(name)) is None  # users draw 1000 positions themselves
-    if (doubt := one_page(name, len(frame), by_size=others_file)) is not None:
+    by_size = what != "releases" and not ours  # users draw 1000 positions themselves
+    if (doubt := one_page(name, len(frame), by_size=by_size)) is not None:
         frame.attrs["doubts"] = (doubt,)
     frame.attrs["full_layers"] = [f"'{name}|layername={each}'" for each in others]
     return frame
