@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Made = TypeVar("Made", bound=Result)
-SINGLE = ("number", "integer", "number_or_layer")  # kinds of one value
 # An option in a message, and a command, whose options stay
 OPTION = re.compile(r"deadwood-tool [a-z][^;:()]*|--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
@@ -171,7 +170,9 @@ def _as_setting(parameter: Parameter, value: Any) -> Any:
 def _one(parameter: Parameter, value: Any) -> Any:
     """A single value; several are refused, with the tool that takes them."""
     value = _plain(value)
-    if parameter.kind in SINGLE and isinstance(value, list | tuple | set | range):
+    kind = parameter.of_kind
+    of_one = (kind.json_as_it_is or kind.number_or_text) and not kind.several and not kind.switch
+    if of_one and isinstance(value, list | tuple | set | range):
         raise UserError(
             f"{parameter.flag} takes one value, but {len(value)} were given; call the function once for each, or use "
             "vary, which compares them with the same logs"

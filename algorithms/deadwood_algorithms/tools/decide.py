@@ -100,7 +100,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.evaluate.lifetime import decision, decision_figure, events, life, state_slides
     from deadwood_algorithms.evaluate.lifetime.dead_trees import living_of, read_dead_trees
     from deadwood_algorithms.evaluate.lifetime.treatments import scenes_of, treatments_of
-    from deadwood_algorithms.files.accounts import account
+    from deadwood_algorithms.files.accounts import account, count_of
     from deadwood_algorithms.files.dem_blocks import open_ground
     from deadwood_algorithms.params.snag_dynamics import spans_of
     from deadwood_algorithms.results.identity import result_folder
@@ -115,7 +115,9 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     with result_folder(TOOL, ask, feedback) as folder, tempfile.TemporaryDirectory(dir=folder.parent) as made:
         with open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
             trees = read_dead_trees(ask.dead_trees, ask.years_dead, ground, ask.crs, feedback)
-            living = ask.trees and living_of(ask.trees, trees, ask.crs, Path(made) / LIVING, feedback)
+            living, dead = None, 0
+            if ask.trees:
+                living, dead = living_of(ask.trees, trees, ask.crs, Path(made) / LIVING, feedback)
             stand, trees = trees, trees.sample(ask.most_trees, ask.seed)
             states = state_slides.states_of(trees, ground, ask.repeats, ask.density_kg_m3, ask.seed)
             laid = {each: state_slides.lying_in(each, stand, ground, ask.seed) for each in scenes_of(treatments)}
@@ -138,11 +140,15 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
             lines, energies = state_slides.energies_of(states, laid, Path(made), slide, ProgressOnly(feedback))
         for each in ("run", "states.gpkg", *([LIVING] if living != ask.trees and living else [])):
             shutil.move(Path(made) / each, folder / each)
-        for name, count in (
-            read_run(str(folder / "run"), feedback=ProgressOnly(feedback)).summary("counted")["counted"].items()
-        ):
-            if name in ("trees", "lines"):
-                account(name, count)
+        read = read_run(str(folder / "run"), feedback=ProgressOnly(feedback)).manifest["inputs"]
+        counts = {each["parameter"]: each["counted"] for each in read if "counted" in each}
+        if ask.trees:
+            alive = counts.get("trees", count_of(0, 0, {}))
+            left_out = {each["why"]: each["n"] for each in alive["left_out"]} | {"dead": dead}
+            counts = counts | {"trees": count_of(alive["read"] + dead, alive["used"], left_out)}
+        for name in ("trees", "lines", "friction"):
+            if name in counts:
+                account(name, counts[name])
         bounds = ask.energy_classes_kj
         steps = state_slides.thresholds_of(list(energies.values()), bounds)
         arrived = {

@@ -254,6 +254,15 @@ def evaluated(told: Told, here: Inputs) -> None:
     told.run("break-trees", lines, **other, logs=6, tree_capacity_kj=1.0)
     told.run("site-barriers", {**lines, "candidates": OF_WORKS}, **other, candidates=here.barriers, logs=6)
     told.run("compare-scenarios", lines, runs=f"{run},{run}", names="one,two", lines=here.lines)
+    dead = here.layer("dead", points((10.2, 40.0), (30.0, 60.0), (900.0, 50.0)), dbh_cm=[40.0] * 3, height_m=[15.0] * 3)
+    old: dict[str, Any] = {"storm_return_years": (20.0,), "draws": 20}
+    told.run("age", {"dead_trees": (3, 3, {})}, dead_trees=dead, **old)
+    of_living = (5, 1, {"off_dem": 1, "no_terrain": 2, "dead": 1})
+    told.run(
+        "decide", {"dead_trees": (3, 2, {"off_dem": 1}), **lines, "trees": of_living, "friction": SCENE["friction"]},
+        **old, **here.scene("barriers", "lying_logs", "blocks"), dem=here.dem, dead_trees=dead, start_share=(0.5,),
+        mobilised_per_year=(0.01,), treatments="leave,remove", repeats=2,
+    )  # fmt: skip
     told.run("lateral-spread", {"deposits": (24, 0, {"near_release": 24})},
              deposits=f"{run / 'run.gpkg'}|layername=deposits", min_runout_m=500.0)  # fmt: skip
     told.run("lateral-spread", {"deposits": (24, 24, {})}, deposits=f"{run / 'run.gpkg'}|layername=deposits",

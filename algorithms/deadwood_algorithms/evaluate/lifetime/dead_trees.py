@@ -99,8 +99,9 @@ def _speeds(frame: geopandas.GeoDataFrame, feedback: Feedback) -> Array:
     return np.array([(woods[name] or SPRUCE).rate / SPRUCE.rate for name in names])
 
 
-def living_of(path: str, dead: DeadTrees, crs: str | None, place: Path, feedback: Feedback) -> str | None:
-    """The layer of living trees without those that stand where a dead one stands; None if none is left.
+def living_of(path: str, dead: DeadTrees, crs: str | None, place: Path, feedback: Feedback) -> tuple[str | None, int]:
+    """The layer of living trees without those that stand where a dead one stands, None if none is left; and how many
+    were left out.
 
     One layer of a whole stand is what people have; a dead tree among the living would hold its own log. Written to
     ``place`` if any has to be left out.
@@ -109,7 +110,7 @@ def living_of(path: str, dead: DeadTrees, crs: str | None, place: Path, feedback
     frame = read_vector(path, geometry=("point",), target_crs=target, crs=crs, what="trees", feedback=Quiet())
     same = shapely.STRtree(frame.geometry.values).query(dead.frame.geometry.values, "dwithin", SAME_PLACE_M)[1]
     if not same.size:
-        return path
+        return path, 0
     living: Any = frame.drop(index=frame.index[np.unique(same)])
     fewer = len(frame) - len(living)
     feedback.note(
@@ -119,6 +120,6 @@ def living_of(path: str, dead: DeadTrees, crs: str | None, place: Path, feedback
         trees=fewer,
     )
     if not len(living):
-        return None
+        return None, fewer
     write_vector(place, {"trees": living})
-    return f"{place}|layername=trees"
+    return f"{place}|layername=trees", fewer
