@@ -20,7 +20,7 @@ VERSION_LINE = "import sys; print(*sys.version_info[:3], sys.executable, sep='\\
 # Exits with 0 in a Python of an environment that has what pip needs: those of some bundles do not start, or are no
 # environment.
 STARTS = "import sys, ssl, pip; sys.exit(sys.prefix == sys.base_prefix)"
-INDEX = QUrl("https://pypi.org")  # the address whose proxy is asked for, where the system decides
+OUTSIDE = QUrl("https://example.org")  # any address: where the system decides, it is asked for the proxy of one
 NETWORK = ("NewConnectionError", "name resolution", "Max retries exceeded", "ProxyError", "getaddrinfo", "timed out")
 
 
@@ -59,7 +59,7 @@ def proxy() -> str:
     """The address of QGIS's proxy (Settings > Options > Network), as pip takes it; empty if there is none."""
     set_in_qgis = QgsNetworkAccessManager.instance().fallbackProxy()
     if set_in_qgis.type() == QNetworkProxy.ProxyType.DefaultProxy:
-        set_in_qgis = QNetworkProxyFactory.systemProxyForQuery(QNetworkProxyQuery(INDEX))[0]
+        set_in_qgis = QNetworkProxyFactory.systemProxyForQuery(QNetworkProxyQuery(OUTSIDE))[0]
     schemes = {
         QNetworkProxy.ProxyType.HttpProxy: "http",
         QNetworkProxy.ProxyType.HttpCachingProxy: "http",
