@@ -57,6 +57,9 @@ TYPE_CODES = {"point": (0,), "line": (1, 2, 5), "polygon": (3, 6)}
 ROW_BYTES, FIELD_BYTES = 150, 60
 FARTHEST = 1e9  # a coordinate beyond this is in no CRS on Earth, in whatever unit
 
+# What services give, a page at a time; of releases and results users take 1000 or 2000 themselves
+DOWNLOADED = ("trees", "dead_trees", "deadwood", "lines", "barriers", "blocks", "stands", "areas", "lying_logs")
+
 
 def read_vector(
     path: str | Path,
@@ -176,7 +179,7 @@ def read_table(path: str | Path, *, what: str, geometry: Sequence[str] = ()) -> 
     single = Path(name).suffix.lower() not in (".gpkg", ".gdb", ".sqlite", ".kml", ".gpx")
     frame = frame.reset_index(drop=True)
     frame.attrs["where"] = name if single else f"{name}, layer '{layer}'"
-    by_size = what != "releases" and not ours  # users draw 1000 positions themselves
+    by_size = what in DOWNLOADED and not ours
     if (doubt := one_page(name, len(frame), by_size=by_size)) is not None:
         frame.attrs["doubts"] = (doubt,)
     frame.attrs["full_layers"] = [f"'{name}|layername={each}'" for each in others]

@@ -157,7 +157,10 @@ def test_as_many_rows_as_a_page_are_doubted_where_the_file_says_nothing(tmp_path
     assert one_page(tmp_path / "a.geojson", rows, by_size=True) is None
 
 
-@pytest.mark.parametrize(("what", "record", "said"), [("lines", False, 1), ("releases", False, 0), ("lines", True, 0)])
+@pytest.mark.parametrize(
+    ("what", "record", "said"),
+    [("lines", False, 1), ("trees", False, 1), ("releases", False, 0), ("deposits", False, 0), ("lines", True, 0)],
+)
 def test_positions_that_users_draw_and_layers_of_ours_may_have_any_number_of_rows(tmp_path, what, record, said):
     path = tmp_path / "a.gpkg"
     rows = geopandas.GeoDataFrame({"n": range(1000)}, geometry=geopandas.points_from_xy(range(1000), [7.0] * 1000))
