@@ -25,10 +25,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from deadwood_algorithms.evaluate.lifetime.options import REPORT_YEARS, AgingOptions, process_rows
+from deadwood_algorithms.evaluate.lifetime.options import REPORT_YEARS, AgingOptions, process_rows, reported_years
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted
-from deadwood_algorithms.params.tool import Feedback, Outcome, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, Tool
 
 STATES, TREES, PROCESSES, PICTURE = "states.csv", "aged.gpkg", "processes.csv", "shares.png"
 
@@ -57,9 +57,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     from deadwood_algorithms.results.identity import result_folder
 
     spans = spans_of(ask.ranges, {"storm_return_years": ask.storm_return_years})
-    reported = [int(each) for each in ask.report_years if each == int(each) and each <= ask.years]
-    if not reported:
-        raise UserError(f"--report-years names no whole year up to --years {ask.years}")
+    reported = reported_years(ask.report_years, ask.years)
     with result_folder(TOOL, ask, feedback) as folder:
         trees = read_dead_trees(ask.dead_trees, ask.years_dead, None, ask.crs, feedback)
         kinds, of_tree = life.kinds_of(trees.years_dead, trees.standing, trees.speed)
@@ -92,19 +90,16 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
 
 def state_rows(ages: Any) -> list[dict[str, Any]]:
     """One record for each year and state; ``critical`` counts trees of all states but gone."""
-    import numpy as np
-
+    from deadwood_algorithms.evaluate.lifetime.decision import mean_record
     from deadwood_algorithms.evaluate.lifetime.life import STATES as NAMES
 
     series = {name: ages.shares[..., k] for k, name in enumerate(NAMES)}
     series |= {"critical": ages.critical.sum(axis=2), "critical_standing": ages.critical[..., 0]}
-    found = []
-    for year in range(ages.shares.shape[1]):
-        for name, values in series.items():
-            low, high = np.percentile(values[:, year], [2.5, 97.5])
-            mean = float(values[:, year].mean())
-            found.append({"year": year, "state": name, "share": mean, "ci_low": float(low), "ci_high": float(high)})
-    return found
+    return [
+        {"year": year, "state": name, **mean_record(values[:, year], "share")}
+        for year in range(ages.shares.shape[1])
+        for name, values in series.items()
+    ]
 
 
 def words(standing: dict[str, Any], critical: dict[str, Any]) -> str:

@@ -31,15 +31,18 @@ import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from deadwood_algorithms.evaluate.lifetime.options import REPORT_YEARS, AgingOptions, process_rows
+from deadwood_algorithms.evaluate.lifetime.options import REPORT_YEARS, AgingOptions, process_rows, reported_years
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.counts import counted
 from deadwood_algorithms.params.final_place import moving_to
 from deadwood_algorithms.params.snag_dynamics import PROCESSES as TABLE
-from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, Tool, UserError
+from deadwood_algorithms.params.tool import Feedback, Outcome, ProgressOnly, Tool
 from deadwood_algorithms.tools import slide_logs
+
+if TYPE_CHECKING:  # help must be fast
+    from deadwood_algorithms.evaluate.lifetime.state_slides import Slid
 
 EVENTS, TOTALS, PERIODS, DIFFERENCES = "events.csv", "totals.csv", "periods.csv", "differences.csv"
 LIVING = "living.gpkg"
@@ -98,74 +101,22 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     import numpy as np
 
     from deadwood_algorithms.evaluate.lifetime import decision, decision_figure, events, life, state_slides
-    from deadwood_algorithms.evaluate.lifetime.dead_trees import living_of, read_dead_trees
     from deadwood_algorithms.evaluate.lifetime.treatments import scenes_of, treatments_of
-    from deadwood_algorithms.files.accounts import account, count_of
-    from deadwood_algorithms.files.dem_blocks import open_ground
     from deadwood_algorithms.params.snag_dynamics import spans_of
     from deadwood_algorithms.results.identity import result_folder
-    from deadwood_algorithms.results.run_folder import read_run, write_json
+    from deadwood_algorithms.results.run_folder import write_json
 
     treatments = treatments_of(ask.treatments)
     names = ("storm_return_years", "start_share", "mobilised_per_year", "anchored_share")
     spans = spans_of(ask.ranges, {name: getattr(ask, name) for name in names})
-    reported = [int(each) for each in ask.report_years if each == int(each) and each <= ask.years]
-    if not reported:
-        raise UserError(f"--report-years names no whole year up to --years {ask.years}")
-    with result_folder(TOOL, ask, feedback) as folder, tempfile.TemporaryDirectory(dir=folder.parent) as made:
-        with open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
-            trees = read_dead_trees(ask.dead_trees, ask.years_dead, ground, ask.crs, feedback)
-            living, dead = None, 0
-            if ask.trees:
-                living, dead = living_of(ask.trees, trees, ask.crs, Path(made) / LIVING, feedback)
-            stand, trees = trees, trees.sample(ask.most_trees, ask.seed)
-            states = state_slides.states_of(trees, ground, ask.repeats, ask.density_kg_m3, ask.seed)
-            laid = {each: state_slides.lying_in(each, stand, ground, ask.seed) for each in scenes_of(treatments)}
-
-        def slide(releases: Path, output: Path, lying: Path | None) -> None:
-            values = {name: getattr(ask, name) for name in ("dem", "lines", "friction", "fidelity", "crs")}
-            values |= {
-                "trees": living,
-                "threads": ask.threads,
-                "seed": ask.seed,
-                "trajectories": "all",
-                "own_slope": "none",
-            }
-            told = feedback if lying is None else ProgressOnly(feedback)
-            lies = None if lying is None else str(lying)
-            given = values | {"releases": str(releases), "lying_logs": lies, "output": str(output)}
-            slide_logs.TOOL(feedback=told, **{name: each for name, each in given.items() if each is not None})
-
-        with moving_to(made, ask.output):
-            lines, energies = state_slides.energies_of(states, laid, Path(made), slide, ProgressOnly(feedback))
-        for each in ("run", "states.gpkg", *([LIVING] if living != ask.trees and living else [])):
-            shutil.move(Path(made) / each, folder / each)
-        read = read_run(str(folder / "run"), feedback=ProgressOnly(feedback)).manifest["inputs"]
-        counts = {each["parameter"]: each["counted"] for each in read if "counted" in each}
-        if ask.trees:
-            alive = counts.get("trees", count_of(0, 0, {}))
-            left_out = {each["why"]: each["n"] for each in alive["left_out"]} | {"dead": dead}
-            counts = counts | {"trees": count_of(alive["read"] + dead, alive["used"], left_out)}
-        for name in ("trees", "lines", "friction"):
-            if name in counts:
-                account(name, counts[name])
-        bounds = ask.energy_classes_kj
-        steps = state_slides.thresholds_of(list(energies.values()), bounds)
-        arrived = {
-            scene: np.concatenate([of[:, [k]] >= each for k, each in enumerate(steps)], axis=1)
-            for scene, of in energies.items()
-        }
+    reported = reported_years(ask.report_years, ask.years)
+    bounds = ask.energy_classes_kj
+    with result_folder(TOOL, ask, feedback) as folder:
+        slid = slid_states(ask, scenes_of(treatments), folder, feedback)
+        stand, trees, lines = slid.stand, slid.trees, slid.lines
+        steps = state_slides.thresholds_of(list(slid.energies.values()), bounds)
         kinds, of_tree = life.kinds_of(trees.years_dead, trees.standing, trees.speed)
-        picked, used, repeats = np.zeros(len(trees), bool), np.ones(states.tree.size, bool), ask.repeats
-        if any(each.picked for each in treatments):
-            first = states.repeat < repeats // 2
-            reach = np.isfinite(energies[events.BARE][first])
-            picked = events.worst_trees(reach, states.tree[first], trees.item, ask.part)
-            used, repeats = ~first, repeats - repeats // 2
-        rows = np.flatnonzero(used)
-        tree = states.tree[rows]
-        some = {scene: of[rows] for scene, of in arrived.items()}
-        slides = events.Slides(of_tree[tree], states.state[rows], picked[tree], some, repeats * len(trees) / len(stand))
+        slides, picked = state_slides.slides_that_count(slid, of_tree, steps, treatments, ask.part)
         numbers = life.drawn(spans, ask.draws, ask.seed)
         sizes = [np.bincount(of_tree[which], minlength=kinds.speed.size).astype(float) for which in (picked, ~picked)]
         found = events.arrivals_of(treatments, numbers, kinds, slides, (sizes[0], sizes[1]), ask.years + 1, ask.seed)
@@ -192,7 +143,7 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
         facts = {
             "trees": len(stand),
             "trees_slid": len(trees),
-            "slides": int(states.tree.size),
+            "slides": int(slid.states.tree.size),
             "picked": [str(each) for each in trees.ids[picked]],
             "critical_years": critical,
             "totals": told[TOTALS],
@@ -206,6 +157,55 @@ def run(ask: Ask, feedback: Feedback) -> Outcome:
     about = f"assumed: {counted(len(stand), 'dead tree')}, of which {len(trees)} slide; "
     about += f"{len(spans)} numbers, each drawn from its range ({PROCESSES})"
     return Outcome.of_folder(ask.output, parts, facts, (*sentences, *compared, *filter(None, influences), about))
+
+
+def slid_states(ask: Ask, scenes: list[str], folder: Path, feedback: Feedback) -> Slid:
+    """Slide the dead trees, or ``--most-trees`` of them, in every state and scene; what is kept goes to ``folder``."""
+    from deadwood_algorithms.evaluate.lifetime import state_slides
+    from deadwood_algorithms.evaluate.lifetime.dead_trees import living_of, read_dead_trees
+    from deadwood_algorithms.files.dem_blocks import open_ground
+
+    quiet = ProgressOnly(feedback)
+    with tempfile.TemporaryDirectory(dir=folder.parent) as made:
+        work, living, dead = Path(made), None, 0
+        with open_ground(ask.dem, crs=ask.crs, feedback=feedback) as ground:
+            stand = read_dead_trees(ask.dead_trees, ask.years_dead, ground, ask.crs, feedback)
+            if ask.trees:
+                living, dead = living_of(ask.trees, stand, ask.crs, work / LIVING, feedback)
+            trees = stand.sample(ask.most_trees, ask.seed)
+            states = state_slides.states_of(trees, ground, ask.repeats, ask.density_kg_m3, ask.seed)
+            laid = {each: state_slides.lying_in(each, stand, ground, ask.seed) for each in scenes}
+
+        def slide(releases: Path, output: Path, lying: Path | None) -> None:
+            values = {name: getattr(ask, name) for name in ("dem", "lines", "friction", "fidelity", "crs", "threads")}
+            values |= {"trees": living, "seed": ask.seed, "trajectories": "all", "own_slope": "none"}
+            values |= {"releases": str(releases), "lying_logs": lying and str(lying), "output": str(output)}
+            given = {name: each for name, each in values.items() if each is not None}
+            slide_logs.TOOL(feedback=quiet if lying else feedback, **given)
+
+        with moving_to(made, ask.output):
+            lines, energies = state_slides.energies_of(states, laid, work, slide, quiet)
+        for each in ("run", "states.gpkg", LIVING):
+            if (work / each).exists():
+                shutil.move(work / each, folder / each)
+    account_inputs(folder / "run", dead if ask.trees else None, quiet)
+    return state_slides.Slid(stand, trees, states, lines, energies)
+
+
+def account_inputs(run: Path, dead: int | None, feedback: Feedback) -> None:
+    """Hand on what the run says of its layers; ``dead`` : trees left out of it before, None without trees."""
+    from deadwood_algorithms.files.accounts import account, count_of
+    from deadwood_algorithms.results.run_folder import read_run
+
+    read = read_run(str(run), feedback=feedback).manifest["inputs"]
+    counts = {each["parameter"]: each["counted"] for each in read if "counted" in each}
+    if dead is not None:
+        alive = counts.get("trees", count_of(0, 0, {}))
+        left_out = {each["why"]: each["n"] for each in alive["left_out"]} | {"dead": dead}
+        counts |= {"trees": count_of(alive["read"] + dead, alive["used"], left_out)}
+    for name in ("trees", "lines", "friction"):
+        if name in counts:
+            account(name, counts[name])
 
 
 def write_rows(path: Path, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from deadwood_algorithms.params import tool
 from deadwood_algorithms.params.snag_dynamics import PROCESSES
+from deadwood_algorithms.params.tool import UserError
 
 REPORT_YEARS = (0.0, 2.0, 5.0, 10.0, 20.0, 30.0)
 
@@ -40,6 +42,13 @@ class AgingOptions:
         "names.",
     )
     draws: int = tool.integer("Draws of all numbers", default=1000, minimum=20, maximum=100_000)
+
+
+def reported_years(asked: Sequence[float], years: int) -> list[int]:
+    """The whole years of ``--report-years`` within ``--years``."""
+    if reported := [int(each) for each in asked if each == int(each) and each <= years]:
+        return reported
+    raise UserError(f"--report-years names no whole year up to --years {years}")
 
 
 def process_rows(spans: dict[str, tuple[float, float]]) -> list[dict[str, Any]]:

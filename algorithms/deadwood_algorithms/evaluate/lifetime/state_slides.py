@@ -13,8 +13,8 @@ import shapely
 from numpy.typing import NDArray
 
 from deadwood_algorithms.evaluate.lifetime.dead_trees import DeadTrees
-from deadwood_algorithms.evaluate.lifetime.events import BARE
-from deadwood_algorithms.evaluate.lifetime.treatments import ACROSS_SCENE, BROKEN, MOVED, WHOLE
+from deadwood_algorithms.evaluate.lifetime.events import BARE, Slides, worst_trees
+from deadwood_algorithms.evaluate.lifetime.treatments import ACROSS_SCENE, BROKEN, MOVED, WHOLE, Treatment
 from deadwood_algorithms.files.grid import Grid
 from deadwood_algorithms.files.vectors import write_vector
 from deadwood_algorithms.params.tool import Feedback
@@ -45,6 +45,17 @@ class States:
     repeat: NDArray[np.int64]
     fold: NDArray[np.int64]
     frame: geopandas.GeoDataFrame
+
+
+@dataclass(frozen=True)
+class Slid:
+    """A stand whose dead trees, or some of them, slid: the lines, and by scene the energies (`energies_of`)."""
+
+    stand: DeadTrees
+    trees: DeadTrees
+    states: States
+    lines: list[str]
+    energies: dict[str, Array]
 
 
 def states_of(trees: DeadTrees, ground: Grid | DemBlocks, repeats: int, density: float, seed: int) -> States:
@@ -164,3 +175,29 @@ def thresholds_of(energies: Sequence[Array], bounds: Sequence[float], most: int 
         steps = np.quantile(values, np.linspace(0.0, 1.0, most)) if values.size else np.zeros(0)
         found.append(np.unique(np.concatenate([[0.0], bounds, steps])))
     return found
+
+
+def slides_that_count(
+    slid: Slid, of_tree: NDArray[np.int64], steps: Sequence[Array], treatments: Sequence[Treatment], part: float
+) -> tuple[Slides, NDArray[np.bool_]]:
+    """The slides with what arrived, and the stems that are picked.
+
+    If a treatment picks stems, half of the slides finds them and only the other half counts: those that show most
+    arrivals by chance would look worse than they are. ``of_tree`` : the kind of each tree; ``steps`` : thresholds of
+    energy by line (`thresholds_of`); ``part`` : share of the stems that is picked
+    """
+    states, trees = slid.states, slid.trees
+    repeats = int(states.repeat.max()) + 1
+    picked, counts = np.zeros(len(trees), bool), np.ones(states.tree.size, bool)
+    if any(each.picked for each in treatments):
+        counts = states.repeat >= repeats // 2
+        reach = np.isfinite(slid.energies[BARE][~counts])
+        picked = worst_trees(reach, states.tree[~counts], trees.item, part)
+        repeats -= repeats // 2
+    arrived = {
+        scene: np.concatenate([of[counts][:, [k]] >= each for k, each in enumerate(steps)], axis=1)
+        for scene, of in slid.energies.items()
+    }
+    tree = states.tree[counts]
+    weight = repeats * len(trees) / len(slid.stand)  # a slide stands for several stems if not all slid
+    return Slides(of_tree[tree], states.state[counts], picked[tree], arrived, weight), picked
